@@ -86,8 +86,8 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
                 so_far = counts.get(fault, [0, 0])
                 counts[fault] = [a + b for a, b in zip(so_far, value, strict=True)]
     if counts:
-        made, passed = (sum(column) for column in zip(*counts.values(), strict=True))
-        terminalreporter.section(f"{made} wrong motions, {passed} passed")
+        count, passed = (sum(column) for column in zip(*counts.values(), strict=True))
+        terminalreporter.section(f"{count} wrong motions, {passed} passed")
         for name, (of_it, through) in counts.items():
             terminalreporter.write_line(f"{of_it:6} {name}, {through} passed")
 

@@ -44,7 +44,7 @@ def judged_folder(folder: Path, given: Path | dict[str, Any]) -> list[Wrong]:
     task = Task.read(given) if isinstance(given, Path) else Task(given, folder)
     still = task.arm is None or not (task.arm.moved or task.arm.ground or task.arm.on)
     motion = Motion.read(folder / "trajectory.json")
-    return judge(task, motion, collisions=still)  # what moves is told apart in tests/moving
+    return judge(task, motion, collisions=still)  # moving things are judged in tests/moving
 
 
 def judged_joints(

@@ -123,7 +123,7 @@ def test_files_import_what_the_table_allows() -> None:
             assert own_parts(path) - {"__version__"} <= TABLE[part] | {part}, path
 
 
-def test_the_entrances_load_nothing_but_when_asked() -> None:
+def test_imports_load_only_what_is_used() -> None:
     for path in FILES:
         if path.parent != SOURCE or part_of(path) not in ENTRANCES:
             continue
@@ -216,7 +216,7 @@ IMPORTED_BY_TESTS = {
     "what a page asks for, without the page: handles, plans that are overtaken": ("view.editing",),
     "a clock of the test's own": ("planning.choosing.chosen_times", "planning.timing.timed_motion"),
     "the command in this process": ("cli.main",),
-    "what is said of progress, without a clock": ("cli.progress_display",),
+    "the text that shows progress, without a clock": ("cli.progress_display",),
 }
 
 

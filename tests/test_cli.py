@@ -33,7 +33,7 @@ WRONG = ROOT / "tests" / "failing" / "unknown_key.yaml"
         SCENARIO_FILES, "paper_case", "ur5_deburring", "panda_pick_place", "ur10_weld"
     ),
 )
-def test_a_plan_is_told_in_few_lines_of_80_characters(name: str, knotwork: Command) -> None:
+def test_a_plan_is_reported_in_few_lines_of_80_characters(name: str, knotwork: Command) -> None:
     ran = knotwork("plan", name)
     assert ran.code == 0
     first, *others = ran.out.splitlines()
@@ -44,16 +44,16 @@ def test_a_plan_is_told_in_few_lines_of_80_characters(name: str, knotwork: Comma
     assert others[-1].startswith(f"next: knotwork {shown} {name} | report ")
 
 
-def test_what_fails_is_told_second_with_what_would_help(knotwork: Command) -> None:
+def test_failures_are_second_and_name_a_remedy(knotwork: Command) -> None:
     file = ROOT / "tests" / "failing" / "velocity_limit_broken.yaml"
     ran = knotwork("plan", file)
     assert ran.code == 1
     lines = ran.out.splitlines()
     assert lines[0].startswith("FAILED velocity_limit_broken: 56 of 57 requirements met, 1 failed")
-    said = " ".join(line.strip() for line in lines[1:5])
-    assert said.startswith("FAIL joint 'shoulder_pan_joint': velocity reaches 5.23599 rad/s")
-    assert "limit 3.15 rad/s (166 %)" in said
-    assert "broken between 'waypoint 1' and 'waypoint 2'; slowing the motion down by a fa" in said
+    text = " ".join(line.strip() for line in lines[1:5])
+    assert text.startswith("FAIL joint 'shoulder_pan_joint': velocity reaches 5.23599 rad/s")
+    assert "limit 3.15 rad/s (166 %)" in text
+    assert "broken between 'waypoint 1' and 'waypoint 2'; slowing the motion down by a fa" in text
     assert max(map(len, lines)) <= 80
     (plan,) = json.loads(knotwork("plan", file, "--json").out)["plans"]
     (failure,) = plan["report"]["failures"]
@@ -98,8 +98,8 @@ def test_the_same_motion_in_so_much_more_time_keeps_the_limit(quantity: str) -> 
     assert kw.plan(task(factor, limit)).report.ok
 
 
-def test_values_are_told_in_the_units_of_the_scenario() -> None:
-    def said(units: dict[str, str], scale: float) -> str:
+def test_values_are_in_the_units_of_the_scenario() -> None:
+    def text(units: dict[str, str], scale: float) -> str:
         task = {
             "units": units,
             "limits": {"velocity": 0.5 * scale, "acceleration": 40 * scale},
@@ -107,10 +107,10 @@ def test_values_are_told_in_the_units_of_the_scenario() -> None:
         }
         return str(kw.plan(task).report)
 
-    assert "velocity 0.6 rad/s" not in said({}, 1.0)
-    assert "reaches 0.6 rad/s at 1.25 s, limit 0.5 rad/s (120 %)" in " ".join(said({}, 1.0).split())
-    told = " ".join(said({"angle": "deg"}, 180 / np.pi).split())
-    assert "reaches 34.3775 deg/s at 1.25 s, limit 28.6479 deg/s (120 %)" in told
+    assert "velocity 0.6 rad/s" not in text({}, 1.0)
+    assert "reaches 0.6 rad/s at 1.25 s, limit 0.5 rad/s (120 %)" in " ".join(text({}, 1.0).split())
+    degrees = " ".join(text({"angle": "deg"}, 180 / np.pi).split())
+    assert "reaches 34.3775 deg/s at 1.25 s, limit 28.6479 deg/s (120 %)" in degrees
 
 
 def test_plan_prints_all_as_tables_and_a_verdict(knotwork: Command) -> None:

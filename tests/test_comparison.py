@@ -119,8 +119,8 @@ def test_uses_joint_waypoints_of_collision_free_plan() -> None:
     (row,) = comparison.scores
     assert (row.required - row.failed, row.required) == plan.report.counts
     assert row.passed
-    made = comparison.trajectories["modified-hermite"].polynomial
-    np.testing.assert_array_equal(made.c, plan.trajectory.polynomial.c)
+    polynomial = comparison.trajectories["modified-hermite"].polynomial
+    np.testing.assert_array_equal(polynomial.c, plan.trajectory.polynomial.c)
 
 
 def test_exit_code_tells_whether_any_planner_passes(knotwork: Command, tmp_path: Path) -> None:

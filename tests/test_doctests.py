@@ -45,11 +45,11 @@ def test_examples_of_docstrings(module: str) -> None:
         importlib.import_module(module.removesuffix(".__init__")),
         extraglobs={"np": np, "kw": kw},
     )
-    said: list[str] = []
+    output: list[str] = []
     runner = doctest.DocTestRunner(optionflags=FLAGS)
     for example in examples:
-        runner.run(example, out=said.append)
-    assert not runner.failures, "".join(said)
+        runner.run(example, out=output.append)
+    assert not runner.failures, "".join(output)
     # An example where doctest does not look, as below a constant, would never be run.
     assert runner.tries == WITH_EXAMPLES[module], f"not all examples of {module} are found"
 

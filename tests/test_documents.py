@@ -301,7 +301,7 @@ def test_yaml_is_read_as_another_library_reads_it_or_is_an_error(value: Any) -> 
         assert repr(document.data) == repr(yaml.safe_load(text))  # NaN is not itself
 
 
-def test_many_problems_are_told_in_few_lines() -> None:
+def test_many_problems_are_reported_in_few_lines() -> None:
     """A file of a hundred thousand faults must not take minutes, nor fill the terminal."""
     data = {"waypoints": [{"joints": {"a": 0}, "speedy": 1}] * 20_000}
     with pytest.raises(DocumentError) as caught:

@@ -132,56 +132,56 @@ ADDED = [
 @pytest.mark.parametrize(("name", "time", "what"), mostly_exhaustive(ADDED, ADDED[1]))
 def test_waypoint_is_added_at_arm(name: str, time: float, what: str, tmp_path: Path) -> None:
     """The motion leads through the pose that the arm had, and all checks pass as before."""
-    made = session_in(tmp_path, name)
-    assert made.replan() is not None
-    assert made.plan is not None
-    robot, before = arm(made.plan), made.plan
+    session = session_in(tmp_path, name)
+    assert session.replan() is not None
+    assert session.plan is not None
+    robot, before = arm(session.plan), session.plan
     pose = robot.forward(before.trajectory.position(time))
-    add = made.server.actions["add"]
+    add = session.server.actions["add"]
     _, *place = add({"what": what, "time": time})["at"]
-    assert made.replan() is not None
-    assert made.plan.report.ok
-    scenario = made.plan.scenario
+    assert session.replan() is not None
+    assert session.plan.report.ok
+    scenario = session.plan.scenario
     assert len(scenario.waypoints) == len(before.scenario.waypoints) + 1
     at = scenario.waypoints[scenario.task_index.index(place[0])].time
-    there = robot.forward(made.plan.trajectory.position(at))
+    there = robot.forward(session.plan.trajectory.position(at))
     assert np.abs(there.translation - pose.translation).max() < 0.01  # on a line, it is blended
-    made.draft.apply([{"at": ["rate"], "value": 90}])
+    session.draft.apply([{"at": ["rate"], "value": 90}])
     with pytest.raises(InputError, match="before the task is planned"):
         add({"what": what, "time": time})
 
 
 def test_what_can_not_be_planned_at_first_has_handles(tmp_path: Path) -> None:
     """The robot stands in its scene; a waypoint out of reach is brought back."""
-    made = session_in(tmp_path, "ur3_lid")
-    made.draft.apply([{"at": ["waypoints", 0, "pose", "position"], "value": [0, 0, 2000]}])
+    session = session_in(tmp_path, "ur3_lid")
+    session.draft.apply([{"at": ["waypoints", 0, "pose", "position"], "value": [0, 0, 2000]}])
     with pytest.raises(InputError, match="out of reach"):
-        made.replan()
-    state = made.server.state()["draft"]
-    assert made.server.scene["revision"] != state["revision"] == state["handled"]
+        session.replan()
+    state = session.server.state()["draft"]
+    assert session.server.scene["revision"] != state["revision"] == state["handled"]
     high = next(one for one in state["handles"] if one["name"] == "above")
     x, y, z = high["position"]
-    made.server.actions["move"]({**high, "position": [x, y, z - 1.94]})
-    assert made.replan()[1].report.ok
+    session.server.actions["move"]({**high, "position": [x, y, z - 1.94]})
+    assert session.replan()[1].report.ok
 
 
 def test_a_handle_moves_what_it_was_shown_for_or_nothing(tmp_path: Path) -> None:
     """A waypoint is taken out of a text that can't be read: what was shown stays unmoved."""
-    made = session_in(tmp_path)
-    state, actions = made.server.state, made.server.actions
+    session = session_in(tmp_path)
+    state, actions = session.server.state, session.server.actions
     first = state()["draft"]["handles"]
     two, three = (one for one in first if one["at"] in (["waypoints", k, "pose"] for k in (1, 2)))
     actions["edit"]({"changes": [{"at": ["waypoints", 0, "time"], "value": -3}]})
     with pytest.raises(InputError, match=r"waypoints\[0\]\.time: time -3 s is not later than 0 s"):
         actions["move"]({**two, "position": [0.4, 0.1, 0.2]})
     actions["edit"]({"changes": [{"at": ["waypoints", 1]}]})
-    text = made.draft.text
+    text = session.draft.text
     for gone in (two, three, {**three, "build": None}, {**three, "at": two["at"]}):
         with pytest.raises(InputError, match="the task has changed since"):
             actions["move"]({**gone, "position": [0.4, 0.1, 0.2]})
     with pytest.raises(InputError, match="the task has changed since"):
         actions["edit"]({"changes": [{"at": two["at"][:2]}], "build": two["build"]})
-    assert made.draft.text == text
+    assert session.draft.text == text
     assert state()["draft"]["handles"] == []
     actions["edit"]({"changes": [{"at": ["waypoints", 0, "time"], "value": 3}]})
     again = next(one for one in state()["draft"]["handles"] if one["name"] == three["name"])
@@ -191,7 +191,7 @@ def test_a_handle_moves_what_it_was_shown_for_or_nothing(tmp_path: Path) -> None
         actions["move"]({**again, "name": "another"})
     with pytest.raises(InputError, match="shape"):
         actions["move"]({**again, "position": [1]})
-    kept = [one["name"] for one in made.draft.document().data["waypoints"]]
+    kept = [one["name"] for one in session.draft.document().data["waypoints"]]
     assert kept.count(two["name"]) == 0
 
 
@@ -207,7 +207,7 @@ def test_a_task_with_free_times_is_edited(name: str, tmp_path: Path) -> None:
 
 def test_an_overtaken_plan_is_dropped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Both the motion and the error of an older text: the newer one alone is shown."""
-    made = session_in(tmp_path, "planar2_closed_form")
+    session = session_in(tmp_path, "planar2_closed_form")
     plan, begun, go_on = sessions.plan, threading.Event(), threading.Event()
 
     def slow(*arguments: Any, **options: Any) -> Any:
@@ -220,20 +220,20 @@ def test_an_overtaken_plan_is_dropped(tmp_path: Path, monkeypatch: pytest.Monkey
         begun.clear()
         go_on.clear()
         key = "rate" if rate == 120 else "planner"
-        made.draft.apply([{"at": [key], "value": value}])
+        session.draft.apply([{"at": [key], "value": value}])
         monkeypatch.setattr(sessions, "plan", slow)
-        worker = threading.Thread(target=lambda: found.append(made.replan()))
+        worker = threading.Thread(target=lambda: found.append(session.replan()))
         worker.start()
         begun.wait()
-        made.draft.apply([{"at": ["rate"], "value": rate}])
+        session.draft.apply([{"at": ["rate"], "value": rate}])
         go_on.set()
         worker.join()
         assert found.pop() is None
-        assert made.plan is None
-    made.draft.undo()
-    made.draft.undo()
-    assert made.replan() is not None
-    assert made.plan.scenario.given.rate == 120
+        assert session.plan is None
+    session.draft.undo()
+    session.draft.undo()
+    assert session.replan() is not None
+    assert session.plan.scenario.given.rate == 120
 
 
 @pytest.mark.parametrize("name", mostly_exhaustive([*FREE, *TIMED], *FREE))

@@ -62,13 +62,13 @@ def test_own_check_shows_in_report_json_pages_and_scene(monkeypatch: pytest.Monk
     assert (row["value"], row["limit"], row["unit"]) == (71.5, 60.0, "dB")
     assert (row["proof"], row["verdict"], row["time"]) == ("sampled", "failed", 1.5)
     page = report_page(plan).html
-    for said in ("Whistling", "2.125 to 2.375", "71.5", FAST.replace("'", "&#39;"), "dB", "12.25"):
-        assert said in page
+    for text in ("Whistling", "2.125 to 2.375", "71.5", FAST.replace("'", "&#39;"), "dB", "12.25"):
+        assert text in page
     rows = page.partition('id="tightest"')[2].partition("<tbody>")[2]
     rows = rows.partition("</tbody>")[0].split("</tr>")
     assert [row.count('class="wrong"') for row in rows] == [1] + [0] * (len(rows) - 1)
-    for said in ("loudness", "three four", "71.5", "width: 100%", "FAIL, 119 %"):
-        assert said in rows[0]
+    for text in ("loudness", "three four", "71.5", "width: 100%", "FAIL, 119 %"):
+        assert text in rows[0]
     assert "loudness" not in "".join(rows[1:])
     tight = [(found.quantity, found.utilisation) for found in plan.report.tightest]
     assert [use for _, use in tight] == sorted((use for _, use in tight), reverse=True)
@@ -85,11 +85,11 @@ def test_terminal_shows_own_check(knotwork: Command, monkeypatch: pytest.MonkeyP
     monkeypatch.setitem(CHECKS, "whistling", whistling)
     ran = knotwork("plan", "planar2_closed_form")
     assert ran.code == 1, ran.err
-    said = r"FAILED planar2_closed_form: \d+ of \d+ requirements met, 1 failed, 1 sampled only;\s+"
-    assert re.match(rf"{said}[\d.]+ s\nFAIL {FAST}\n", ran.out), ran.out
+    text = r"FAILED planar2_closed_form: \d+ of \d+ requirements met, 1 failed, 1 sampled only;\s+"
+    assert re.match(rf"{text}[\d.]+ s\nFAIL {FAST}\n", ran.out), ran.out
     full = knotwork("plan", "planar2_closed_form", "--full").out
-    for said in ("Whistling", "loudness [dB]", "71.5", "2.125 to 2.375", FAST):
-        assert said in full
+    for text in ("Whistling", "loudness [dB]", "71.5", "2.125 to 2.375", FAST):
+        assert text in full
 
 
 def test_refuses_finding_with_nan() -> None:
@@ -118,8 +118,8 @@ def test_infeasible_velocity_is_a_failure() -> None:
     plan = kw.plan(too_fast())
     assert plan.solution.infeasibilities
     assert set(plan.solution.infeasibilities) <= set(plan.report.failures)
-    told = plan.report_to_dict()["failures"]
-    assert any("'on'" in line and "of that velocity" in line for line in told)
+    failures = plan.report_to_dict()["failures"]
+    assert any("'on'" in line and "of that velocity" in line for line in failures)
 
 
 def test_warnings_are_listed_apart_from_failures() -> None:

@@ -69,9 +69,9 @@ def test_free_turn_spares_last_joint_and_keeps_axis() -> None:
     assert {"orientation", "path_orientation"} & failed
     path = free.scenario.paths[0].motion
     times = np.linspace(path.start_time, path.end_time, 300)
-    asked, _, _, _ = path.state(times)
+    required, _, _, _ = path.state(times)
     poses = tool_poses(free, times)
-    off = np.array([pose.translation for pose in poses]) - asked
+    off = np.array([pose.translation for pose in poses]) - required
     # behind or ahead of its time, but on the path
     assert np.linalg.norm(off, axis=1).max() < 1.1e-3
     axes = np.array([pose.rotation[:, 2] for pose in poses])
@@ -142,9 +142,9 @@ def test_bounded_turn_along_path_is_checked_at_all_times() -> None:
     assert plan.report.ok
     path = plan.scenario.paths[0]
     times = np.linspace(path.motion.start_time, path.motion.end_time, 4000)
-    asked = path.motion.path.rotation(path.motion.arc_length(times))
+    required = path.motion.path.rotation(path.motion.arc_length(times))
     turns = []
-    for R, pose in zip(asked, tool_poses(plan, times), strict=True):
+    for R, pose in zip(required, tool_poses(plan, times), strict=True):
         x = R.T @ pose.rotation[:, 0]  # the axes agree within a tenth of a degree
         turns.append(np.degrees(np.arctan2(x[1], x[0])))
     least, most = min(turns), max(turns)
@@ -174,10 +174,10 @@ def test_check_of_cone(seed: int) -> None:
     down = pin.rpy.rpyToMatrix(np.pi, 0.0, 0.0)
     for tilt, ok in ((9.95, True), (10.25, False)):
         axis = np.array([np.cos(about), np.sin(about), 0.0])
-        asked = down @ pin.exp3(np.radians(tilt) * axis) @ pin.exp3(np.array([0.0, 0.0, yaw]))
+        required = down @ pin.exp3(np.radians(tilt) * axis) @ pin.exp3(np.array([0.0, 0.0, yaw]))
         task["waypoints"][0]["pose"] = {
             "position": [400, -150, 200],
-            "rotation_matrix": asked.tolist(),
+            "rotation_matrix": required.tolist(),
         }
         failed = {one.quantity for one in checked(motion, task).failures}
         assert ("path_orientation" in failed, "orientation" in failed) == (not ok, not ok)
@@ -345,9 +345,9 @@ def test_freedom_of_each_pose_and_path(pick: Any, seam: Any, robot: str) -> None
     assert plan.report.ok, plan.report
     path = plan.scenario.paths[0].motion
     times = np.linspace(path.start_time, path.end_time, 60)
-    asked = path.state(times)[0]
+    required = path.state(times)[0]
     turned = []
-    for pose, place in zip(tool_poses(plan, times), asked, strict=True):
+    for pose, place in zip(tool_poses(plan, times), required, strict=True):
         assert np.abs(pose.translation - place)[[0, 2]].max() < 1e-4
         R = pin.rpy.rpyToMatrix(np.pi, 0, 0).T @ pose.rotation
         assert np.arccos(min(R[2, 2], 1.0)) < 0.0018
@@ -405,8 +405,8 @@ def test_tilt_keeps_fixed_turn(free: Any, most: float) -> None:
     assert plan.report.ok, plan.report
     path = plan.scenario.paths[0].motion
     times = np.linspace(path.start_time, path.end_time, 200)
-    asked = path.path.rotation(path.arc_length(times))
-    pairs = zip(asked, tool_poses(plan, times), strict=True)
+    required = path.path.rotation(path.arc_length(times))
+    pairs = zip(required, tool_poses(plan, times), strict=True)
     angles = np.degrees([pin.rpy.matrixToRpy(R.T @ pose.rotation) for R, pose in pairs])
     assert 1.0 < np.abs(angles[:, :2]).max() < free["tilt"] + 0.1
     assert -most - 0.11 < angles[:, 2].min()

@@ -1,4 +1,4 @@
-"""What is wrong in a file is said in our own words: every key with every kind of wrong value."""
+"""Errors in files have messages of our own: every key with every kind of wrong value."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def changed(data: Any, place: Place, value: Any) -> Any:
     return whole
 
 
-def said(kind: str, mapping: Any) -> KnotworkError | None:
+def refusal(kind: str, mapping: Any) -> KnotworkError | None:
     """The error that a scenario or robot gives, if it gives one."""
     try:
         if kind == "scenario":
@@ -87,7 +87,7 @@ CASES = [
 )
 def test_the_files_are_right_and_hold_every_key_of_the_schema(kind, files, model) -> None:
     for mapping in files.values():
-        assert said(kind, mapping) is None
+        assert refusal(kind, mapping) is None
     schema = model.model_json_schema()
     parts = [schema, *schema["$defs"].values()]
     keys = {key for part in parts for key in part.get("properties", {})}
@@ -101,8 +101,8 @@ def test_units_are_data_of_the_schema_and_end_the_first_clause_of_descriptions()
 
 
 def check_words(kind: str, data: dict[str, Any], place: Place, wrong: Any) -> bool:
-    """Whether one wrong value is refused; if it is, what is said must be right."""
-    error = said(kind, changed(data, place, wrong))
+    """Whether one wrong value is refused; if it is, the message must be right."""
+    error = refusal(kind, changed(data, place, wrong))
     if error is None:
         return False
     text = str(error)

@@ -1,4 +1,4 @@
-"""Names say what things are, and say it once: a name learnt in one room holds in all others."""
+"""Names say what things are, and say it once: no two modules, classes or constants share one."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ def size(curve, nu=0):
 @pytest.mark.parametrize("trailing", [(), (1,), (3,), (2, 3), (0,)])
 @pytest.mark.parametrize("pieces", [1, 5, 300])
 @pytest.mark.parametrize("degree", mostly_exhaustive([0, 1, 3, 5], 0, 3))
-def test_values_are_those_of_scipy_however_they_are_asked_for(degree, pieces, trailing):
+def test_values_are_those_of_scipy_for_any_arguments(degree, pieces, trailing):
     ours, theirs = random_pair(degree, pieces, trailing)
     rng = np.random.default_rng(0)
     start, end = ours.x[[0, -1]]

@@ -83,15 +83,15 @@ def test_the_python_examples_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 def test_the_commands_exist() -> None:
     from knotwork.cli.main import cli
 
-    said = set(re.findall(r"^    (?:\$ )?knotwork (\w+)", README, re.MULTILINE))
-    assert said >= {"plan", "check", "view"}
-    assert said <= set(cli.commands)
+    shown = set(re.findall(r"^    (?:\$ )?knotwork (\w+)", README, re.MULTILINE))
+    assert shown >= {"plan", "check", "view"}
+    assert shown <= set(cli.commands)
 
 
 def test_how_near_the_tool_stays_to_edge_and_speed() -> None:
-    said = re.search(r"at ([\d.]+) to ([\d.]+) mm/s and at most ([\d.]+) mm off", README)
-    assert said is not None
-    slowest, fastest, most_off = map(float, said.groups())
+    figures = re.search(r"at ([\d.]+) to ([\d.]+) mm/s and at most ([\d.]+) mm off", README)
+    assert figures is not None
+    slowest, fastest, most_off = map(float, figures.groups())
     plan = kw.plan("ur5_deburring")
     robot = plan.space.robot
     assert robot is not None

@@ -68,13 +68,13 @@ def test_the_task_that_is_changed_is_right(name: str, tmp_path: Path) -> None:
 def test_refuses_with_line(name: str, index: int, knotwork: Command, tmp_path: Path) -> None:
     case = TABLES[name]["cases"][index]
     ran = knotwork("plan", write(tmp_path, name, case["with"]))
-    said = " ".join(ran.err.split())
-    assert (ran.code, ran.out) == (2, ""), said
-    assert re.search(r"task\.yaml: line \d+: ", said), said
+    output = " ".join(ran.err.split())
+    assert (ran.code, ran.out) == (2, ""), output
+    assert re.search(r"task\.yaml: line \d+: ", output), output
     wanted = case.get("says", [])
     for words in [wanted] if isinstance(wanted, str) else wanted:
-        assert words in said
-    assert re.search(case.get("like", ""), said), said
+        assert words in output
+    assert re.search(case.get("like", ""), output), output
 
 
 @pytest.mark.parametrize("line", COMMANDS["refused"])
@@ -111,10 +111,10 @@ def test_the_command_line_says_what_is_wrong(path: Path, knotwork: Command, tmp_
     out = tmp_path / "out"
     ran = knotwork("plan", path, "--out", out)
     assert [str(ran.code)] == wanted["exit"], ran.out + ran.err
-    said = ran.err if ran.code == 2 else re.sub(r"\s+", " ", ran.out)
+    output = ran.err if ran.code == 2 else re.sub(r"\s+", " ", ran.out)
     assert wanted["says"], "the file says nothing of its error"
     for fragment in wanted["says"]:
-        assert fragment in said
+        assert fragment in output
     assert "Traceback" not in ran.out + ran.err
     if ran.code == 2:
         assert ran.err.startswith("error: ")

@@ -122,11 +122,11 @@ def test_reports_unavoidable_joint_speed() -> None:
     far = HOME + np.array([2.0, 0, 0, 0, 0, 0])
     task = {"robot": "ur5", "start": "home", "waypoints": stops([pose_of(UR5, far)], 0.5)}
     (one,) = solved(task).infeasibilities
-    said = needed_speed(task)
+    text = needed_speed(task)
     assert (one.name, one.interval, one.unit, one.limit) == ("start", (0.0, 0.5), "rad/s", 3.15)
     assert one.value == pytest.approx(4.0)
-    assert "from 'start' to 'waypoint 1' shoulder_pan_joint needs 4 rad/s" in said
-    assert float(re.findall(r"([\d.]+) s or more", said)[0]) == pytest.approx(2.0 / 3.15, rel=1e-3)
+    assert "from 'start' to 'waypoint 1' shoulder_pan_joint needs 4 rad/s" in text
+    assert float(re.findall(r"([\d.]+) s or more", text)[0]) == pytest.approx(2.0 / 3.15, rel=1e-3)
     assert not kw.plan(task).report.ok
 
 
@@ -142,14 +142,14 @@ def test_reports_feasible_tool_speed() -> None:
     }
     found = solved(task)
     (one,) = found.infeasibilities
-    said = needed_speed(task)
+    text = needed_speed(task)
     assert (one.name, one.interval, one.time) == ("waypoint 1", None, 3.0)
-    assert said.startswith("at 'waypoint 1' ")
+    assert text.startswith("at 'waypoint 1' ")
     speeds = np.abs(found.waypoints.velocity[1])
     worst = int(np.argmax(speeds / UR5.velocity_limit))
-    assert f"{UR5.joint_names[worst]} needs" in said
+    assert f"{UR5.joint_names[worst]} needs" in text
     assert one.value == speeds[worst]
-    part = float(re.findall(r"([\d.]+) of that velocity is feasible", said)[0])
+    part = float(re.findall(r"([\d.]+) of that velocity is feasible", text)[0])
     assert part == pytest.approx(one.limit / one.value, rel=1e-2)
     slower = {"linear": [5.0 * 0.999 * part, 0, 0]}
     task["waypoints"][0]["velocity"] = slower

@@ -83,7 +83,7 @@ def test_only_one_module_prints() -> None:
             assert not re.search(r"(?<!\.)\bprint\(", text), path
 
 
-def test_a_closed_output_is_said(tmp_path: Path) -> None:
+def test_a_closed_output_is_reported(tmp_path: Path) -> None:
     ran = shell("plan paper_case --out made >&-", tmp_path)
     assert ran.returncode == 2
     assert ran.stderr == "error: can't write the output: standard output is closed\n"
@@ -99,7 +99,7 @@ def test_closed_messages_stop_nothing(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("full", [[], ["--full"]])
-def test_what_another_planner_does_not_take_is_told(full: list[str], knotwork: Command) -> None:
+def test_keys_that_another_planner_refuses_are_named(full: list[str], knotwork: Command) -> None:
     out = " ".join(knotwork("plan", "ur3_lid", "--planner", "cubic", *full).out.split())
     assert "without the scenario's end_acceleration, which cubic does not take" in out
 
@@ -111,44 +111,44 @@ WALL = "ur5_wall"
 def test_quiet_plan_shows_progress(
     knotwork: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """The check says nothing of how far it is; here it lasts until a line has been told."""
+    """The check reports no progress; here it lasts until a line has been printed."""
     monkeypatch.setattr("knotwork.cli.progress_display.PLAN_INTERVAL", 0.001)
     lines: list[str] = []
-    told = threading.Event()
+    printed = threading.Event()
 
     def echo(line: str, err: bool) -> None:
         assert err
         lines.append(line)
-        told.set()
+        printed.set()
 
     monkeypatch.setattr("knotwork.cli.progress_display.echo", echo)
-    monkeypatch.setitem(CHECKS, "lasts", lambda *_: (told.wait(PATIENCE), ())[1])
+    monkeypatch.setitem(CHECKS, "lasts", lambda *_: (printed.wait(PATIENCE), ())[1])
     picture = tmp_path / "a.png"
     for command, *options in (("plan",), ("plot", "-o", picture), ("compare",)):
-        told.clear()
+        printed.clear()
         lines.clear()
         assert knotwork(command, "paper_case", *options).code in (0, 1)
         assert lines
         assert all(re.match(r"paper_case[^\n:]*: \d+ s, planning$", line) for line in lines)
     lines.clear()
-    told.set()
+    printed.set()
     assert not knotwork("plan", "paper_case", "--json").err
     assert not lines
 
 
-def test_the_check_is_told_with_the_motion_that_there_is() -> None:
-    told: list[Any] = []
-    made = kw.plan(WALL, progress=told.append)
-    assert (told[-1].trying, told[-1].done) == ("check", 1.0)
-    assert told[-1].duration == pytest.approx(made.trajectory.duration)
-    shares = [one.done for one in told]
+def test_progress_names_the_check_and_the_duration_found() -> None:
+    states: list[Any] = []
+    plan = kw.plan(WALL, progress=states.append)
+    assert (states[-1].trying, states[-1].done) == ("check", 1.0)
+    assert states[-1].duration == pytest.approx(plan.trajectory.duration)
+    shares = [one.done for one in states]
     assert shares == sorted(shares)
-    said = [plan_state(one) for one in told]
-    assert any(re.match(r"50 % done, a motion of [\d.]+ s, way 2 of 2", line) for _, line in said)
-    assert not [line for _, line in said if line.startswith("0 %")]  # its share is not known
-    told.clear()
-    kw.plan(FASTEST, progress=told.append)
-    assert any(re.search(r"step \d+", plan_state(one)[1]) for one in told)
+    states = [plan_state(one) for one in states]
+    assert any(re.match(r"50 % done, a motion of [\d.]+ s, way 2 of 2", line) for _, line in states)
+    assert not [line for _, line in states if line.startswith("0 %")]  # its share is not known
+    states.clear()
+    kw.plan(FASTEST, progress=states.append)
+    assert any(re.search(r"step \d+", plan_state(one)[1]) for one in states)
 
 
 COUNT = 400
@@ -182,18 +182,18 @@ def test_long_report_is_short_unless_in_full(task: Path, knotwork: Command, tmp_
     assert len(rows(knotwork("check", tmp_path / "out", "-s", task, "--full").out)) >= COUNT
 
 
-def test_the_worst_of_many_failures_is_told(task: Path, knotwork: Command, tmp_path: Path) -> None:
-    made = kw.plan(task)
-    made.save(tmp_path / "out")
+def test_the_worst_of_many_failures_is_shown(task: Path, knotwork: Command, tmp_path: Path) -> None:
+    plan = kw.plan(task)
+    plan.save(tmp_path / "out")
     data = json.loads(task.read_text())
-    for i, asked in ((331, 0.4), (333, 0.5), (335, 0.3)):
-        data["waypoints"][i]["joints"]["a"] = asked
+    for i, angle in ((331, 0.4), (333, 0.5), (335, 0.3)):
+        data["waypoints"][i]["joints"]["a"] = angle
     task.write_text(json.dumps(data))
     ran = knotwork("check", tmp_path / "out", "--scenario", task)
     assert ran.code == 1
-    told = " ".join(ran.out.split())
-    assert "FAIL waypoint 'w333' at 333 s: joint position is off by" in told
-    assert "(and 2 more like it)" in told
+    text = " ".join(ran.out.split())
+    assert "FAIL waypoint 'w333' at 333 s: joint position is off by" in text
+    assert "(and 2 more like it)" in text
     # on a page each is a line of its own, which goes there, the worst first
     page = tmp_path / "page.html"
     assert knotwork("report", tmp_path / "out", "--scenario", task, "--html", page).code == 1
@@ -214,7 +214,7 @@ def test_the_worst_of_many_failures_is_told(task: Path, knotwork: Command, tmp_p
         (KeyboardInterrupt(), 128 + signal.SIGINT, "interrupted"),
     ],
 )
-def test_what_ends_a_command_is_said_without_a_traceback(
+def test_errors_end_a_command_without_a_traceback(
     error: BaseException, code: int, line: str, knotwork: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def broken(*_: object) -> NoReturn:
@@ -225,7 +225,7 @@ def test_what_ends_a_command_is_said_without_a_traceback(
     ran = knotwork("plan", "paper_case")
     first, *others = without_progress(ran.err).strip().splitlines()
     assert (ran.code, ran.out, first) == (code, "", line)
-    assert len(others) == (code == 3)  # a fault of our own is asked to be reported
+    assert len(others) == (code == 3)  # an internal error asks for a report
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")

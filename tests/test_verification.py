@@ -191,8 +191,8 @@ def test_report_is_plain_data_and_assertion() -> None:
     assert data["version"] == 2
     limits = [row for row in data["findings"] if row["group"] == "Joint limits"]
     assert limits[0]["name"] == TURN
-    asked = [row for row in data["findings"] if row["quantity"] == "joint_position"]
-    assert asked[0]["requested"] == [0.0, 1.0]
+    rows = [row for row in data["findings"] if row["quantity"] == "joint_position"]
+    assert rows[0]["requested"] == [0.0, 1.0]
     with pytest.raises(AssertionError) as caught:
         report.raise_if_failed()
     assert isinstance(caught.value, CheckFailedError)
@@ -290,8 +290,8 @@ def test_checks_requested_end_accelerations() -> None:
     # the cubic from 0 to 1 in 2 s sets off with 6/4 and stops with -6/4
     report = check(SOUND, scenario(end_acceleration="zero"))
     assert failing(report) == {("A", "joint_acceleration"), ("B", "joint_acceleration")}
-    asked = {"start": {TURN: 1.5, SLIDE: -1.5}, "end": {TURN: -1.5, SLIDE: 1.5}}
-    assert check(SOUND, scenario(end_acceleration=asked)).ok
+    given = {"start": {TURN: 1.5, SLIDE: -1.5}, "end": {TURN: -1.5, SLIDE: 1.5}}
+    assert check(SOUND, scenario(end_acceleration=given)).ok
 
 
 def test_rounding_of_end_time_is_not_a_defect() -> None:
@@ -321,10 +321,10 @@ def test_tolerances_of_sliding_joints_are_lengths() -> None:
 
 
 def test_refuses_what_is_no_trajectory_or_scenario() -> None:
-    made = plan(scenario())
+    case = plan(scenario())
     for given, says in (
-        ((made.trajectory, "paper_case"), "scenario is 'paper_case'; accepted: .*kw.load_scenario"),
-        ((made, made.scenario), "(?s)trajectory is .*; accepted: a kw.JointTrajectory"),
+        ((case.trajectory, "paper_case"), "scenario is 'paper_case'; accepted: .*kw.load_scenario"),
+        ((case, case.scenario), "(?s)trajectory is .*; accepted: a kw.JointTrajectory"),
     ):
         with pytest.raises(InputError, match=says):
             check(*given)

@@ -29,19 +29,19 @@ def test_no_motion_is_below_its_lower_bound(name: str) -> None:
 
 
 def test_the_payload_bounds_the_times_by_torque() -> None:
-    made = planned("ur5_palletise")
-    assert any(one.quantity == "effort" for one in made.chosen.binding)
-    document = made.chosen.requested.given.to_dict()
+    plan = planned("ur5_palletise")
+    assert any(one.quantity == "effort" for one in plan.chosen.binding)
+    document = plan.chosen.requested.given.to_dict()
     light = {**document, "tool": {"frame": "tool0", "offset": document["tool"]["offset"]}}
-    assert kw.plan(light).trajectory.duration < made.trajectory.duration
+    assert kw.plan(light).trajectory.duration < plan.trajectory.duration
 
 
 def line(speed: Any, y: float = 200) -> dict[str, Any]:
     return {"name": "out", "along": "line", "speed": speed, "pose": {"position": [400, y, 300]}}
 
 
-def binding_limits(made: kw.Plan) -> list[str]:
-    return [str(one) for one in made.report.select(quantity="binding_limits")]
+def binding_limits(plan: kw.Plan) -> list[str]:
+    return [str(one) for one in plan.report.select(quantity="binding_limits")]
 
 
 def passes(task: dict[str, Any]) -> bool:
@@ -53,28 +53,28 @@ def passes(task: dict[str, Any]) -> bool:
 
 def test_maximum_speed_along_path() -> None:
     """From rest to rest: the acceleration along the path bounds it, here by 516.398 mm/s."""
-    made = kw.plan(reach(line("fastest"), times="fastest"))
-    made.report.raise_if_failed()
-    (path,) = made.scenario.paths
+    plan = kw.plan(reach(line("fastest"), times="fastest"))
+    plan.report.raise_if_failed()
+    (path,) = plan.scenario.paths
     assert path.stretches[0].speed == pytest.approx(0.5164, rel=2e-3)
-    assert binding_limits(made) == [
+    assert binding_limits(plan) == [
         "in to out: room for changes of speed at path.acceleration, 1000 mm/s², bounds the speed "
         "along the path"
     ]
     slow = {"velocity": 60, "acceleration": 400}
     held = kw.plan(reach(line("fastest"), limits=slow))
     held.report.raise_if_failed()
-    (said,) = binding_limits(held)
-    assert "velocity bounds the speed along the path" in said
+    (finding,) = binding_limits(held)
+    assert "velocity bounds the speed along the path" in finding
     speed = 1e3 * held.scenario.paths[0].stretches[0].speed
     assert 300 < speed < 516
     assert not passes(reach(line(1.01 * speed), limits=slow))
 
 
 def test_at_most_bounds_speed_along_path() -> None:
-    made = kw.plan(reach(line({"at_most": 60})))
-    assert binding_limits(made) == ["in to out: at_most bounds the speed along the path"]
-    assert made.scenario.paths[0].stretches[0].speed == pytest.approx(0.06)
+    plan = kw.plan(reach(line({"at_most": 60})))
+    assert binding_limits(plan) == ["in to out: at_most bounds the speed along the path"]
+    assert plan.scenario.paths[0].stretches[0].speed == pytest.approx(0.06)
 
 
 def test_chosen_speed_keeps_direction() -> None:
@@ -85,9 +85,9 @@ def test_chosen_speed_keeps_direction() -> None:
         for speed in ("fastest", {"at_most": 100}, 100)
     ]
     free, capped, given = (kw.plan(task) for task in tasks)
-    for made in (free, capped, given):
-        made.report.raise_if_failed()
-    twists = [made.scenario.waypoints[1].linear for made in (free, capped, given)]  # type: ignore[union-attr]
+    for plan in (free, capped, given):
+        plan.report.raise_if_failed()
+    twists = [plan.scenario.waypoints[1].linear for plan in (free, capped, given)]  # type: ignore[union-attr]
     assert np.linalg.norm(twists[0]) > 0.2
     assert np.linalg.norm(twists[1]) == pytest.approx(0.1, rel=1e-5)
     assert np.allclose(np.cross(twists[0], twists[2]), 0.0, atol=1e-12)
@@ -107,9 +107,9 @@ def test_a_path_may_end_in_a_wait() -> None:
             {"name": "d", "pose": {"position": [0.4, -0.1, 0.3], "rpy": [3.1, 0, 0]}},
         ],
     }
-    made = kw.plan(task)
-    made.report.raise_if_failed()
-    assert made.report.select(subject="wait")
+    plan = kw.plan(task)
+    plan.report.raise_if_failed()
+    assert plan.report.select(subject="wait")
 
 
 @pytest.mark.parametrize(
@@ -129,10 +129,10 @@ def test_speed_along_path_stays_below_tool_limit() -> None:
         points = [ready, before, line(speed)]
         return reach(times="fastest", limits=limits, tolerances=tolerances, waypoints=points)
 
-    made = kw.plan(task("fastest"))
-    made.report.raise_if_failed()
-    assert made.scenario.paths[0].stretches[0].speed == pytest.approx(0.1998, rel=5e-3)
-    assert made.chosen.gap < 0.05  # the tool's way bounds the time
+    plan = kw.plan(task("fastest"))
+    plan.report.raise_if_failed()
+    assert plan.scenario.paths[0].stretches[0].speed == pytest.approx(0.1998, rel=5e-3)
+    assert plan.chosen.gap < 0.05  # the tool's way bounds the time
     for speed in (200, 199.95):
         says = rf"waypoints\[2\]\.speed: at {speed:g} mm/s along the path from 'in' to 'out': "
         with pytest.raises(InputError, match=says + "the tool reaches .* its limit of tool speed"):
@@ -166,13 +166,13 @@ def test_refuses_path_speed_beyond_joint_limit() -> None:
 
 def test_link_speed_limit_bounds_speed_along_path() -> None:
     limits = {"acceleration": 400, "frame_speed": {"frame": "forearm_link", "speed": 50}}
-    made = kw.plan(reach(line("fastest"), limits=limits))
-    path = made.scenario.paths[0].stretches[0]
-    assert made.space.robot is not None
-    along = made.trajectory.breaks
+    plan = kw.plan(reach(line("fastest"), limits=limits))
+    path = plan.scenario.paths[0].stretches[0]
+    assert plan.space.robot is not None
+    along = plan.trajectory.breaks
     along = along[(along >= path.start) & (along <= path.end)]
     bound = kw.verification.tool_speed_bound(
-        made.space.robot, made.trajectory, frame="forearm_link", limit=0.05
+        plan.space.robot, plan.trajectory, frame="forearm_link", limit=0.05
     )
     assert bound.value > 0.045
     assert bound.ok or not along[0] <= bound.time <= along[-1]
@@ -182,9 +182,9 @@ def test_link_speed_limit_bounds_speed_along_path() -> None:
 def test_tool_acceleration_bounds_speed_along_arc() -> None:
     """On a half circle of 200 mm, by the root of 1200 times 200."""
     arc = line("fastest") | {"along": {"arc": {"through": [600, 0, 300]}}}
-    made = kw.plan(reach(arc, limits={"acceleration": 400, "tool_acceleration": 1200}))
-    made.report.raise_if_failed()
-    assert 0.98 < 1e3 * made.scenario.paths[0].stretches[0].speed / 489.9 <= 1.0
+    plan = kw.plan(reach(arc, limits={"acceleration": 400, "tool_acceleration": 1200}))
+    plan.report.raise_if_failed()
+    assert 0.98 < 1e3 * plan.scenario.paths[0].stretches[0].speed / 489.9 <= 1.0
 
 
 def test_refuses_waypoint_speed_beyond_tool_limit() -> None:

@@ -33,36 +33,36 @@ def to(a: float, b: float = 0.0, **keys: Any) -> dict[str, Any]:
 
 def test_single_joint_matches_closed_form() -> None:
     """With jerk J, acceleration A and velocity V reached: D/V + V/A + A/J."""
-    made = kw.plan(swing(to(2)))
-    made.report.raise_if_failed()
+    plan = kw.plan(swing(to(2)))
+    plan.report.raise_if_failed()
     exact = 2 / 2 + 2 / 4 + 4 / 40
-    assert exact <= made.trajectory.duration < (1 + 1e-5) * exact
-    assert made.chosen.lower_bound == pytest.approx(2 / 2 + 2 / 4)  # without the jerk
-    assert made.chosen.lower_bound <= made.trajectory.duration
+    assert exact <= plan.trajectory.duration < (1 + 1e-5) * exact
+    assert plan.chosen.lower_bound == pytest.approx(2 / 2 + 2 / 4)  # without the jerk
+    assert plan.chosen.lower_bound <= plan.trajectory.duration
 
 
 def test_planned_scenario_has_no_free_times() -> None:
-    made = kw.plan(swing(to(1, velocity="free"), to(2)))
-    assert made.scenario.unknowns is None
-    assert made.scenario.times[-1] == pytest.approx(made.trajectory.end_time)
-    velocity = made.space.targets[1].velocity
-    assert np.allclose(made.trajectory.velocity(made.scenario.times[1]), velocity, atol=1e-12)
+    plan = kw.plan(swing(to(1, velocity="free"), to(2)))
+    assert plan.scenario.unknowns is None
+    assert plan.scenario.times[-1] == pytest.approx(plan.trajectory.end_time)
+    velocity = plan.space.targets[1].velocity
+    assert np.allclose(plan.trajectory.velocity(plan.scenario.times[1]), velocity, atol=1e-12)
     assert velocity[0] > 1.5  # passed, not stopped at
 
 
 def test_keeps_waits_and_given_times() -> None:
-    made = kw.plan(swing(to(1, wait=0.3), to(2, after=1.7, stop=True), to(0)))
-    made.report.raise_if_failed()
-    times = made.scenario.times
+    plan = kw.plan(swing(to(1, wait=0.3), to(2, after=1.7, stop=True), to(0)))
+    plan.report.raise_if_failed()
+    times = plan.scenario.times
     assert times[2] - times[1] == pytest.approx(0.3, abs=1e-12)
     assert times[3] - times[2] == pytest.approx(1.7, abs=1e-12)
     inside = np.linspace(times[1], times[2], 50)
-    assert np.ptp(made.trajectory.position(inside), axis=0).max() == 0.0
+    assert np.ptp(plan.trajectory.position(inside), axis=0).max() == 0.0
 
 
 def test_at_least_bounds_a_time_from_below() -> None:
-    made = kw.plan(swing(to(0.1, after={"fastest": True, "at_least": 0.8})))
-    assert 0.8 <= made.trajectory.duration < 0.801
+    plan = kw.plan(swing(to(0.1, after={"fastest": True, "at_least": 0.8})))
+    assert 0.8 <= plan.trajectory.duration < 0.801
 
 
 def test_after_fastest_at_single_waypoint() -> None:
@@ -74,20 +74,20 @@ def test_after_fastest_at_single_waypoint() -> None:
 
 
 def test_margin_applies_to_planning_and_check() -> None:
-    made = kw.plan(swing(to(2), limits={**SMOOTH, "margin": 0.5}))
-    made.report.raise_if_failed()
-    assert made.trajectory.extrema("velocity").peak[0] <= 1.0
-    (found,) = made.report.select(name="a", quantity="velocity")
+    plan = kw.plan(swing(to(2), limits={**SMOOTH, "margin": 0.5}))
+    plan.report.raise_if_failed()
+    assert plan.trajectory.extrema("velocity").peak[0] <= 1.0
+    (found,) = plan.report.select(name="a", quantity="velocity")
     assert found.limit == pytest.approx(1.0)
 
 
 def test_given_duration_gives_smoothest_motion() -> None:
     """From rest to rest without acceleration at the ends; the quintic is no cubic, but near."""
-    made = kw.plan(swing(to(1), duration=4.0))
-    made.report.raise_if_failed()
-    assert made.trajectory.duration == pytest.approx(4.0, abs=1e-9)
+    plan = kw.plan(swing(to(1), duration=4.0))
+    plan.report.raise_if_failed()
+    assert plan.trajectory.duration == pytest.approx(4.0, abs=1e-9)
     quintic = 720.0 / 4.0**5  # integral of jerk squared of the minimum over all curves
-    jerk = made.trajectory.polynomial.derivative(3)
+    jerk = plan.trajectory.polynomial.derivative(3)
     squared = float((np.diff(jerk.x)[:, None] * jerk.c[-1] ** 2).sum())
     assert quintic <= squared < 1.15 * quintic
 
@@ -101,13 +101,13 @@ def test_optimal_knots_have_less_jerk_than_paper() -> None:
         return float((np.diff(jerk.x)[:, None] * jerk.c[-1] ** 2).sum())
 
     assert squared_jerk(knots="optimal") < squared_jerk(knots="paper")
-    made = kw.plan({**task, "knots": "optimal"})
+    plan = kw.plan({**task, "knots": "optimal"})
     tight = {"velocity": 8, "acceleration": 60, "jerk": 100}  # they do not bind
     assert squared_jerk(knots="optimal") == pytest.approx(
         squared_jerk(limits=tight, knots="optimal"), rel=5e-3
     )
-    assert made.trajectory.end_time == 5.0
-    assert made.report.ok
+    assert plan.trajectory.end_time == 5.0
+    assert plan.report.ok
 
 
 def test_segments_rest_after_budget(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -120,17 +120,17 @@ def test_segments_rest_after_budget(monkeypatch: pytest.MonkeyPatch) -> None:
     )
     best = kw.plan(task)
     monkeypatch.setattr(timed_motion, "Budget", lambda *given: Budget(*given, now=count().__next__))
-    made = kw.plan(task, budget=2)
-    made.report.raise_if_failed()
-    assert made.chosen.status == "stopped"
-    assert made.trajectory.duration < 1.2 * best.trajectory.duration
-    (said,) = [one for one in made.report.warnings if one.group == "Chosen times"]
-    assert "the best so far when the budget ended" in str(said)
+    plan = kw.plan(task, budget=2)
+    plan.report.raise_if_failed()
+    assert plan.chosen.status == "stopped"
+    assert plan.trajectory.duration < 1.2 * best.trajectory.duration
+    (finding,) = [one for one in plan.report.warnings if one.group == "Chosen times"]
+    assert "the best so far when the budget ended" in str(finding)
     hasty = kw.plan(task, budget=1)
     hasty.report.raise_if_failed()
     assert hasty.chosen.status == "stopped"
-    assert made.trajectory.duration < hasty.trajectory.duration
-    shorter = 0.5 * (made.trajectory.duration + hasty.trajectory.duration)
+    assert plan.trajectory.duration < hasty.trajectory.duration
+    shorter = 0.5 * (plan.trajectory.duration + hasty.trajectory.duration)
     with pytest.raises(InputError, match=r"minimum time found .* s or more, or a larger budget"):
         kw.plan({**task, "duration": shorter}, budget=1)
     with pytest.raises(InputError, match="budget"):
@@ -168,18 +168,18 @@ waypoints:
 def test_a_frozen_scenario_keeps_its_comments_and_gives_the_same_motion(tmp_path: Path) -> None:
     source = tmp_path / "swing.yaml"
     source.write_text(FILE)
-    made = kw.plan(source)
-    text = made.freeze(tmp_path / "frozen.yaml").read_text()
-    said = [line.partition("#")[2] for line in FILE.splitlines() if "#" in line]
-    assert [line.partition("#")[2] for line in text.splitlines() if "#" in line] == said
+    plan = kw.plan(source)
+    text = plan.freeze(tmp_path / "frozen.yaml").read_text()
+    comments = [line.partition("#")[2] for line in FILE.splitlines() if "#" in line]
+    assert [line.partition("#")[2] for line in text.splitlines() if "#" in line] == comments
     assert "fastest" not in text
     again = kw.plan(tmp_path / "frozen.yaml")
     assert again.chosen is None
     assert again.scenario.unknowns is None
-    assert np.array_equal(again.trajectory.polynomial.x, made.trajectory.polynomial.x)
-    assert np.array_equal(again.trajectory.polynomial.c, made.trajectory.polynomial.c)
-    assert kw.check(made.trajectory, load_scenario(tmp_path / "frozen.yaml")).ok
-    made.save(tmp_path / "out")
+    assert np.array_equal(again.trajectory.polynomial.x, plan.trajectory.polynomial.x)
+    assert np.array_equal(again.trajectory.polynomial.c, plan.trajectory.polynomial.c)
+    assert kw.check(plan.trajectory, load_scenario(tmp_path / "frozen.yaml")).ok
+    plan.save(tmp_path / "out")
     assert (tmp_path / "out" / "scenario.yaml").read_text() == text + "name: swing\n"
 
 
@@ -206,19 +206,19 @@ def test_reports_aliases_that_cannot_be_edited(tmp_path: Path) -> None:
         "  - {joints: &here {a: 0}}\n  - &one {joints: {a: 1}, stop: true}\n"
         "  - {joints: *here, stop: true}\n  - *one\n"
     )
-    made = kw.plan(source)
+    plan = kw.plan(source)
     with pytest.raises(InputError, match="aliases"):
-        made.freeze(tmp_path / "frozen.yaml")
+        plan.freeze(tmp_path / "frozen.yaml")
     assert not (tmp_path / "frozen.yaml").exists()
-    made.save(tmp_path / "out")
+    plan.save(tmp_path / "out")
     saved = tmp_path / "out" / "scenario.yaml"
     assert "aliases" in saved.read_text().splitlines()[0]
-    assert np.array_equal(kw.plan(saved).trajectory.breaks, made.trajectory.breaks)
+    assert np.array_equal(kw.plan(saved).trajectory.breaks, plan.trajectory.breaks)
 
 
 def test_reports_stale_frozen_scenario(tmp_path: Path) -> None:
-    made = kw.plan(swing(to(1, velocity="free", name="via"), to(2)))
-    path = made.freeze(tmp_path / "frozen.yaml")
+    plan = kw.plan(swing(to(1, velocity="free", name="via"), to(2)))
+    path = plan.freeze(tmp_path / "frozen.yaml")
     text = path.read_text()
     moved = text.replace("joints: {a: 2.0, b: 0.0}", "joints: {a: 2.5, b: 0.0}")
     assert moved != text
@@ -229,9 +229,9 @@ def test_reports_stale_frozen_scenario(tmp_path: Path) -> None:
 
 def test_refuses_check_against_free_times() -> None:
     task = swing(to(2))
-    made = kw.plan(task)
+    plan = kw.plan(task)
     with pytest.raises(InputError, match="leaves times or speeds free"):
-        kw.check(made.trajectory, load_scenario(task))
+        kw.check(plan.trajectory, load_scenario(task))
 
 
 def test_all_planners_get_the_chosen_times() -> None:
@@ -247,34 +247,34 @@ def test_all_planners_get_the_chosen_times() -> None:
 
 
 def test_report_lists_chosen_times() -> None:
-    made = kw.plan(swing(to(1, velocity="free", name="via"), to(2, name="place")))
-    found = made.report.select(group="Chosen times")
+    plan = kw.plan(swing(to(1, velocity="free", name="via"), to(2, name="place")))
+    found = plan.report.select(group="Chosen times")
     assert {one.quantity for one in found} >= {"duration", "lower_bound", "binding_limits"}
-    said = [str(one) for one in found if one.quantity == "binding_limits"]
-    assert any(one.startswith("via to place: a acceleration for ") for one in said)
-    data = made.report_to_dict()["chosen_times"]
+    texts = [str(one) for one in found if one.quantity == "binding_limits"]
+    assert any(one.startswith("via to place: a acceleration for ") for one in texts)
+    data = plan.report_to_dict()["chosen_times"]
     assert data["status"] == "optimal"
-    assert data["duration"] == made.trajectory.duration
+    assert data["duration"] == plan.trajectory.duration
     assert data["gap"] == pytest.approx(data["duration"] / data["lower_bound"] - 1)
-    assert math.isclose(data["times"]["place"], made.trajectory.duration)
+    assert math.isclose(data["times"]["place"], plan.trajectory.duration)
 
 
 @pytest.mark.parametrize("keys", [{"knots": "optimal"}, {"times": "fastest", "duration": 2}])
 def test_given_duration_is_no_minimum(keys: dict[str, Any]) -> None:
     after = {} if "times" in keys else {"after": 2}
-    made = kw.plan({"limits": SMOOTH, "waypoints": [to(0), to(1, **after)], **keys})
-    (duration,) = made.report.select(quantity="duration")
+    plan = kw.plan({"limits": SMOOTH, "waypoints": [to(0), to(1, **after)], **keys})
+    (duration,) = plan.report.select(quantity="duration")
     assert duration.message == f"{'times' if 'times' in keys else 'motion'} chosen: 2 s, as given"
     assert (duration.group == "Chosen times") == ("times" in keys)
-    assert not made.report.select(quantity="lower_bound")
+    assert not plan.report.select(quantity="lower_bound")
 
 
 def test_reports_assumed_jerk_limit() -> None:
-    made = kw.plan(swing(to(1), limits={"velocity": 1, "acceleration": 4}))
-    assert made.chosen.assumed_jerk == {"a": 400.0, "b": 400.0}
-    said = [str(one) for one in made.report.select(group="Chosen times")]
-    assert any("no jerk limit is given, so one is assumed: 400 rad/s³ for a, b" in s for s in said)
-    assert any("a jerk (assumed) for " in s for s in said)
+    plan = kw.plan(swing(to(1), limits={"velocity": 1, "acceleration": 4}))
+    assert plan.chosen.assumed_jerk == {"a": 400.0, "b": 400.0}
+    texts = [str(one) for one in plan.report.select(group="Chosen times")]
+    assert any("no jerk limit is given, so one is assumed: 400 rad/s³ for a, b" in s for s in texts)
+    assert any("a jerk (assumed) for " in text for text in texts)
     given = kw.plan(swing(to(1)))
     assert not given.report.select(group="Chosen times", quantity="assumed_jerk")
 
@@ -292,9 +292,9 @@ def given_beside_free(seconds: float, **keys: Any) -> dict[str, Any]:
 
 def test_given_time_next_to_free_time_keeps_limits() -> None:
     """It takes 1.106 s at least; the paper's knots need far more."""
-    made = kw.plan(given_beside_free(1.15))
-    made.report.raise_if_failed()
-    assert made.scenario.times[1] == 1.15
+    plan = kw.plan(given_beside_free(1.15))
+    plan.report.raise_if_failed()
+    assert plan.scenario.times[1] == 1.15
     assert not kw.plan(given_beside_free(1.15, knots="paper")).report.ok
     with pytest.raises(InputError, match=r"from 'a' to 'b' 1\.05 s are given.* 1\.1\d* s"):
         kw.plan(given_beside_free(1.05))
@@ -312,6 +312,6 @@ def test_reports_minimum_time_for_infeasible_duration() -> None:
 def test_plans_stored_run() -> None:
     run = {"times": [0, 0.2, 0.8, 1], "accelerations": {"a": [0, 7.5, -7.5, 0]}}
     waypoints = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": 1}]
-    made = kw.plan({"waypoints": waypoints, "chosen": [run]})
-    made.report.raise_if_failed()
-    assert made.trajectory.breaks.tolist() == [0, 0.2, 0.8, 1]
+    plan = kw.plan({"waypoints": waypoints, "chosen": [run]})
+    plan.report.raise_if_failed()
+    assert plan.trajectory.breaks.tolist() == [0, 0.2, 0.8, 1]

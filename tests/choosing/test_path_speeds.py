@@ -31,9 +31,9 @@ def line(
     return {"name": name, "along": "line", "pose": pose, **given, **keys}
 
 
-def speeds(made: kw.Plan) -> list[float]:
+def speeds(plan: kw.Plan) -> list[float]:
     """Of all stretches [mm/s]."""
-    return [1e3 * one.speed for path in made.scenario.paths for one in path.stretches]
+    return [1e3 * one.speed for path in plan.scenario.paths for one in path.stretches]
 
 
 def keeps(task: dict[str, Any], given: list[float]) -> bool:
@@ -50,9 +50,9 @@ def test_each_stretch_has_its_maximum_speed() -> None:
     """Between two straight stretches the wrist has to turn."""
     ends = [line("a", -50), line("b", 50, turn=-90), line("c", 250)]
     task = reach(*ends, limits={"velocity": 60, "acceleration": 1600})
-    made = kw.plan(task)
-    made.report.raise_if_failed()
-    found = speeds(made)
+    plan = kw.plan(task)
+    plan.report.raise_if_failed()
+    found = speeds(plan)
     assert min(found[0], found[2]) > 2.5 * found[1]
     for k in range(3):
         faster = [1.06 * speed if j == k else speed for j, speed in enumerate(found)]
@@ -66,27 +66,27 @@ def test_limited_stretch_does_not_slow_next_path() -> None:
         line("c", 200, {"at_most": 60}),
         limits={"acceleration": 400},
     )
-    made = kw.plan(task)
-    made.report.raise_if_failed()
-    assert speeds(made)[0] == pytest.approx(100)
-    assert speeds(made)[1] > 200
-    assert speeds(made)[2] == pytest.approx(60)
+    plan = kw.plan(task)
+    plan.report.raise_if_failed()
+    assert speeds(plan)[0] == pytest.approx(100)
+    assert speeds(plan)[1] > 200
+    assert speeds(plan)[2] == pytest.approx(60)
 
 
 def test_equal_stretches_share_speed_under_jerk_limit() -> None:
     limits = {"velocity": 60, "acceleration": 600, "jerk": 6000}
-    made = kw.plan(reach(line("a", 0), line("b", 200), limits=limits, tolerances={"path": 0.2}))
-    made.report.raise_if_failed()
-    first, second = speeds(made)
+    plan = kw.plan(reach(line("a", 0), line("b", 200), limits=limits, tolerances={"path": 0.2}))
+    plan.report.raise_if_failed()
+    first, second = speeds(plan)
     assert first == second > 300
 
 
 def test_short_given_stretch_between_chosen_ones() -> None:
-    """There is no room to slow down beside it, nor any need to."""
+    """The neighbours are too short to slow down, and the limits do not require it."""
     task = reach(line("a", -100), line("b", -60, 300), line("c", 200), limits={"acceleration": 800})
-    made = kw.plan(task)
-    made.report.raise_if_failed()
-    assert min(speeds(made)) == 300
+    plan = kw.plan(task)
+    plan.report.raise_if_failed()
+    assert min(speeds(plan)) == 300
 
 
 @pytest.mark.parametrize(
@@ -104,14 +104,14 @@ def test_plans_slow_speed_of_short_line(length: float, acceleration: float) -> N
 
 def test_bound_below_least_speed_holds() -> None:
     bounds = {"limits": {"acceleration": 800}, "path": {"acceleration": 10}}
-    made = kw.plan(reach(line("a", -199, {"at_most": 0.5}), **bounds))
-    made.report.raise_if_failed()
-    assert speeds(made) == [pytest.approx(0.5)]
+    plan = kw.plan(reach(line("a", -199, {"at_most": 0.5}), **bounds))
+    plan.report.raise_if_failed()
+    assert speeds(plan) == [pytest.approx(0.5)]
 
 
 @pytest.mark.parametrize("limits", [LIMITS, {**LIMITS, "acceleration": 600, "jerk": 20000}])
 def test_refuses_path_with_infeasible_ramps(limits: dict[str, Any]) -> None:
-    """Each of them does, be it ever so small."""
+    """A ramp is infeasible at every speed, however low."""
     task = reach(line("a", 0), line("b", 150, turn=-150), limits=limits, tolerances={"path": 0.2})
     says = (
         r"waypoints\[2\]\.speed: no speed keeps .*: 'wrist_3_joint' exceeds its limit of .*"
@@ -183,22 +183,22 @@ def test_short_stretch_takes_neighbour_speed_under_jerk_limit() -> None:
     """The maximum speed that one cap allows."""
     ends = [line("a", -30), line("b", -28), line("c", 70, {"at_most": 20})]
     task = passed(*ends, limits=HURRIED)
-    made = kw.plan(task)
-    made.report.raise_if_failed()
-    assert speeds(made)[1:] == [20, 20]
-    assert speeds(made)[0] > 100
-    (said,) = made.report.select(quantity="lower_bound")
-    assert str(said).endswith(
-        f"is shorter than {said.value:.6g} s with these speeds along its paths"
+    plan = kw.plan(task)
+    plan.report.raise_if_failed()
+    assert speeds(plan)[1:] == [20, 20]
+    assert speeds(plan)[0] > 100
+    (finding,) = plan.report.select(quantity="lower_bound")
+    assert str(finding).endswith(
+        f"is shorter than {finding.value:.6g} s with these speeds along its paths"
     )
 
 
 def test_takes_speed_of_given_neighbours() -> None:
     ends = [line("a", -195), line("b", -167, 10), line("c", -161)]
     task = passed(*ends, limits={"acceleration": 1500, "jerk": 4000})
-    made = kw.plan(task | {"tolerances": {"path": 0.3, "path_speed": 0.03}})
-    made.report.raise_if_failed()
-    assert min(speeds(made)) == 10
+    plan = kw.plan(task | {"tolerances": {"path": 0.3, "path_speed": 0.03}})
+    plan.report.raise_if_failed()
+    assert min(speeds(plan)) == 10
 
 
 def test_slows_path_that_cannot_be_left_at_maximum_speed() -> None:
@@ -206,14 +206,14 @@ def test_slows_path_that_cannot_be_left_at_maximum_speed() -> None:
     ends = [line("a", -117.9), line("b", -31.5)]
     task = passed(*ends, limits={"acceleration": 600, "jerk": 4000})
     task["waypoints"][0]["pose"]["position"][1] = -120
-    made = kw.plan(task)
-    made.report.raise_if_failed()
-    said = [str(one) for one in made.report.select(quantity="binding_limits")]
-    assert any("the motion before or after bounds the speed along the path" in one for one in said)
+    plan = kw.plan(task)
+    plan.report.raise_if_failed()
+    texts = [str(one) for one in plan.report.select(quantity="binding_limits")]
+    assert any("the motion before or after bounds the speed along the path" in one for one in texts)
     for end in ends:
-        end["speed"] = 0.5 * speeds(made)[-1]
+        end["speed"] = 0.5 * speeds(plan)[-1]
     slower = kw.plan(task)
-    assert slower.chosen.duration > made.chosen.duration
+    assert slower.chosen.duration > plan.chosen.duration
 
 
 def test_takes_first_speeds_with_motions_when_budget_ends(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -228,11 +228,11 @@ def test_takes_first_speeds_with_motions_when_budget_ends(monkeypatch: pytest.Mo
         return paths
 
     monkeypatch.setattr(chosen_times, "with_max_speeds", record)
-    made = kw.plan(task, budget=1e-3)
-    made.report.raise_if_failed()
-    assert made.chosen.status == "stopped"
+    plan = kw.plan(task, budget=1e-3)
+    plan.report.raise_if_failed()
+    assert plan.chosen.status == "stopped"
     assert len(speeds_tried) == 2  # the maximum speeds have no motions
-    assert speeds(made) == pytest.approx([1e3 * speed for speed in speeds_tried[-1].values()])
+    assert speeds(plan) == pytest.approx([1e3 * speed for speed in speeds_tried[-1].values()])
 
 
 def test_tolerance_bounds_speed_if_path_cannot_be_followed(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -245,10 +245,10 @@ def test_tolerance_bounds_speed_if_path_cannot_be_followed(monkeypatch: pytest.M
         return solve(*given)
 
     monkeypatch.setattr(chosen_path_speeds, "solve_task", fail_at_first_speeds)
-    made = kw.plan(reach(line("a", 100), limits=LIMITS))
-    made.report.raise_if_failed()
-    (said,) = made.report.select(quantity="binding_limits")
-    assert "the tolerance of the path bounds the speed along the path" in str(said)
+    plan = kw.plan(reach(line("a", 100), limits=LIMITS))
+    plan.report.raise_if_failed()
+    (finding,) = plan.report.select(quantity="binding_limits")
+    assert "the tolerance of the path bounds the speed along the path" in str(finding)
 
 
 def test_speeds_are_expected_for_the_given_solution(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -283,17 +283,17 @@ def refusal(of: dict[str, Any]) -> str:
     return str(raised.value)
 
 
-def number(said: str, before: str) -> float:
-    found = re.search(before + r" ([0-9.]+) s", said)
-    assert found, said
+def number(text: str, before: str) -> float:
+    found = re.search(before + r" ([0-9.]+) s", text)
+    assert found, text
     return float(found[1])
 
 
 def test_named_duration_is_feasible() -> None:
     end = {"name": "b", "joints": {"q": 1}}
     named = number(refusal(task(end, duration=0.5)), "accepted:")
-    made = kw.plan(task(end, duration=named))
-    assert made.trajectory.duration == pytest.approx(named)
+    plan = kw.plan(task(end, duration=named))
+    assert plan.trajectory.duration == pytest.approx(named)
     assert named < 1.002 * kw.plan(task(end)).trajectory.duration
 
 
@@ -306,7 +306,7 @@ def test_names_time_bounded_by_tool_speed() -> None:
         "limits": {"tool_speed": 0.5},
         "waypoints": [turned],
     }
-    said = refusal(across)
-    assert "the tool, on the straight line, takes more than" in said
-    turned["after"] = number(said, ";")
+    text = refusal(across)
+    assert "the tool, on the straight line, takes more than" in text
+    turned["after"] = number(text, ";")
     kw.plan(across).report.raise_if_failed()

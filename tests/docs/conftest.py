@@ -23,9 +23,9 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Site:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not verdict.exists():
             built = build(DOCS, folder)
-            verdict.write_text(f"{built.code}\n{built.said}", encoding="utf-8")
-    code, _, said = verdict.read_text(encoding="utf-8").partition("\n")
-    return Site(folder, int(code), said)
+            verdict.write_text(f"{built.code}\n{built.output}", encoding="utf-8")
+    code, _, output = verdict.read_text(encoding="utf-8").partition("\n")
+    return Site(folder, int(code), output)
 
 
 @pytest.fixture

@@ -12,11 +12,11 @@ from command_line import python
 
 @dataclass(frozen=True)
 class Site:
-    """A build of the documentation: where it is, how it ended, and what it said."""
+    """A build of the documentation: where it is, how it ended, and what it printed."""
 
     folder: Path
     code: int
-    said: str
+    output: str
 
     def page(self, name: str) -> str:
         return (self.folder / f"{name}.html").read_text(encoding="utf-8")

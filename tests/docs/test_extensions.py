@@ -46,7 +46,7 @@ def test_what_is_run_is_shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     page += "```{python}\n:raises: ZeroDivisionError\nx / 0\n```\n\n$\\dot{r}_j$\n"
     page += "\n```{run}\npython examples/spline_alone.py\n```\n"  # found from any folder
     site = built(tmp_path, page)
-    assert site.code == 0, site.said
+    assert site.code == 0, site.output
     assert not list(temporary.glob("knotwork-docs-*"))
     shown = site.page("index")
     assert "SciPy loaded: False" in shown
@@ -71,8 +71,8 @@ def test_what_ends_otherwise_fails_the_build(tmp_path: Path) -> None:
     site = built(tmp_path, "# P\n\n" + "\n\n".join(WRONG))
     assert site.code != 0
     for complaint in WRONG.values():
-        assert complaint in site.said
-    assert site.said.count("WARNING: ") == len(WRONG)
+        assert complaint in site.output
+    assert site.output.count("WARNING: ") == len(WRONG)
 
 
 def test_the_gallery_has_every_scenario_and_robot_and_its_picture() -> None:
@@ -95,7 +95,7 @@ def test_the_gallery_has_every_scenario_and_robot_and_its_picture() -> None:
 def test_pictures_lead_to_live_pages_and_that_of_the_first_page_moves(tmp_path: Path) -> None:
     page = "# P\n\n![a](gallery/paper_case.webp)\n\n![an arm](ur5_deburring.webp)\n"
     site = built(tmp_path, page, "-D", "live_pages=1")
-    assert site.code == 0, site.said
+    assert site.code == 0, site.output
     assert site.page("index").count('href="live/paper_case.html"') == 2
     assert "Live page, 0." in site.page("index")
     assert "paper_case" in (site.folder / "live" / "paper_case.html").read_text(encoding="utf-8")

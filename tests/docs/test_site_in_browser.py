@@ -51,7 +51,7 @@ def test_plots_are_dark_in_the_dark(site: Site, chromium: Any) -> None:
 
 
 def opened(site: Site, chromium: Any, page: str, size: tuple[int, int], **options: Any) -> Any:
-    assert site.code == 0, site.said
+    assert site.code == 0, site.output
     width, height = size
     tab = new_tab(chromium, viewport={"width": width, "height": height}, **options)
     tab.goto((site.folder / f"{page}.html").as_uri())

@@ -84,8 +84,8 @@ def test_segments(plan: kw.Plan) -> None:
 
 
 def test_on_twice_and_moments_that_coincide_are_fine() -> None:
-    asked = kw.load_scenario(weld(seam=do({"a": "on"}, {"b": "on"}), end=do({"a": "on"})))
-    assert [one.event.text for one in asked.events] == ["a on", "b on", "a on"]
+    scenario = kw.load_scenario(weld(seam=do({"a": "on"}, {"b": "on"}), end=do({"a": "on"})))
+    assert [one.event.text for one in scenario.events] == ["a on", "b on", "a on"]
 
 
 def test_free_times_are_chosen_first_and_freezing_keeps_events(tmp_path: Any) -> None:

@@ -86,7 +86,7 @@ def test_events_close_together_leave_the_motion_as_it_is() -> None:
 
 
 @pytest.mark.parametrize(
-    ("action", "said"),
+    ("action", "message"),
     [
         (
             {"gripper": "close"},
@@ -95,9 +95,9 @@ def test_events_close_together_leave_the_motion_as_it_is() -> None:
         ({"output": 18, "value": True}, r"output 18 on .*accepted: .*16 or 17 \(at the tool\)"),
     ],
 )
-def test_what_is_no_output_of_the_controller_is_refused(action: Any, said: str) -> None:
+def test_what_is_no_output_of_the_controller_is_refused(action: Any, message: str) -> None:
     motion = kw.plan(weld(seam=do(action))).trajectory
-    with pytest.raises(ExportError, match=said):
+    with pytest.raises(ExportError, match=message):
         motion.to_urscript()
     assert "digital_out" not in replace(motion, events=()).to_urscript()
 
@@ -154,8 +154,8 @@ def test_the_check_knows_where_the_tool_is(plan: kw.Plan) -> None:
     (moved,) = found.select(subject="event", quantity="event_position")
     assert not moved.ok
     assert moved.value == pytest.approx(0.08 * 0.01, rel=1e-2)  # 80 mm/s for 10 ms
-    said = [one.message for one in plan.report.select(group="Segments")]
-    assert said == [one.text for one in plan.segments]
+    messages = [one.message for one in plan.report.select(group="Segments")]
+    assert messages == [one.text for one in plan.segments]
     assert any("output 17 on" in line for line in plan.report.brief())
 
 

@@ -36,8 +36,8 @@ def numbers(text: str) -> list[float]:
 
 
 def test_a_scenario_in_code(tmp_path: Path) -> None:
-    said = run("scenario_in_code.py", tmp_path, "out")
-    assert "3 s by modified-hermite, 6 knots" in said
+    output = run("scenario_in_code.py", tmp_path, "out")
+    assert "3 s by modified-hermite, 6 knots" in output
     samples = (tmp_path / "out" / "samples.csv").read_text(encoding="utf-8")
     assert len(samples.splitlines()) == 302
     assert (tmp_path / "out" / "trajectory.json").is_file()
@@ -45,9 +45,9 @@ def test_a_scenario_in_code(tmp_path: Path) -> None:
 
 
 def test_a_motion_in_mujoco(tmp_path: Path) -> None:
-    said = run("play_in_mujoco.py", tmp_path)
-    assert said.startswith("1801 keyframes")
-    assert 1e-6 < float(re.search(r"at most (\S+) rad", said)[1]) < 1e-3  # type: ignore[index]
+    output = run("play_in_mujoco.py", tmp_path)
+    assert output.startswith("1801 keyframes")
+    assert 1e-6 < float(re.search(r"at most (\S+) rad", output)[1]) < 1e-3  # type: ignore[index]
 
 
 FRANKA = """
@@ -93,14 +93,14 @@ def test_a_test_of_ones_own(tmp_path: Path) -> None:
 
 @pytest.mark.exhaustive
 def test_a_placement_study(tmp_path: Path) -> None:
-    said = run("placement_study.py", tmp_path, "out", "3", "2")
-    counts = [int(number) for number in re.findall(r"^ +(\d+) ", said, re.MULTILINE)]
-    passed, total = numbers(said.splitlines()[0])
+    output = run("placement_study.py", tmp_path, "out", "3", "2")
+    counts = [int(number) for number in re.findall(r"^ +(\d+) ", output, re.MULTILINE)]
+    passed, total = numbers(output.splitlines()[0])
     assert (total, sum(counts)) == (6, 6 - passed)
     assert passed > 0
     assert kw.plan(tmp_path / "out" / "best.yaml").report.ok
     assert "<svg" in (tmp_path / "out" / "placement.svg").read_text(encoding="utf-8")
-    assert run("placement_study.py", tmp_path, "out", "3", "2") == said
+    assert run("placement_study.py", tmp_path, "out", "3", "2") == output
 
 
 @pytest.fixture
@@ -120,16 +120,16 @@ def test_a_shorter_sweep(
 ) -> None:
     monkeypatch.setattr(sweep, "ANGLES", np.array([-30.0, -20.0, 0.0, 45.0]))
     sweep.main(tmp_path / "out")
-    said = capsys.readouterr().out
-    assert re.search(r"^ *-30\.0 deg: .*not in this orientation", said, re.MULTILINE)
-    assert "1 of 4 angles can't be done" in said
+    output = capsys.readouterr().out
+    assert re.search(r"^ *-30\.0 deg: .*not in this orientation", output, re.MULTILINE)
+    assert "1 of 4 angles can't be done" in output
     assert "<svg" in (tmp_path / "out" / "sweep.svg").read_text(encoding="utf-8")
 
 
 def test_ones_own_urdf(tmp_path: Path) -> None:
-    said = run("own_urdf.py", tmp_path)
-    assert "all requirements met" in said
-    uses = re.findall(r"(\w+) (velocity|acceleration): (-?[\d.]+) of (-?[\d.]+) rad", said)
+    output = run("own_urdf.py", tmp_path)
+    assert "all requirements met" in output
+    uses = re.findall(r"(\w+) (velocity|acceleration): (-?[\d.]+) of (-?[\d.]+) rad", output)
     assert len(uses) == 6
     for _, quantity, value, limit in uses:
         assert abs(float(limit)) == {"velocity": 2.5, "acceleration": 8.0}[quantity]
@@ -137,18 +137,18 @@ def test_ones_own_urdf(tmp_path: Path) -> None:
 
 
 def test_the_spline_alone(tmp_path: Path) -> None:
-    said = run("spline_alone.py", tmp_path)
-    assert "Pinocchio loaded: False" in said
-    assert "SciPy loaded: False" in said
-    assert numbers(said.splitlines()[0]) == [0, 3.09, 7.5, 12.5, 18.82, 25]
-    jumps = dict(re.findall(r"^(\S+) +acceleration: .*jump ([\d.]+)", said, re.MULTILINE))
+    output = run("spline_alone.py", tmp_path)
+    assert "Pinocchio loaded: False" in output
+    assert "SciPy loaded: False" in output
+    assert numbers(output.splitlines()[0]) == [0, 3.09, 7.5, 12.5, 18.82, 25]
+    jumps = dict(re.findall(r"^(\S+) +acceleration: .*jump ([\d.]+)", output, re.MULTILINE))
     assert float(jumps["cubic"]) > 0.01
     assert float(jumps["modified-hermite"]) == float(jumps["quintic:estimated"]) == 0
 
 
 def test_planners_compared(tmp_path: Path) -> None:
-    said = run("compare_planners.py", tmp_path, "paper_case")
-    rows = re.findall(r"^(\S+) +jerk +([\d.]+)", said, re.MULTILINE)
+    output = run("compare_planners.py", tmp_path, "paper_case")
+    rows = re.findall(r"^(\S+) +jerk +([\d.]+)", output, re.MULTILINE)
     assert {"modified-hermite", "quintic", "3-5-3"} <= {name for name, _ in rows}
     assert "cubic" not in {name for name, _ in rows}
     assert (jerks := [float(jerk) for _, jerk in rows]) == sorted(jerks)

@@ -298,8 +298,8 @@ def test_rows_for_franka_keep_its_limits_or_are_refused(panda_arm: kw.Robot) -> 
     for n, kind in ((1, "velocity"), (2, "acceleration"), (3, "jerk")):
         rates = np.abs(np.diff(q, n, axis=0)) / 1e-3**n
         use = (rates / getattr(panda_arm, f"{kind}_limit")).max()
-        said = float(re.search(rf"{kind} ([\d.e-]+) % of its limit", text)[1])  # type: ignore[index]
-        assert said == pytest.approx(100 * use, rel=0.05)
+        share = float(re.search(rf"{kind} ([\d.e-]+) % of its limit", text)[1])  # type: ignore[index]
+        assert share == pytest.approx(100 * use, rel=0.05)
     assert "torque rate" in text
     # a start with an acceleration is a step of it for the interface
     home = panda_arm.configuration("home")

@@ -102,13 +102,13 @@ def test_jumping_accelerations_can_not_go() -> None:
         motion("cubic").to_ros2(accelerations=True)
 
 
-def test_the_end_speed_is_told() -> None:
+def test_the_end_speed_is_reported() -> None:
     curve = JointTrajectory.from_knots(["a"], [0, 1], [[0], [1]], [[0], [1]])
     assert "allow_nonzero_velocity_at_trajectory_end" in curve.to_ros2()
     assert "allow_nonzero_velocity_at_trajectory_end" not in motion().to_ros2()
 
 
-def test_the_first_speed_is_told() -> None:
+def test_the_first_speed_is_reported() -> None:
     names, ends, speeds = ["lift", "turn"], [[0, 0], [1, 1]], [[-0.4, 0], [0, 0]]
     lift = JointTrajectory.from_knots(names, [0, 1], ends, speeds)
     text = lift.to_ros2()
@@ -212,7 +212,7 @@ def test_the_goal_holds_the_message(store: Any) -> None:
     back = store.deserialize_cdr(store.serialize_cdr(goal, GOAL), GOAL)
     assert len(back.trajectory.points) == curve.breaks.size
     assert back.trajectory.joint_names == list(curve.joint_names)
-    # nothing asked for: the controller's own tolerances hold
+    # no tolerances given: the controller's own tolerances hold
     assert back.path_tolerance == back.goal_tolerance == []
     assert back.goal_time_tolerance.sec == back.goal_time_tolerance.nanosec == 0
 
@@ -232,9 +232,9 @@ def test_message_objects_get_every_field(store: Any, monkeypatch: pytest.MonkeyP
         ("builtin_interfaces.msg", {"Duration": duration}),
     ):
         monkeypatch.setitem(sys.modules, name, SimpleNamespace(**classes))
-    made = motion().to_ros2_message(goal=True).trajectory
+    message = motion().to_ros2_message(goal=True).trajectory
     data = yaml.safe_load(motion().to_ros2())
-    assert made.joint_names == data["joint_names"]
-    for point, row in zip(made.points, data["points"], strict=True):
+    assert message.joint_names == data["joint_names"]
+    for point, row in zip(message.points, data["points"], strict=True):
         assert (point.positions, point.velocities) == (row["positions"], row["velocities"])
         assert point.time_from_start == duration(**row["time_from_start"])

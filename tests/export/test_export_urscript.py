@@ -101,7 +101,7 @@ def test_the_arm_accelerates_as_planned() -> None:
     assert rounded > 10.0 * exact
 
 
-def test_joints_of_any_order_and_prefix_are_told_in_the_controllers_order() -> None:
+def test_joints_of_any_order_and_prefix_are_listed_in_the_controllers_order() -> None:
     motion = cubic_arm(names=tuple(f"left_{name}" for name in ARM))
     order = [3, 0, 5, 2, 1, 4]
     names = [motion.joint_names[i] for i in order]

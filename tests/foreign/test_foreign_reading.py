@@ -147,7 +147,7 @@ def test_units_name_quantity(heading: str, factor: float, order: int, tmp_path: 
 
 @pytest.mark.parametrize("wrapped", [False, True])
 @pytest.mark.parametrize(
-    ("units", "said"),
+    ("units", "words"),
     [
         ({"time": "ms"}, "units.time: is 'ms' (s, rad or m, or these per s or s²)"),
         ({"positions": "deg"}, "units.positions: is 'deg'"),
@@ -156,12 +156,12 @@ def test_units_name_quantity(heading: str, factor: float, order: int, tmp_path: 
         ("deg", "units: is 'deg'"),
     ],
 )
-def test_refuses_other_units(tmp_path: Path, units: object, said: str, wrapped: bool) -> None:
+def test_refuses_other_units(tmp_path: Path, units: object, words: str, wrapped: bool) -> None:
     data: dict = {"joint_names": list(NAMES), "time": list(TIME), "positions": Q, "velocities": V}
     data = {"trajectory": message(2), "units": units} if wrapped else data | {"units": units}
     file = tmp_path / "bad.json"
     file.write_text(json.dumps(data))
-    assert said in str(refused(file))
+    assert words in str(refused(file))
 
 
 @pytest.mark.parametrize(
@@ -266,7 +266,7 @@ def replaced(text: str, line: int, column: int, value: str) -> str:
 
 
 @pytest.mark.parametrize(
-    ("line", "column", "value", "said"),
+    ("line", "column", "value", "words"),
     [
         (3, 3, "nan", "line 3: column 3 (joint_10): is nan (a finite number)"),
         (3, 1, "0.0", "line 3: column 1 (time): the time 0 s is not after 0 s"),
@@ -290,14 +290,16 @@ def replaced(text: str, line: int, column: int, value: str) -> str:
         (3, 2, "0_75", "line 3: column 2 (joint_1): '0_75' is not a number"),
     ],
 )
-def test_csv_that_is_refused(tmp_path: Path, line: int, column: int, value: str, said: str) -> None:
+def test_csv_that_is_refused(
+    tmp_path: Path, line: int, column: int, value: str, words: str
+) -> None:
     file = tmp_path / "bad.csv"
     file.write_text(replaced(csv_of(2), line, column, value))
-    assert said in str(refused(file))
+    assert words in str(refused(file))
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "words"),
     [
         ("", "has no rows"),
         (
@@ -309,10 +311,10 @@ def test_csv_that_is_refused(tmp_path: Path, line: int, column: int, value: str,
         ('time,"joint_1,joint_10,slide\n0,0,0,0\n', "is not valid CSV"),
     ],
 )
-def test_csv_of_no_motion(tmp_path: Path, text: str, said: str) -> None:
+def test_csv_of_no_motion(tmp_path: Path, text: str, words: str) -> None:
     file = tmp_path / "bad.csv"
     file.write_text(text)
-    assert said in str(refused(file))
+    assert words in str(refused(file))
 
 
 def test_files_that_are_no_text(tmp_path: Path) -> None:
@@ -357,12 +359,12 @@ POINT_FAULTS = [
 ]
 
 
-@pytest.mark.parametrize(("where", "value", "said"), POINT_FAULTS)
-def test_yaml_that_is_refused(tmp_path: Path, where: tuple, value: object, said: str) -> None:
+@pytest.mark.parametrize(("where", "value", "words"), POINT_FAULTS)
+def test_yaml_that_is_refused(tmp_path: Path, where: tuple, value: object, words: str) -> None:
     file = tmp_path / "bad.yaml"
     file.write_text(yaml.safe_dump(change(message(3), where, value), sort_keys=False))
     error = refused(file)
-    assert said in str(error)
+    assert words in str(error)
     line = error.problems[0].line
     assert line is not None
     if isinstance(value, int | float | str) and "sec" not in where:
@@ -370,7 +372,7 @@ def test_yaml_that_is_refused(tmp_path: Path, where: tuple, value: object, said:
 
 
 @pytest.mark.parametrize(
-    ("where", "value", "said"),
+    ("where", "value", "words"),
     [
         (("time",), [0.0, 0.5], "positions: has 3 rows (2, as times)"),
         (("time", 2), 0.5, "time[2]: the time 0.5 s is not after 0.5 s"),
@@ -381,12 +383,12 @@ def test_yaml_that_is_refused(tmp_path: Path, where: tuple, value: object, said:
         (("joint_names", 0), "slide", "joint_names[2]: joint 'slide' is given twice"),
     ],
 )
-def test_json_that_is_refused(tmp_path: Path, where: tuple, value: object, said: str) -> None:
+def test_json_that_is_refused(tmp_path: Path, where: tuple, value: object, words: str) -> None:
     data: dict = {"joint_names": list(NAMES), "time": list(TIME)}
     data |= {"positions": [list(row) for row in Q], "velocities": [list(row) for row in V]}
     file = tmp_path / "bad.json"
     file.write_text(json.dumps(change(data, where, value)))
-    assert said in str(refused(file))
+    assert words in str(refused(file))
 
 
 @pytest.mark.parametrize("delimiter", [";", "\t", " "])

@@ -131,7 +131,7 @@ def test_needs_no_scenario(knotwork: Command, tmp_path: Path, motion: kw.JointTr
         ran = knotwork("check", file, *line)
         assert ran.code == code, (line, ran)
         assert words in ran.out + ran.err
-    # what is required of its ends, which are asked for as they are, is not counted
+    # what is required of its ends, which are given, is not counted
     report = json.loads(knotwork("check", file, "--robot", "panda", "--json").out)
     assert {one["subject"] for one in report["findings"]} == {"joint", "motion", "pair", "tool"}
     for name in ("ur5_deburring", "paper_case"):
@@ -199,13 +199,13 @@ def test_every_command_reads_every_kind_of_file(name: str, run: Command) -> None
 
 
 @pytest.mark.parametrize("name", ["ros2.yaml", "samples.csv", "samples.json"])
-def test_other_tools_files_need_to_be_told_their_joints(name: str, run: Command) -> None:
+def test_files_of_other_tools_need_the_names_of_joints(name: str, run: Command) -> None:
     source = written(name, run)
     for command in (("plot", "-o", "a.png"), ("view", "--html", "a.html")):
         ran = run(command[0], source, *command[1:])
         assert ran.code == 2
         assert ran.err.startswith(f"error: {source} needs its scenario: give --scenario")
-    # The robot says as much as the scenario about the joints, but not what is asked of them.
+    # The robot says as much as the scenario about the joints, but not what is required of them.
     ran = run("view", source, "--robot", "planar2", "--html", "a.html")
     assert (ran.code, ran.out) == (0, "wrote a.html\n"), ran.err
     assert Path("a.html").is_file()
@@ -225,7 +225,7 @@ def test_a_report_of_a_trajectory_needs_its_scenario(run: Command) -> None:
 
 
 @pytest.mark.parametrize("command", ["check", "plot"])
-def test_a_file_of_another_kind_is_told_which_are_read(command: str, run: Command) -> None:
+def test_an_unknown_kind_of_file_is_refused(command: str, run: Command) -> None:
     Path("arm.urdf").write_text("<robot name='a'/>", encoding="utf-8")
     ran = run(command, "arm.urdf", "-s", SCENARIO)
     assert ran.code == 2

@@ -37,8 +37,8 @@ def run(arguments: list[str]) -> dict[str, object]:
         except BaseException as error:
             fault = f"{type(error).__name__}: {error}"
     faulthandler.cancel_dump_traceback_later()
-    said = out.getvalue()[:2000] + err.getvalue()[-2000:]
-    return {"code": code, "fault": fault, "said": said, "kilobytes": most_memory()}
+    output = out.getvalue()[:2000] + err.getvalue()[-2000:]
+    return {"code": code, "fault": fault, "output": output, "kilobytes": most_memory()}
 
 
 def most_memory() -> int:

@@ -65,9 +65,9 @@ TIMES, TIMES_HEAVY = 30, 5
 
 def meshes() -> dict[str, bytes]:
     box = trimesh.creation.box()
-    made = {kind: box.export(file_type=kind) for kind in ("stl", "obj", "ply")}
-    made["dae"] = collada()
-    return {kind: one.encode() if isinstance(one, str) else one for kind, one in made.items()}
+    files = {kind: box.export(file_type=kind) for kind in ("stl", "obj", "ply")}
+    files["dae"] = collada()
+    return {kind: one.encode() if isinstance(one, str) else one for kind, one in files.items()}
 
 
 class Session:
@@ -101,8 +101,8 @@ class Session:
         result = json.loads(line)
         assert result["code"] in (0, 1, 2), result
         assert not result["fault"], result
-        assert "Traceback" not in result["said"], result
-        assert "\x1b" not in result["said"], result
+        assert "Traceback" not in result["output"], result
+        assert "\x1b" not in result["output"], result
         assert result["kilobytes"] < KILOBYTES, result
         return int(result["code"])
 

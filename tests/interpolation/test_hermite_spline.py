@@ -224,8 +224,8 @@ def test_ten_thousand_random_cases(seed, grids):
             for nu, tolerance in ((0, 1e-11), (1, 1e-12), (2, 1e-13)):
                 jumps = largest(spline.jumps(nu))
                 assert (jumps <= tolerance * largest(spline(spline.x, nu))).all()
-        asked = None if ends is None else np.zeros((2, JOINTS)) if isinstance(ends, str) else ends
-        if asked is not None:
+        exact = None if ends is None else np.zeros((2, JOINTS)) if isinstance(ends, str) else ends
+        if exact is not None:
             reached = spline(x[[0, -1]], 2)
             peak = largest(spline(spline.x, 2))
-            assert (largest(reached - asked) <= 1e-13 * peak).all()
+            assert (largest(reached - exact) <= 1e-13 * peak).all()

@@ -210,8 +210,8 @@ def test_options_with_arrays_can_be_compared_and_are_kept():
 class TestRules:
     def test_a_rule_after_the_name_is_the_option(self):
         ruled = get_planner("quintic:estimated")(CASE)
-        said = plan("quintic", accelerations="estimated")
-        np.testing.assert_array_equal(ruled.polynomial.c, said.polynomial.c)
+        estimated = plan("quintic", accelerations="estimated")
+        np.testing.assert_array_equal(ruled.polynomial.c, estimated.polynomial.c)
         assert ruled.planner == "quintic:estimated"
         balanced = get_planner("modified-hermite:balanced")(CASE, PlannerOptions())
         np.testing.assert_array_equal(

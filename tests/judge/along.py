@@ -88,7 +88,7 @@ def _path(task: Task, motion: Motion, path: ToolPath, samples: int) -> Iterator[
     excess = turned - path.ahead(s)
     if excess.max() > allowed["path_orientation"]:
         yield "orientation", name, float(excess.max()), allowed["path_orientation"]
-    # From one end to the other, and past each waypoint between when it is asked for.
+    # From one end to the other, and past each waypoint between at its given time.
     near = allowed["path"] + allowed["position"] + 1e-9
     marks = [(path.stretches[0].start, 0.0)]
     marks += [(one.end, end) for one, end in zip(path.stretches, path.ends, strict=True)]
@@ -107,7 +107,7 @@ def _speed(
     T: np.ndarray,
     part: float,
 ) -> Iterator[Row]:
-    """The velocity along the path: as asked in the window, no faster and not back in the ramps."""
+    """The velocity along the path: as given in the window, no faster and not back in the ramps."""
     assert task.arm is not None
     velocity = task.arm.velocities(motion(t), motion(t, 1), t=t)[:, :3]
     velocity -= (path.woven(t + STEP) - path.woven(t - STEP)) / (2.0 * STEP)

@@ -69,8 +69,8 @@ class Surroundings:
         arm, tool = self.arm, self.task.data.get("tool") or {}
         if tool.get("shape"):
             shapes = tool["shape"] if isinstance(tool["shape"], list) else [tool["shape"]]
-            made = [self._shape("tool", one, arm.tool_joint, arm.tool_placement) for one in shapes]
-            bodies.append(Body("tool", "tool", arm.tool_joint, made))
+            parts = [self._shape("tool", one, arm.tool_joint, arm.tool_placement) for one in shapes]
+            bodies.append(Body("tool", "tool", arm.tool_joint, parts))
         for name, one in ((self.task.data.get("scene") or {}).get("objects") or {}).items():
             if not one.get("visual"):
                 carrier = arm.base * self.task.frames[one.get("in", "base")]
@@ -102,14 +102,14 @@ class Surroundings:
         here, there = ([self._shape(name, one, 0, arm.base * poses[k])] for k in (take, leave))
         carried = [self._shape(name, one, arm.tool_joint, arm.tcp_placement)]
         start, end, since = float(times[take]), float(times[leave]), self._since(one)
-        made = [
+        bodies = [
             Body(name, "standing", 0, here, since, coming, apart=True),
             Body(name, "standing", 0, here, max(since, coming), start),
             Body(name, "held", arm.tool_joint, carried, start, end),
             Body(name, "standing", 0, there, end, gone),
             Body(name, "standing", 0, there, gone, apart=True),
         ]
-        return [body for body in made if body.start < body.end]
+        return [body for body in bodies if body.start < body.end]
 
     def _moves(self, body: Body) -> int:
         """The last joint of the arm that moves a body; 0 if none does."""
@@ -219,8 +219,8 @@ def solid(given: Mapping[str, Any], length: float, folder: Path) -> tuple[Any, p
         factor = length * float(given.get("scale") or 1.0)
         mesh = coal.MeshLoader().load(str(folder / value), np.full(3, factor))
         return (mesh if given.get("exact") else _hull(mesh)), still
-    made = {"cylinder": coal.Cylinder, "capsule": coal.Capsule, "cone": coal.Cone}[kind]
-    return made(length * value["radius"], length * value["length"]), still
+    shape = {"cylinder": coal.Cylinder, "capsule": coal.Capsule, "cone": coal.Cone}[kind]
+    return shape(length * value["radius"], length * value["length"]), still
 
 
 def collision_wrongs(task: Task, motion: Motion) -> Iterator[Row]:

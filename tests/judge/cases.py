@@ -114,9 +114,9 @@ def disguised(motion: Motion, rng: Rng) -> Motion:
     gap, at = 10.0 ** rng.uniform(-14, -3), rng.uniform(motion.x[0], motion.x[-1], 5)
     sides = rng.choice([-1.0, 1.0], len(motion.x))
     close = at + 10.0 ** rng.uniform(-15, -3, 5)
-    made = on_breaks(motion, np.concatenate((motion.x + gap * sides, at, close)))
-    zeros = np.zeros((int(rng.choice([0, 1, 5, 200])), *made.c.shape[1:]))
-    return Motion(made.names, made.x, np.concatenate((zeros, made.c)))
+    motion = on_breaks(motion, np.concatenate((motion.x + gap * sides, at, close)))
+    zeros = np.zeros((int(rng.choice([0, 1, 5, 200])), *motion.c.shape[1:]))
+    return Motion(motion.names, motion.x, np.concatenate((zeros, motion.c)))
 
 
 def bumped(
@@ -135,17 +135,17 @@ def bumped(
     pieces = _PIECES[degree]
     x = middle + width * np.linspace(-1.0, 1.0, len(pieces) + 1)
     step = 2.0 * width / len(pieces)
-    made = on_breaks(motion, x)
-    c = np.array(made.c)
+    motion = on_breaks(motion, x)
+    c = np.array(motion.c)
     if len(c) < 4:
         c = np.concatenate((np.zeros((4 - len(c), *c.shape[1:])), c))
     scale = height / step ** np.arange(3, -1, -1.0)
-    middles = 0.5 * (made.x[:-1] + made.x[1:])
+    middles = 0.5 * (motion.x[:-1] + motion.x[1:])
     for k in np.flatnonzero((middles > x[0]) & (middles < x[-1])):
         i = min(int(np.searchsorted(x, middles[k])) - 1, len(pieces) - 1)
         own = (pieces[i] * scale)[:, None, None]
-        c[-4:, k, joint] += shifted(own, np.array([made.x[k] - x[i]]))[:, 0, 0]
-    return Motion(made.names, made.x, c)
+        c[-4:, k, joint] += shifted(own, np.array([motion.x[k] - x[i]]))[:, 0, 0]
+    return Motion(motion.names, motion.x, c)
 
 
 def swung(motion: Motion, joint: int, middle: float, width: float, slope: float) -> Motion:

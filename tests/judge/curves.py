@@ -119,7 +119,7 @@ class Stretch:
         rate: How it turns from there on, in base axes, per unit of length [rad/m].
         speed: [m/s]
         start, end: When it begins and ends [s].
-        full: From when to when the speed is asked for in full [s].
+        full: From when to when the speed is required in full [s].
         kept: The speed at both ends [m/s].
     """
 

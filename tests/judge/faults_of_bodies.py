@@ -229,8 +229,8 @@ def held(rng: Rng, shelf: Shelf, place: np.ndarray, motion: Motion) -> dict[str,
 
 COLLIDES = {"collision"}
 FAULTS: dict[str, Fault] = {
-    name: Fault(*made, COLLIDES, count, collisions=True)
-    for name, made, count in (
+    name: Fault(*parts, COLLIDES, count, collisions=True)
+    for name, parts, count in (
         ("a post on the base", standing(post, 0.8), 100),
         ("a second arm on the base", standing(second_arm, 0.8), 60),
         ("an object", standing(standing_object, 0.8), 220),

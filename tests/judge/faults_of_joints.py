@@ -62,9 +62,9 @@ def pose_of_joints(case: Case, rng: Rng, shelf: Shelf) -> Case:
     t, off = case.extra["times"][i], _off(1e-6, rng, 0.1)
     if rng.random() < 0.5:
         return case.with_motion(bumped(case.motion, j, t, 0.9 * min(_room(case, t), 0.5), off))
-    made = case.with_data({})
-    made.data["waypoints"][i]["joints"][case.motion.names[j]] += off / case.extra["scale"][j]
-    return made
+    wrong = case.with_data({})
+    wrong.data["waypoints"][i]["joints"][case.motion.names[j]] += off / case.extra["scale"][j]
+    return wrong
 
 
 def velocity_of_joints(case: Case, rng: Rng, shelf: Shelf) -> Case:
@@ -72,12 +72,12 @@ def velocity_of_joints(case: Case, rng: Rng, shelf: Shelf) -> Case:
     t, off = case.extra["times"][i], _off(1e-6, rng, 0.3)
     if rng.random() < 0.5:
         return case.with_motion(swung(case.motion, j, t, 0.9 * min(_room(case, t), 0.5), off))
-    made = case.with_data({})
-    row = made.data["waypoints"][i]
+    wrong = case.with_data({})
+    row = wrong.data["waypoints"][i]
     row.pop("stop", None)
     given = row.setdefault("velocity", dict.fromkeys(case.motion.names, 0.0))
     given[case.motion.names[j]] += off / case.extra["scale"][j]
-    return made
+    return wrong
 
 
 def time(case: Case, rng: Rng, shelf: Shelf) -> Case:
@@ -94,9 +94,9 @@ def time(case: Case, rng: Rng, shelf: Shelf) -> Case:
         return case.with_motion(Motion(motion.names, motion.x * factor, c))
     if how == 2:
         return case.with_motion(Motion(motion.names, motion.x[:-1], motion.c[:, :-1]))
-    made = case.with_data({})
-    made.data["waypoints"][-1]["time"] += abs(off)
-    return made
+    wrong = case.with_data({})
+    wrong.data["waypoints"][-1]["time"] += abs(off)
+    return wrong
 
 
 def hold(case: Case, rng: Rng, shelf: Shelf) -> Case:
@@ -145,8 +145,8 @@ def jump(order: int) -> Any:
         # the least jump at one of the breaks of a bump of height 1
         step = 2.0 * half / (order + 1)
         least = (1.0, 1.0 / step, 4.0 / 3.0 / step**2)[order]
-        made = bumped(motion, j, middle, half, sign(rng) * wanted / least, degree=order)
-        return written(case, made)
+        bump = bumped(motion, j, middle, half, sign(rng) * wanted / least, degree=order)
+        return written(case, bump)
 
     return make
 
@@ -164,14 +164,14 @@ def too_fast(case: Case, rng: Rng, shelf: Shelf) -> Case:
 
 
 def end_acceleration(case: Case, rng: Rng, shelf: Shelf) -> Case:
-    """Not zero at an end, where zero is asked for."""
+    """Not zero at an end, where zero is given."""
     motion, j = case.motion, _joint(case, rng)
     t = float(motion.x[int(rng.choice([0, -1]))])
     half = 0.9 * min(_room(case, t), 1.0)
     wanted = _off(1e-6, rng, 1.0)
     # Its acceleration is that of a bump; the task is written from the motion, and has none.
-    made = bumped(motion, j, t, half, wanted * (0.5 * half) ** 2 / 3.0)
-    return written(case, made)
+    bump = bumped(motion, j, t, half, wanted * (0.5 * half) ** 2 / 3.0)
+    return written(case, bump)
 
 
 def tool_pose(case: Case, rng: Rng, shelf: Shelf) -> Case:
@@ -180,8 +180,8 @@ def tool_pose(case: Case, rng: Rng, shelf: Shelf) -> Case:
         t, j = case.extra["times"][int(rng.choice([0, -1]))], _joint(case, rng)
         half = 0.9 * min(_room(case, t), 0.5)
         return case.with_motion(bumped(case.motion, j, t, half, _off(1e-4, rng, 0.1)))
-    made = case.with_data({})
-    row = made.data["waypoints"][i]["pose"]
+    wrong = case.with_data({})
+    row = wrong.data["waypoints"][i]["pose"]
     off = abs(_off(1e-6, rng, 0.1))
     way = rng.normal(size=3)
     way *= off / np.linalg.norm(way)
@@ -189,13 +189,13 @@ def tool_pose(case: Case, rng: Rng, shelf: Shelf) -> Case:
         row["position"] = (np.array(row["position"]) + way / case.extra["length"]).tolist()
     else:
         row["rotation_matrix"] = (pin.exp3(way) @ np.array(row["rotation_matrix"])).tolist()
-    return made
+    return wrong
 
 
 def tool_velocity(case: Case, rng: Rng, shelf: Shelf) -> Case:
     i = _waypoint(case, rng)
-    made = case.with_data({})
-    row = made.data["waypoints"][i]
+    wrong = case.with_data({})
+    row = wrong.data["waypoints"][i]
     given = row.setdefault("velocity", {"linear": [0.0] * 3, "angular": [0.0] * 3})
     way = rng.normal(size=3)
     way *= abs(_off(1e-6, rng, 0.3)) / np.linalg.norm(way)
@@ -203,7 +203,7 @@ def tool_velocity(case: Case, rng: Rng, shelf: Shelf) -> Case:
         given["linear"] = (np.array(given["linear"]) + way / case.extra["length"]).tolist()
     else:
         given["angular"] = (np.array(given["angular"]) + way).tolist()
-    return made
+    return wrong
 
 
 def _shaken(case: Case, rng: Rng, shelf: Shelf) -> tuple[Case, Task, np.ndarray]:

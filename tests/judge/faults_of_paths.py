@@ -69,7 +69,7 @@ class Along:
         return self.path.stretches[0]
 
     def nominal(self, t: np.ndarray) -> np.ndarray:
-        """Arc length over time, as asked."""
+        """Required arc length over time."""
         one = self.stretch
         return one.speed * (covered(t, one.start, one.full[0]) - covered(t, one.full[1], one.end))
 
@@ -114,14 +114,14 @@ def _curve(rng: Rng, kind: str, flat: bool) -> tuple[curves.Curve, Any, bool]:
     if kind == "arc":
         arc = curves.Arc(start, centre, normal, rng.uniform(0.5, 5.5))
         middle = arc.at(np.array([arc.length * rng.uniform(0.3, 0.7)]))[0][0]
-        said: dict[str, Any] = {"through": middle.tolist()}
+        keys: dict[str, Any] = {"through": middle.tolist()}
         if rng.random() < 0.5:
-            said = {"centre": centre.tolist(), "normal": normal.tolist()}
-        return arc, {"arc": said}, False
+            keys = {"centre": centre.tolist(), "normal": normal.tolist()}
+        return arc, {"arc": keys}, False
     turns = 0 if kind == "circle" else int(rng.integers(1, 4))
     arc = curves.Arc(start, centre, normal, 2.0 * math.pi * (1 + turns))
-    said = {"centre": centre.tolist(), "normal": normal.tolist(), "turns": turns}
-    return arc, {"arc": said}, True
+    keys = {"centre": centre.tolist(), "normal": normal.tolist(), "turns": turns}
+    return arc, {"arc": keys}, True
 
 
 def path_case(*kinds: str, loose: bool = False, ramps: float = 0.6) -> Callable[[Rng, Shelf], Case]:
@@ -137,8 +137,8 @@ def path_case(*kinds: str, loose: bool = False, ramps: float = 0.6) -> Callable[
         kind = str(rng.choice(kinds))
         turning = str(rng.choice(["constant", "even", "tangent"]))
         flat = turning == "tangent" and kind != "points"
-        curve, said, closed = _curve(rng, kind, flat)
-        row: dict[str, Any] = {"name": "end", "along": said}
+        curve, keys, closed = _curve(rng, kind, flat)
+        row: dict[str, Any] = {"name": "end", "along": keys}
         rate = 0.0
         if flat and isinstance(curve, curves.Arc):
             row["orientation"] = "tangent"
@@ -278,7 +278,7 @@ def there_and_back(case: Case, rng: Rng, shelf: Shelf) -> Case:
 
 def other_way_round(case: Case, rng: Rng, shelf: Shelf) -> Case:
     along = case.extra["along"]
-    turned = replace(along, rate=-along.rate)  # so that the tool turns as it is asked to
+    turned = replace(along, rate=-along.rate)  # so that the tool turns as required
     return case.with_motion(turned.motion(lambda t: -along.nominal(t), KNOTS))
 
 
@@ -286,11 +286,11 @@ def turns(case: Case, rng: Rng, shelf: Shelf) -> Case:
     """Whole turns too many or too few, at nearly the speed: its tolerance is large here."""
     along = case.extra["along"]
     around = 2.0 * math.pi * along.stretch.curve.radius
-    asked = round(along.path.length / around)
+    turns = round(along.path.length / around)
     most = case.extra["part"] * 0.9
-    choices = [k for k in range(1, 2 * asked + 1) if k != asked and abs(k / asked - 1) < most]
-    count = float(rng.choice(choices)) if choices else asked - 1.0
-    return _spoiled(case, lambda t: count / asked * along.nominal(t), KNOTS)
+    choices = [k for k in range(1, 2 * turns + 1) if k != turns and abs(k / turns - 1) < most]
+    count = float(rng.choice(choices)) if choices else turns - 1.0
+    return _spoiled(case, lambda t: count / turns * along.nominal(t), KNOTS)
 
 
 class Ramp:
@@ -312,7 +312,7 @@ class Ramp:
         return (self.rest - t if self.at_end else t - self.rest) / self.duration
 
     def instead(self, way: Way) -> Way:
-        """Progress as asked but in the ramp, where it is another one from rest on [m]."""
+        """Progress as required except in the ramp, where it is another one from rest [m]."""
 
         def progress(t: np.ndarray) -> np.ndarray:
             since = self.since(t)
@@ -348,7 +348,7 @@ def ramp_slowly_back(case: Case, rng: Rng, shelf: Shelf) -> Case:
     """Ahead, back and ahead where the speed changes, never faster than full speed."""
     ramp = Ramp(case.extra["along"], rng)
     ahead, back, half = 0.9, rng.uniform(0.3, 0.8), 0.12
-    # middles of the changes of speed: after the last one the tool is where it is asked to be
+    # middles of the changes of speed: after the last one the tool is where it is required to be
     first, second = 0.13, 0.38
     third = 1.0 - (0.5 - ahead * (second - first) + back * (1.0 - second)) / (1.0 + back)
     changes = ((first, ahead), (second, -ahead - back), (third, 1.0 + back))

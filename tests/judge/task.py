@@ -27,7 +27,7 @@ TOLERANCES = {"path": 1e-4, "path_orientation": math.radians(0.1), "path_speed":
 
 
 @dataclass
-class Asked:
+class Goal:
     """A waypoint: when it is reached [s], and how."""
 
     name: str
@@ -57,7 +57,7 @@ class Task:
 
     data: Mapping[str, Any]
     folder: Path
-    waypoints: list[Asked] = field(default_factory=list)
+    waypoints: list[Goal] = field(default_factory=list)
     waits: list[tuple[str, float, float]] = field(default_factory=list)
     paths: list[curves.ToolPath] = field(default_factory=list)
     arm: Arm | None = None
@@ -164,7 +164,7 @@ class Task:
         now: float | None = None
         if self.data.get("start") is not None:
             home = self.joint_values(self.data["start"])
-            self.waypoints.append(Asked("start", 0.0, joints=home, velocity=0.0 * home))
+            self.waypoints.append(Goal("start", 0.0, joints=home, velocity=0.0 * home))
             now = 0.0
         i = 0
         while i < len(given):
@@ -172,31 +172,31 @@ class Task:
             if "along" in one:
                 i, now = self._read_path(i, given, now or 0.0)
                 continue
-            made = self._read_waypoint(i, one)
+            waypoint = self._read_waypoint(i, one)
             if one.get("time") is not None:
-                made.time = float(one["time"])
+                waypoint.time = float(one["time"])
             elif one.get("after") is not None:
-                made.time = (now or 0.0) + float(one["after"])
+                waypoint.time = (now or 0.0) + float(one["after"])
             else:
                 assert now is None, "a time is free"
-            now = self._add(made, one)
+            now = self._add(waypoint, one)
             i += 1
 
-    def _add(self, made: Asked, one: Mapping[str, Any]) -> float:
-        self.waypoints.append(made)
+    def _add(self, point: Goal, one: Mapping[str, Any]) -> float:
+        self.waypoints.append(point)
         if one.get("wait") is None:
-            return made.time
-        over = made.time + float(one["wait"])
-        after = Asked(made.name, over, made.pose, made.twist, made.joints, made.velocity)
+            return point.time
+        over = point.time + float(one["wait"])
+        after = Goal(point.name, over, point.pose, point.twist, point.joints, point.velocity)
         self.waypoints.append(after)
         return over
 
-    def _read_waypoint(self, i: int, one: Mapping[str, Any]) -> Asked:
+    def _read_waypoint(self, i: int, one: Mapping[str, Any]) -> Goal:
         name = one.get("name") or f"waypoint {i + 1}"
         velocity = one.get("velocity") or {}
         if "joints" in one:
             joints = self.joint_values(one["joints"])
-            return Asked(name, 0.0, joints=joints, velocity=self.joint_values(velocity, 0.0))
+            return Goal(name, 0.0, joints=joints, velocity=self.joint_values(velocity, 0.0))
         assert one.get("speed") is None, "a speed without a path is not read here"
         pose = self._pose(one)
         axes = velocity.get("in")
@@ -206,7 +206,7 @@ class Task:
             for key, scale in (("linear", self.length), ("angular", self.angle))
         )
         twist = np.concatenate((linear, angular))
-        return Asked(name, 0.0, pose=pose, twist=twist, free=self._free(one))
+        return Goal(name, 0.0, pose=pose, twist=twist, free=self._free(one))
 
     def _free(self, one: Mapping[str, Any]) -> bool:
         """Whether the turn about the tool's z axis is free; that alone is read here."""
@@ -229,8 +229,8 @@ class Task:
             parts.append((curve, rate, pose.rotation.copy(), end))
             pose = end
         lengths = [curve.length for curve, *_ in parts]
-        asked = (self.data.get("path") or {}).get("acceleration")
-        acceleration = 1.0 if asked is None else self.length * asked
+        prescribed = (self.data.get("path") or {}).get("acceleration")
+        acceleration = 1.0 if prescribed is None else self.length * prescribed
         before_stops = first == 0 or self._stops(first - 1, given)
         ends = (0.0 if before_stops else None, 0.0 if self._stops(last, given) else None)
         speeds = self._speeds(given[first : last + 1], lengths, ends, acceleration)
@@ -257,8 +257,8 @@ class Task:
                 end.rotation = turn @ end.rotation
             twist = path.twist(k + 1, when[3][1])
             free = self._free(given[first + k])
-            made = Asked(names[k + 1], when[1], end, twist, free=free)
-            now = self._add(made, given[first + k])
+            waypoint = Goal(names[k + 1], when[1], end, twist, free=free)
+            now = self._add(waypoint, given[first + k])
         return last + 1, now
 
     def _axis(self, one: Mapping[str, Any], path: curves.ToolPath) -> Any:

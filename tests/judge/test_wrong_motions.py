@@ -63,9 +63,9 @@ def tried(name: str, seed: int, shelf: Shelf, *, right: bool) -> list[str]:
         wrongs = judge(task, case.motion, samples=fault.samples)
         if wrongs:
             found.append(f"the judge finds in the right motion: {wrongs[0]}")
-        said = checked(case, task)
-        if said != "passes":
-            found.append(f"the check of the right motion: {said}")
+        verdict = checked(case, task)
+        if verdict != "passes":
+            found.append(f"the check of the right motion: {verdict}")
     case = fault.spoil(plain, rng, shelf)
     if disguise:
         case = case.with_motion(disguised(case.motion, rng))
@@ -74,9 +74,9 @@ def tried(name: str, seed: int, shelf: Shelf, *, right: bool) -> list[str]:
     kinds = {wrong.kind for wrong in wrongs}.difference(fault.beside)
     if not kinds or not kinds <= fault.kinds:
         found.append(f"the judge finds {sorted(kinds)}, not only {sorted(fault.kinds)}")
-    said = checked(case, task)
-    if said == "passes" or said.startswith(("crashed", "refused")):
-        found.append(f"wrong ({wrongs[0] if wrongs else 'unknown'}), and the check: {said}")
+    verdict = checked(case, task)
+    if verdict == "passes" or verdict.startswith(("crashed", "refused")):
+        found.append(f"wrong ({wrongs[0] if wrongs else 'unknown'}), and the check: {verdict}")
     return [f"{name}, seed {seed}: {one}" for one in found]
 
 
@@ -85,11 +85,11 @@ def all_of(seeds: Callable[[Fault], Iterable[int]], shelf: Shelf, record: Record
     found = []
     for name, fault in FAULTS.items():
         own: list[str] = []
-        made = 0
+        count = 0
         for seed in seeds(fault):
-            made += 1
+            count += 1
             own += tried(name, seed, shelf, right=seed % RIGHT == 0)
-        record(f"wrong motions: {name}", [made, sum("the check: passes" in one for one in own)])
+        record(f"wrong motions: {name}", [count, sum("the check: passes" in one for one in own)])
         found += own
     return found
 
@@ -131,8 +131,8 @@ def test_the_judge_shares_nothing_with_knotwork() -> None:
     """No module of it imports Knotwork, and its tests take no more than plans and verdicts."""
     modules = [path.stem for path in HERE.glob("*.py") if not path.stem.startswith("test_")]
     names = ", ".join(f"judge.{name}" for name in modules)
-    said = f"import sys, {names}; print([n for n in sys.modules if n.startswith('knotwork')])"
-    ran = python("-c", said, cwd=HERE.parent, check=True)
+    code = f"import sys, {names}; print([n for n in sys.modules if n.startswith('knotwork')])"
+    ran = python("-c", code, cwd=HERE.parent, check=True)
     assert ran.stdout.strip() == "[]"
     for path in HERE.glob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):

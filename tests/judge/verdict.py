@@ -46,7 +46,7 @@ def judge(
     """Everything that is wrong.
 
     Args:
-        task: What is asked for.
+        task: The task that the motion must meet.
         motion: Its joints in any order.
         collisions: Whether to look for these; they take the longest.
         samples: Of the whole motion, for limits that are sampled.
@@ -70,9 +70,9 @@ def judge(
 
 def _span(task: Task, motion: Motion) -> Iterator[Wrong]:
     ends = (task.waypoints[0].time, motion.x[0]), (task.waypoints[-1].time, motion.x[-1])
-    for which, (asked, found) in zip(("start", "end"), ends, strict=True):
-        if beyond(abs(found - asked), SLACK * abs(asked)):
-            yield Wrong("time", which, float(found), asked)
+    for which, (given, found) in zip(("start", "end"), ends, strict=True):
+        if beyond(abs(found - given), SLACK * abs(given)):
+            yield Wrong("time", which, float(found), given)
 
 
 def _waypoints(task: Task, motion: Motion) -> Iterator[Wrong]:
@@ -108,8 +108,8 @@ def _waypoints(task: Task, motion: Motion) -> Iterator[Wrong]:
                 yield Wrong(kind, f"{one.name}, {name}", float(off), task.tolerance(name))
     if task.end_acceleration is not None:
         allowed = task.joint_tolerance("joint_acceleration")
-        for t, asked in zip(motion.x[[0, -1]], task.end_acceleration, strict=True):
-            off = np.abs(motion(t, 2) - asked)
+        for t, given in zip(motion.x[[0, -1]], task.end_acceleration, strict=True):
+            off = np.abs(motion(t, 2) - given)
             if (off > allowed).any():
                 yield Wrong("end acceleration", f"{t:g} s", float(off.max()), float(allowed.min()))
 

@@ -178,8 +178,8 @@ def test_reports_small_excess_of_joint() -> None:
     q = [0.3, -1.2, 1.4, -1.7, 0.8, 0.3]
     limits = {"elbow_joint": (1.0, 1.4 - 1e-7), "wrist_2_joint": (0.5, 1.0)}
     narrow = UR5.with_limits(position=limits | {"shoulder_lift_joint": (-1.3, -1.1)})
-    said = r"elbow_joint at 1\.4 rad, outside \[1, 1\.4\] by 1e-7 rad$"
-    with pytest.raises(OutsideLimitsError, match=said):
+    message = r"elbow_joint at 1\.4 rad, outside \[1, 1\.4\] by 1e-7 rad$"
+    with pytest.raises(OutsideLimitsError, match=message):
         solve_pose_ik(narrow, UR5.forward(q), np.zeros(6))
 
 

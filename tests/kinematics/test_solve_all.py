@@ -80,11 +80,11 @@ def test_finds_every_branch_of_closed_form(arm: str, count: int, spherical: Robo
 @pytest.mark.parametrize("arm", ["ur10", "z1", "kinova"])
 def test_solve_closed_form_equals_searches(arm: str) -> None:
     robot = kw.load_robot(arm)
-    asked = np.random.default_rng(8).uniform(-np.pi, np.pi, (12, 6))
-    targets = Targets.from_poses([robot.forward(q) for q in asked])
+    chosen = np.random.default_rng(8).uniform(-np.pi, np.pi, (12, 6))
+    targets = Targets.from_poses([robot.forward(q) for q in chosen])
     found = in_closed_form(robot, targets)
     assert sum(solutions.certain for solutions in found) > 8
-    for solutions, searched, q in zip(found, search_branches(robot, targets), asked, strict=True):
+    for solutions, searched, q in zip(found, search_branches(robot, targets), chosen, strict=True):
         if solutions.certain:
             assert len(solutions.q) == len(searched)
             assert gap(solutions.q, q) < 1e-9

@@ -158,7 +158,7 @@ def test_missing_limit_does_not_allow_any_speed():
     with pytest.raises(SingularityError, match="rad/s") as caught:
         solve_velocity_ik(free, q, 5e-3 * lost)
     assert max(map(abs, caught.value.joint_velocity.values())) > 10
-    for name, speed in caught.value.joint_velocity.items():  # those that matter are said
+    for name, speed in caught.value.joint_velocity.items():  # only those that matter are named
         assert (name in str(caught.value)) == (abs(speed) > 0.1)
     v = solve_velocity_ik(free, q, 1e-5 * lost)  # slowly enough it goes
     assert np.abs(v).max() < 10

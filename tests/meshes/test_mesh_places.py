@@ -57,40 +57,40 @@ def urdf(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "arm" / "urdf" / "arm.urdf"
 
 
-def said_of(urdf: Path, names: Iterable[str], packages: Sequence[Path] = ()) -> list[str]:
-    """What is said of each of an arm's meshes, empty where it is drawn."""
+def warnings_of(urdf: Path, names: Iterable[str], packages: Sequence[Path] = ()) -> list[str]:
+    """The warning about each mesh of an arm, empty where it is drawn."""
     listed = list(names)
     urdf.write_text(tower(mesh_visuals(listed)), encoding="utf-8")
     robot = kw.load_robot(
         {"urdf": str(urdf), "tool_frame": "c", "package_paths": list(map(str, packages))}
     )
     warnings = [line for line in shape_warnings(robot) if line.startswith("link ")]
-    said = dict(line.split(": ", 1) for line in warnings)
-    return [said.get(f"link 'l{i}'", "") for i in range(len(listed))]
+    by_link = dict(line.split(": ", 1) for line in warnings)
+    return [by_link.get(f"link 'l{i}'", "") for i in range(len(listed))]
 
 
 def test_meshes_outside_need_a_named_folder(urdf: Path, tmp_path: Path) -> None:
     addresses = [name.format(tmp_path) for name in OUTSIDE]
-    for name, said in zip(OUTSIDE, said_of(urdf, addresses), strict=True):
-        assert OUTSIDE[name] in said
-        assert f"below {tmp_path / 'arm'} (" in said
-        assert "package_paths" in said
-        assert "--package-path" in said
-    for name, said in zip(OUTSIDE, said_of(urdf, addresses, [tmp_path]), strict=True):
-        assert bool(said) == ("none" in name), said
+    for name, warning in zip(OUTSIDE, warnings_of(urdf, addresses), strict=True):
+        assert OUTSIDE[name] in warning
+        assert f"below {tmp_path / 'arm'} (" in warning
+        assert "package_paths" in warning
+        assert "--package-path" in warning
+    for name, warning in zip(OUTSIDE, warnings_of(urdf, addresses, [tmp_path]), strict=True):
+        assert bool(warning) == ("none" in name), warning
 
 
 def test_meshes_inside_are_taken(urdf: Path, tmp_path: Path) -> None:
-    assert not any(said_of(urdf, [name.format(tmp_path) for name in INSIDE]))
+    assert not any(warnings_of(urdf, [name.format(tmp_path) for name in INSIDE]))
 
 
 def test_without_a_package_only_the_folder_of_the_urdf_counts(urdf: Path, tmp_path: Path) -> None:
     (tmp_path / "arm" / "package.xml").unlink()
     names = ("beside.stl", "../meshes/m.stl", "package://arm/meshes/m.stl")
-    beside, *others = said_of(urdf, names)
+    beside, *others = warnings_of(urdf, names)
     assert not beside
-    assert all("no mesh" in said for said in others)
-    assert not any(said_of(urdf, names, [tmp_path / "arm"]))
+    assert all("no mesh" in warning for warning in others)
+    assert not any(warnings_of(urdf, names, [tmp_path / "arm"]))
 
 
 def test_ros_package_of_links(urdf: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -104,7 +104,7 @@ def test_ros_package_of_links(urdf: Path, tmp_path: Path, monkeypatch: pytest.Mo
         (share / name).symlink_to(source / name)
     (share / "s.stl").symlink_to(tmp_path / "secret/s.stl")
     monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path / "install"))
-    hand, secret = said_of(urdf, ["package://hand/h.stl", "package://hand/s.stl"])
+    hand, secret = warnings_of(urdf, ["package://hand/h.stl", "package://hand/s.stl"])
     assert not hand
     assert "no mesh" in secret
 
@@ -115,13 +115,13 @@ def test_meshes_are_found_in_the_users_folders(urdf: Path, tmp_path: Path) -> No
         (tmp_path / name).write_text(STL, encoding="utf-8")
     other, packages = tmp_path / "other", tmp_path / "packages"
     names = ("package://tool/b.stl", "meshes/a.stl", "package://other/meshes/a.stl")
-    assert all("there is no mesh" in said for said in said_of(urdf, names))
-    assert not any(said_of(urdf, names, [packages, other]))
-    tool, *lost = said_of(urdf, names, [packages])
+    assert all("there is no mesh" in warning for warning in warnings_of(urdf, names))
+    assert not any(warnings_of(urdf, names, [packages, other]))
+    tool, *lost = warnings_of(urdf, names, [packages])
     assert not tool
-    assert all("there is no mesh" in said for said in lost)
+    assert all("there is no mesh" in warning for warning in lost)
     cloned = ["package://other_support/meshes/a.stl", "package://other_support/../b.stl"]
-    found, outside = said_of(urdf, cloned, [other])  # a package in a folder of another name
+    found, outside = warnings_of(urdf, cloned, [other])  # a package in a folder of another name
     assert not found
     assert "no mesh" in outside
 
@@ -129,10 +129,10 @@ def test_meshes_are_found_in_the_users_folders(urdf: Path, tmp_path: Path) -> No
 def test_impossible_names_and_rings_of_links_are_no_meshes(urdf: Path, tmp_path: Path) -> None:
     (urdf.parent / "ring.stl").symlink_to("ring.stl")
     names = ("ring.stl", "x" * 5000, "package://" + "x" * 5000, "package://", "")
-    assert all("there is no mesh" in said for said in said_of(urdf, names, [tmp_path]))
+    assert all("there is no mesh" in warning for warning in warnings_of(urdf, names, [tmp_path]))
 
 
-def test_the_user_is_told_and_can_allow_the_folder(
+def test_a_message_names_the_option_that_allows_the_folder(
     urdf: Path, tmp_path: Path, knotwork: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -147,8 +147,8 @@ def test_the_user_is_told_and_can_allow_the_folder(
         base = link("a", shape('<mesh filename="../../secret/s.stl"/>'))
         urdf.write_text(robot(base, link("b"), joint("j", "a", "b")), encoding="utf-8")
         ran = knotwork(*command, "task.yaml")
-        said = " ".join((ran.out + ran.err).split())
-        assert "link 'a': there is no mesh '../../secret/s.stl'" in said, said
+        output = " ".join((ran.out + ran.err).split())
+        assert "link 'a': there is no mesh '../../secret/s.stl'" in output, output
         ran = knotwork(*command, "task.yaml", "--package-path", "secret")
         assert "no mesh" not in ran.out + ran.err
         monkeypatch.setenv("ROS_PACKAGE_PATH", "/nowhere")

@@ -78,8 +78,8 @@ class Composed:
     def link(self, q: dict[str, float], name: str) -> pin.SE3:
         """Where a link of the positioner is."""
         data, turn = self.table.createData(), q["turn"]
-        asked = np.array([q[TILT], np.cos(turn), np.sin(turn)])
-        pin.framesForwardKinematics(self.table, data, asked)
+        expected = np.array([q[TILT], np.cos(turn), np.sin(turn)])
+        pin.framesForwardKinematics(self.table, data, expected)
         return self.place * data.oMf[self.table.getFrameId(name, pin.BODY)]
 
     def tool(self, q: dict[str, float]) -> pin.SE3:
@@ -118,8 +118,8 @@ def test_robot_has_joints_and_limits_of_both_urdfs(folder: Path) -> None:
     for _ in range(20):
         q = random.uniform(-0.6, 0.6, turned.dof)
         values = dict(zip(turned.joint_names, q.tolist(), strict=True))
-        asked = both.link(values, "plate").actInv(both.tool(values))
-        assert turned.forward(q).isApprox(asked, 1e-12)
+        expected = both.link(values, "plate").actInv(both.tool(values))
+        assert turned.forward(q).isApprox(expected, 1e-12)
 
 
 def test_stacked_urdfs_may_share_names(folder: Path) -> None:
@@ -141,8 +141,8 @@ def test_stacked_urdfs_may_share_names(folder: Path) -> None:
     both, q = Composed(folder), [0.2, 1.1, -0.3, 0.7]
     here = both.link({TILT: q[0], "turn": q[1]}, "plate")
     there = both.place.actInv(both.link({TILT: q[2], "turn": q[3]}, "plate"))
-    asked = here * pin.SE3(np.eye(3), np.array([0.0, 0.1, 0.3])) * there
-    assert robot.forward(q).isApprox(asked, 1e-12)
+    expected = here * pin.SE3(np.eye(3), np.array([0.0, 0.1, 0.3])) * there
+    assert robot.forward(q).isApprox(expected, 1e-12)
 
 
 def shapes(both: Composed, q: dict[str, float]) -> dict[str, Any]:
@@ -198,9 +198,9 @@ def test_refuses_two_configurations_of_positioner_off_chain(folder: Path) -> Non
     away = {**HOME, TILT: 0.5, "shoulder_pan_joint": 0.5}
     path = write(folder / "away.yaml", {**cell(), "configurations": {"home": HOME, "away": away}})
     given = {"robot": str(path), "start": "home", "waypoints": [{"joints": "away", "after": 2}]}
-    said = refused(given)
-    assert "waypoints[0].joints: robot 'away': configuration 'away' has joint" in said
-    assert f"{TILT!r} at 0.5, another one of the task at 0, and nothing in the task moves" in said
+    text = refused(given)
+    assert "waypoints[0].joints: robot 'away': configuration 'away' has joint" in text
+    assert f"{TILT!r} at 0.5, another one of the task at 0, and nothing in the task moves" in text
     assert kw.plan({**given, "waypoints": [{"joints": "home", "after": 2}]}).report.ok
 
 

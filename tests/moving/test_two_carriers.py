@@ -173,18 +173,18 @@ def test_fetched_part_is_where_it_lies(folder: Path) -> None:
             box(plan, both, float(time[k])).translation, abs=1e-3
         )
     labels = {one["text"]: one for one in scene["labels"] if one["kind"] == "waypoint"}
-    for name, asked in (("pick", BESIDE), ("place", None)):
+    for name, place in (("pick", BESIDE), ("place", None)):
         for k in (0, len(time) // 2, len(time) - 1):
             at = placed(scene, k)[labels[name].get("carrier", 0)].act(np.array(labels[name]["at"]))
             here = part(both, named(plan, float(time[k]))).act(np.array(ON_PART))
-            assert at == pytest.approx(here if asked is None else np.array(asked), abs=1e-5)
+            assert at == pytest.approx(here if place is None else np.array(place), abs=1e-5)
 
 
 def test_refuses_unsupported_fixed_poses(folder: Path) -> None:
     given = fetch(folder)
     given["waypoints"][5]["frame"] = "base"
-    said = refused(given)
-    assert "waypoints[5]: ends a path with poses in the base, and other poses are on link" in (said)
+    text = refused(given)
+    assert "waypoints[5]: ends a path with poses in the base, and other poses are on link" in (text)
     given = fetch(folder)
     given["frames"]["belt"] = {"position": BESIDE, "moves": {"linear": [0, 0.1, 0]}}
     given["waypoints"][0]["frame"] = "belt"
@@ -252,8 +252,8 @@ def test_checks_other_robot_next_to_table(folder: Path, at: bool, x: float, clea
     theirs = task(folder) if at else LEFT
     left = {"scenario": str(write(folder / "left.yaml", theirs)), **given}
     plan, other = kw.plan(task(folder)), kw.plan(theirs)
-    asked = kw.load_scenario(task(folder, scene={"robots": {"left": left}}))
-    plan = replace(plan, scenario=asked, report=kw.check(plan.trajectory, asked))
+    scenario = kw.load_scenario(task(folder, scene={"robots": {"left": left}}))
+    plan = replace(plan, scenario=scenario, report=kw.check(plan.trajectory, scenario))
     both = Composed(folder)
     own = at_table(plan, both, pin.SE3.Identity())
     there = at_table(other, both, place) if at else links(other.trajectory, place)
@@ -269,5 +269,5 @@ def test_checks_other_robot_next_to_table(folder: Path, at: bool, x: float, clea
 
 def test_refuses_other_robot_on_table(folder: Path) -> None:
     left = {"scenario": str(write(folder / "left.yaml", LEFT)), "in": "part"}
-    said = refused(task(folder, scene={"robots": {"left": left}}))
-    assert "scene.robots.left.in: frame 'part' moves; the robot's base must not" in said
+    text = refused(task(folder, scene={"robots": {"left": left}}))
+    assert "scene.robots.left.in: frame 'part' moves; the robot's base must not" in text

@@ -81,9 +81,9 @@ def test_plan_at_rest_has_no_shift(tmp_path: Path, deburring: Plan) -> None:
 Clock = Callable[[np.ndarray], np.ndarray]
 
 
-def delayed(made: kw.Plan, clock: Clock, noise: float = 1e-4) -> Samples:
+def delayed(plan: kw.Plan, clock: Clock, noise: float = 1e-4) -> Samples:
     """A log that shows the plan at another time than its own; it begins 0.5 s before the plan."""
-    motion = made.trajectory
+    motion = plan.trajectory
     whole = record(motion, rate=100.0, after=3.0)
     at = np.clip(clock(whole.time - 0.5), motion.start_time, motion.end_time)
     q = motion.position(at)
@@ -107,8 +107,8 @@ def paused(at: float, lasts: float, again: float = np.inf) -> Clock:
     ],
 )
 def test_reports_begin_of_delay(tmp_path: Path, scenario: str, clock: Clock, words: str) -> None:
-    made = kw.plan(scenario)
-    found = align(tmp_path, made, delayed(made, clock))
+    plan = kw.plan(scenario)
+    found = align(tmp_path, plan, delayed(plan, clock))
     assert found.start == pytest.approx(0.5, abs=0.06 if "0.6" in words else 2e-3)
     (late,) = (
         re.sub(r"[\d.]+", lambda one: f"{round(float(one[0]), 1):g}", finding.message)
@@ -154,10 +154,10 @@ def test_log_is_judged_by_given_tolerances(
 def test_given_tolerances_replace_places_of_events(knotwork: Command, tmp_path: Path) -> None:
     task = weld(seam=do({"arc": "on"}), end=do({"arc": "off", "at": -20}))
     kw.Task(**task).save(tmp_path / "weld.yaml")
-    made = kw.plan(tmp_path / "weld.yaml")
-    made.save(tmp_path / "plan")
-    paused_on_the_seam = paused(made.scenario.events[1].event.time - 0.2, 0.4)
-    log = write(tmp_path / "log.csv", delayed(made, paused_on_the_seam, 1e-5))
+    plan = kw.plan(tmp_path / "weld.yaml")
+    plan.save(tmp_path / "plan")
+    paused_on_the_seam = paused(plan.scenario.events[1].event.time - 0.2, 0.4)
+    log = write(tmp_path / "log.csv", delayed(plan, paused_on_the_seam, 1e-5))
     check = ("check", log, "--against", tmp_path / "plan", "--scenario", tmp_path / "weld.yaml")
     late = knotwork(*check, "--full")
     assert (late.code, "mm from that position" in " ".join(late.out.split())) == (1, True)

@@ -19,15 +19,15 @@ from plans import planned
 
 def judge(
     path: Path,
-    made: Plan,
+    source: Plan,
     samples: Samples,
     digits: int | None = 6,
     *,
     scenario: Scenario | None = None,
     noise: float | None = None,
 ) -> Report:
-    alignment = aligned(smooth(path, made.trajectory, samples, digits, noise), made.trajectory)
-    return check_log(alignment, scenario or made.scenario, made.space)
+    alignment = aligned(smooth(path, source.trajectory, samples, digits, noise), source.trajectory)
+    return check_log(alignment, scenario or source.scenario, source.space)
 
 
 @pytest.mark.parametrize(
@@ -40,9 +40,9 @@ def test_good_motion_passes_with_noisy_log(
     samples = record(deburring.trajectory, rate=rate, noise=noise, jitter=jitter)
     report = judge(tmp_path, deburring, samples, digits)
     assert report.ok, [str(one) for one in report.failures]
-    said = " ".join(found.message for found in report.findings)
-    assert "undecided" in said
-    assert "estimated from the samples" in said
+    messages = " ".join(found.message for found in report.findings)
+    assert "undecided" in messages
+    assert "estimated from the samples" in messages
     assert report.select(quantity="time_shift")
     count = len(report.select(verdict="undecided"))
     assert str(report).splitlines()[0].endswith(f"requirements met, {count} undecided; 13 s")
@@ -122,8 +122,8 @@ def test_reports_gaps_within_plan_only(tmp_path: Path, deburring: Plan) -> None:
     assert report.ok, [str(one) for one in report.failures]
     assert not holes(report)
     lost |= ((at > 2.0) & (at < 2.5)) | ((at > 6.0) & (at < 7.0))
-    said = holes(judge(tmp_path, deburring, part(whole, ~lost)))
-    assert [verdict for verdict, _ in said] == ["failed", "failed"]
+    found = holes(judge(tmp_path, deburring, part(whole, ~lost)))
+    assert [verdict for verdict, _ in found] == ["failed", "failed"]
 
 
 def waiting() -> Plan:
@@ -147,21 +147,21 @@ def test_unresolved_requirements_are_undecided(tmp_path: Path, deburring: Plan) 
 
 @pytest.mark.parametrize(("off", "verdict"), [(0.0, "undecided"), (0.01, "failed")])
 def test_wait_is_judged_within_noise(tmp_path: Path, off: float, verdict: str) -> None:
-    made = waiting()
-    samples = record(made.trajectory, noise=1e-4)
+    source = waiting()
+    samples = record(source.trajectory, noise=1e-4)
     samples.position[:, 0] += off * np.exp(-(((samples.time - 4.0) / 0.3) ** 2))
-    (found,) = judge(tmp_path, made, samples).select(subject="wait")
+    (found,) = judge(tmp_path, source, samples).select(subject="wait")
     assert found.verdict == verdict
 
 
 def test_gap_while_plan_rests_is_a_warning(tmp_path: Path) -> None:
-    made = waiting()
-    whole = record(made.trajectory, noise=1e-4)
-    report = judge(tmp_path, made, part(whole, (whole.time < 3.0) | (whole.time > 5.0)))
+    source = waiting()
+    whole = record(source.trajectory, noise=1e-4)
+    report = judge(tmp_path, source, part(whole, (whole.time < 3.0) | (whole.time > 5.0)))
     assert report.ok, [str(one) for one in report.failures]
-    ((verdict, said),) = holes(report)
+    ((verdict, message),) = holes(report)
     assert verdict == "warning"
-    assert "the plan is at rest there, which the log does not confirm" in said
+    assert "the plan is at rest there, which the log does not confirm" in message
 
 
 @pytest.mark.parametrize(("first", "last"), [(0.0, 10.0), (4.0, 20.0)])
@@ -173,9 +173,9 @@ def test_incomplete_log_fails(tmp_path: Path, deburring: Plan, first: float, las
     motion = deburring.trajectory
     # no scenario says how long it has to be
     compared = compare_log(aligned(smooth(tmp_path, motion, cut), motion))
-    ((verdict, said),) = holes(compared)
+    ((verdict, message),) = holes(compared)
     assert verdict == "failed"
-    assert "has no sample from" in said
+    assert "has no sample from" in message
 
 
 @pytest.mark.parametrize(("joints", "end"), [([2], 5.0), ([0, 1, 2, 3, 4, 5], 20.0)])
@@ -187,36 +187,36 @@ def test_stuck_channel(tmp_path: Path, deburring: Plan, joints: list[int], end: 
     assert not judge(tmp_path, deburring, samples).ok
 
 
-def ends_suddenly(asked: float) -> dict[str, Any]:
+def ends_suddenly(end: float) -> dict[str, Any]:
     """Its acceleration goes to zero in the last 3.7 ms, after the last sample."""
     return {
         "end_acceleration": "zero",
         "knots": [0, 0.3, 1.0, 1.0037],
         "waypoints": [
             {"name": "a", "time": 0, "joints": {"j": 0}, "stop": True},
-            {"name": "b", "time": 1.0037, "joints": {"j": asked}, "stop": True},
+            {"name": "b", "time": 1.0037, "joints": {"j": end}, "stop": True},
         ],
     }
 
 
 @pytest.mark.parametrize("rate", [125.0, 500.0])
 def test_motion_after_last_sample_is_not_a_failure(tmp_path: Path, rate: float) -> None:
-    made = plan(ends_suddenly(1.0))
-    samples = record(made.trajectory, rate=rate, before=0.0, after=0.0)
-    assert 0.0 < made.trajectory.end_time - samples.time[-1] < 0.004
-    report = judge(tmp_path, made, samples, None)
+    source = plan(ends_suddenly(1.0))
+    samples = record(source.trajectory, rate=rate, before=0.0, after=0.0)
+    assert 0.0 < source.trajectory.end_time - samples.time[-1] < 0.004
+    report = judge(tmp_path, source, samples, None)
     assert report.ok, [str(one) for one in report.failures]
     # a motion that ends elsewhere is still found
     short = record(plan(ends_suddenly(0.999)).trajectory, rate=rate, before=0.0, after=0.0)
-    report = judge(tmp_path, made, short, None)
+    report = judge(tmp_path, source, short, None)
     assert "b" in {one.name for one in report.failures}
 
 
 @pytest.mark.parametrize(("scenario", "rate"), [("paper_case", 333.0), ("ur5_palletise", 250.0)])
 def test_rounding(tmp_path: Path, scenario: str, rate: float) -> None:
     """Also where the acceleration jumps as the motion begins and ends."""
-    made = planned(scenario)
-    report = judge(tmp_path, made, record(made.trajectory, rate=rate))
+    source = planned(scenario)
+    report = judge(tmp_path, source, record(source.trajectory, rate=rate))
     assert report.ok, [str(one) for one in report.failures]
 
 

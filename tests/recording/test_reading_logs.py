@@ -161,7 +161,7 @@ def refusal(path: Path, headings: str, body: list[list[str]], topic: str | None 
 
 
 @pytest.mark.parametrize(
-    ("headings", "topic", "said"),
+    ("headings", "topic", "message"),
     [
         ("counter,q1,q2,qd1,qd2", None, "line 1.*no column is the time.*header.stamp.sec"),
         ("time,timestamp,q1,q2,qd1", None, "2 columns are times.*one column named time"),
@@ -176,16 +176,16 @@ def refusal(path: Path, headings: str, body: list[list[str]], topic: str | None 
     ],
 )
 def test_names_what_headings_lack(
-    tmp_path: Path, headings: str, topic: str | None, said: str
+    tmp_path: Path, headings: str, topic: str | None, message: str
 ) -> None:
     _, body, _ = rows("counted from one")
-    assert re.search(said, refusal(tmp_path, headings, body, topic))
+    assert re.search(message, refusal(tmp_path, headings, body, topic))
 
 
 def test_names_what_rows_lack(tmp_path: Path) -> None:
     _, body, _ = rows("counted from one")
     before, row, after = body[:4], body[4], body[5:]
-    for changed, said in (
+    for changed, message in (
         (body[:9], "9 rows.*at least 16"),
         (
             [*before, [row[0], "1.2.3", *row[2:]], *after],
@@ -195,7 +195,7 @@ def test_names_what_rows_lack(tmp_path: Path) -> None:
         ([["1.0", *row[1:]] for row in body], "samples at 1 times.*at least 16"),
         ([], "has no rows"),
     ):
-        assert re.search(said, refusal(tmp_path, HEADINGS, changed))
+        assert re.search(message, refusal(tmp_path, HEADINGS, changed))
     assert "has no rows" in refusal(tmp_path, "", [])
 
 

@@ -164,7 +164,7 @@ GOAL: dict[str, Any] = {"limits": LIMITS, "waypoints": [{"joints": {"a": 0}, "af
 
 
 @pytest.mark.parametrize(
-    ("task", "said"),
+    ("task", "outputs"),
     [
         (GOAL, [("gas on", None), ("arc on", None)]),
         ({**GOAL, "outputs": {"torch": 7}}, [("output 8 on", 8), ("torch on", 7)]),
@@ -182,12 +182,12 @@ GOAL: dict[str, Any] = {"limits": LIMITS, "waypoints": [{"joints": {"a": 0}, "af
     ],
 )
 def test_replacing_task_keeps_signals_on(
-    seam: kw.Plan, task: dict[str, Any], said: list[tuple[str, int | None]]
+    seam: kw.Plan, task: dict[str, Any], outputs: list[tuple[str, int | None]]
 ) -> None:
     new = seam.replan(4.0, task)
     found = [(one.text, one.output) for one in new.events if one.name != "feed"]
     if task is GOAL:
-        said = [("output 8 on", 8), ("output 7 on", 7)]
-    assert found == said
+        outputs = [("output 8 on", 8), ("output 7 on", 7)]
+    assert found == outputs
     assert any(one.text == "feed 3" and one.time == 0 for one in new.events)
     assert new.report.ok

@@ -119,8 +119,8 @@ def test_stop_ends_at_rest_of_motion(before: float) -> None:
         assert stop.scenario.waypoints[-1].name == "there"
         passed = [one.text for one in stop.events]
         assert passed == ["light on", "jaw open"]
-        told = [one.message for one in stop.report.findings if one.group == "Events"]
-        assert any(one.startswith(f"jaw open at {before:.3f} s: at 'there'") for one in told)
+        messages = [one.message for one in stop.report.findings if one.group == "Events"]
+        assert any(one.startswith(f"jaw open at {before:.3f} s: at 'there'") for one in messages)
 
 
 @pytest.mark.parametrize("on_path", [True, False])

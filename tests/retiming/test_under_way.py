@@ -178,18 +178,18 @@ def test_new_task_keeps_object(moving_part: kw.Plan, tmp_path: Path, knotwork: C
 def test_released_parts_stay_in_place(at: float) -> None:
     """An override of 0 ends on the way; a stop may begin where a part is taken."""
     plan = planned("panda_pick_place")
-    for made in (plan.scaled({0: 1, at: 0}), plan.stop(at), plan.stop(at, on_path=False)):
-        (held,) = made.scenario.scene.held
-        assert held.leave == len(made.scenario.waypoints) - 1
-        assert made.report.ok
+    for changed in (plan.scaled({0: 1, at: 0}), plan.stop(at), plan.stop(at, on_path=False)):
+        (held,) = changed.scenario.scene.held
+        assert held.leave == len(changed.scenario.waypoints) - 1
+        assert changed.report.ok
 
 
 def test_check_reads_what_replan_writes(tmp_path: Path, knotwork: Command) -> None:
     file = tmp_path / "goal.yaml"
     kw.Task(**GOAL).save(file)
     assert knotwork("plan", "ur5_deburring", "-o", tmp_path / "old").code == 0
-    made = knotwork("replan", tmp_path / "old", file, "--at", "3.2", "-o", tmp_path / "new")
-    assert made.code == 0, made.err
+    ran = knotwork("replan", tmp_path / "old", file, "--at", "3.2", "-o", tmp_path / "new")
+    assert ran.code == 0, ran.err
     assert knotwork("check", tmp_path / "new").code == 0
     old, new = (kw.load_trajectory(tmp_path / name) for name in ("old", "new"))
     for nu in range(3):
@@ -197,12 +197,12 @@ def test_check_reads_what_replan_writes(tmp_path: Path, knotwork: Command) -> No
     message = tmp_path / "old.yaml"
     assert knotwork("export", tmp_path / "old", "-f", "ros2", "-o", message).code == 0
     assert knotwork("replan", message, file, "--at", "3200ms").code == 0
-    for asked, words in (
+    for options, words in (
         (("old", "goal.yaml", "--at", "99"), "99 s is outside the trajectory"),
         (("old", "paper_case", "--at", "1"), "paper_case: waypoints[1].joints.joint_1"),
         (("old.yaml", "paper_case", "--at", "1"), "needs a robot"),
     ):
-        paths = [tmp_path / one if (tmp_path / one).exists() else one for one in asked]
+        paths = [tmp_path / one if (tmp_path / one).exists() else one for one in options]
         failed = knotwork("replan", *paths)
         assert failed.code == 2
         assert words in failed.err
@@ -250,14 +250,14 @@ def fastest() -> kw.Plan:
     return kw.plan({"limits": LIMITS_WITH_VELOCITY, "times": "fastest", "waypoints": ends})
 
 
-def told(plan: kw.Plan) -> list[str]:
+def messages(plan: kw.Plan) -> list[str]:
     return [one.message for one in plan.report.findings if one.quantity == "override"]
 
 
 def test_constant_override_keeps_limits(fastest: kw.Plan) -> None:
     same = fastest.scaled({0: 1})
     assert same.report.ok
-    assert not told(same)
+    assert not messages(same)
     for nu in range(4):
         was, now = (one.trajectory.polynomial.extrema(nu).peak for one in (fastest, same))
         np.testing.assert_allclose(now, was, rtol=1e-12)
@@ -277,11 +277,11 @@ def test_overrides_keep_limits(fastest: kw.Plan, profile: dict[float, float]) ->
     plan = fastest.scaled(profile)
     assert plan.report.ok
     run = dict(profile)
-    for message in told(plan):
+    for message in messages(plan):
         pairs = re.findall(r"([\d.]+): ([\d.]+)", message.rpartition("instead")[2])
         run = {float(time): float(rate) for time, rate in pairs}
         assert run != profile
-    # the time shown by quadrature of the override that is told, which is rounded to 3 digits
+    # the time shown by quadrature of the reported override, which is rounded to 3 digits
     t = np.linspace(0, plan.trajectory.duration, 20001)
     times, rates = np.array(list(run)), np.array(list(run.values()))
     i = np.clip(np.searchsorted(times, t, side="right") - 1, 0, len(times) - 2)
@@ -293,10 +293,10 @@ def test_overrides_keep_limits(fastest: kw.Plan, profile: dict[float, float]) ->
     gap = plan.trajectory.position(t) - fastest.trajectory.position(shown)
     assert np.abs(gap).max() < 5e-3
     assert shown[-1] == pytest.approx(fastest.trajectory.duration, abs=5e-3)
-    # and it is near what was asked for
+    # and it is near the requested one
     assert min(abs(one - max(profile.values())) for one in run.values()) < 0.12
     assert min(run.values()) == min(profile.values())
 
 
 def test_reports_infeasible_override_change(fastest: kw.Plan) -> None:
-    assert told(fastest.scaled({0: 1, 0.8: 1, 0.85: 0.2, 0.9: 1}))
+    assert messages(fastest.scaled({0: 1, 0.8: 1, 0.85: 0.2, 0.9: 1}))

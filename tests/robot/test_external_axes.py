@@ -30,8 +30,8 @@ def test_rail_carries_robot() -> None:
     pin.framesForwardKinematics(model, data, q[1:])
     below = pin.SE3(pin.rpy.rpyToMatrix(0.3, -0.2, 0.1), np.array([0.1, 0.2, 0.3]))
     along = pin.SE3(np.eye(3), q[0] * np.array([0, 0.6, 0.8]))
-    asked = below * along * data.oMf[model.getFrameId("tool0")]
-    assert robot.forward(q).isApprox(asked, 1e-12)
+    expected = below * along * data.oMf[model.getFrameId("tool0")]
+    assert robot.forward(q).isApprox(expected, 1e-12)
 
 
 def test_axes_carry_each_other() -> None:
@@ -52,10 +52,10 @@ def test_weights_decide_which_joints_move() -> None:
     q, twist = robot.configuration("home"), np.array([0.1, 0.2, -0.05, 0.1, 0, 0.2])
     share = np.array([0.2, 1, 1, 3, 1, 1, 1]) / robot.velocity_limit
     J = robot.jacobian(q)
-    asked = np.linalg.pinv(J / share) @ twist / share
-    assert kw.solve_velocity_ik(robot, q, twist) == pytest.approx(asked, abs=1e-9)
+    expected = np.linalg.pinv(J / share) @ twist / share
+    assert kw.solve_velocity_ik(robot, q, twist) == pytest.approx(expected, abs=1e-9)
     null = scipy.linalg.null_space(J)[:, 0]
-    assert (share**2 * asked) @ null == pytest.approx(0.0, abs=1e-9)
+    assert (share**2 * expected) @ null == pytest.approx(0.0, abs=1e-9)
 
 
 def test_light_rail_moves_and_arm_keeps_posture() -> None:

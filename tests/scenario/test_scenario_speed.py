@@ -72,7 +72,7 @@ def test_an_uneven_rate_of_turning_is_that_of_the_parabola_through_three_angles(
     np.testing.assert_allclose(waypoint.angular, [0, slope * SPEED, 0], atol=1e-12)
 
 
-def test_speed_is_the_same_motion_in_whatever_frame_and_unit_it_is_said() -> None:
+def test_speed_in_any_frame_and_unit_is_the_same_motion() -> None:
     points = np.array([[0, 0, 0], [0.1, 0.05, 0], [0.2, 0, 0.1]])
     frame = Rotation.from_euler("xyz", [0.3, -0.8, 2.0])
     plain = passing(points, 1)

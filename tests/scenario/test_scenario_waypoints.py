@@ -206,11 +206,11 @@ def test_a_file_without_a_start_says_that_the_way_to_its_first_waypoint_is_not_p
     data = task("rad", {**pose(3.14), "name": "first"}, pose(3.14, 0.5))
     del data["start"], data["waypoints"][0]["after"]
     report = kw.plan(data).report
-    (said,) = report.select(quantity="no_start")
+    (finding,) = report.select(quantity="no_start")
     assert "\n  Not planned " in str(report)
     assert " the approach to 'first': the file has no start\n" in str(report)
-    assert said.verdict == "information"
-    assert "the approach to 'first' is neither planned nor checked" in str(said)
+    assert finding.verdict == "information"
+    assert "the approach to 'first' is neither planned nor checked" in str(finding)
     at_home = task("rad", {"joints": "home"}, pose(3.14))
     del at_home["start"]
     assert not kw.plan(at_home).report.select(quantity="no_start")

@@ -160,8 +160,8 @@ def test_files_are_found_wherever_a_task_is_saved(tmp_path: Path) -> None:
         along=AlongPoints(points="bead.csv"), speed=0.04, pose=Placement(position=[0.1, 0, 0])
     )
     begin = PoseWaypoint(name="begin", after=2, pose=Pose(position=[0, 0, 0], rpy=DOWN))
-    made = TASK.replace(tool=None, waypoints=[begin, line])
-    first = made.save(tmp_path / "one" / "task.yaml")
+    task = TASK.replace(tool=None, waypoints=[begin, line])
+    first = task.save(tmp_path / "one" / "task.yaml")
     second = kw.Task.load(first).save(tmp_path / "two" / "task.yaml")
     for file in (first, second):
         (path,) = kw.load_scenario(file).paths

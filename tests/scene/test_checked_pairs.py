@@ -59,7 +59,7 @@ def clearances(report: kw.Report) -> dict[str, Finding]:
     return {one.name: one for one in report.findings if one.quantity == "clearance"}
 
 
-def said(report: kw.Report, quantity: str) -> str:
+def message(report: kw.Report, quantity: str) -> str:
     return " | ".join(one.message for one in report.select(quantity=quantity))
 
 
@@ -129,7 +129,7 @@ def test_a_robot_that_is_not_checked_against_itself_is_named(tmp_path: Path) -> 
     ball = {"ball": {"sphere": 0.05, "position": [0, 0, 2]}}
     report = turn(arm, [0, 0.5], [0, 1], scene={"objects": ball}, collisions={"self": False})
     assert "forearm, base" not in clearances(report)
-    assert "`self: false`: base and upper; base and forearm" in said(report, "pairs_not_checked")
+    assert "`self: false`: base and upper; base and forearm" in message(report, "pairs_not_checked")
 
 
 def test_an_object_of_any_name_has_a_row_of_its_own(tmp_path: Path) -> None:
@@ -245,9 +245,9 @@ def test_refuses_truncated_mesh_of_link(knotwork: Command, tmp_path: Path) -> No
     mesh.write_text(half(box))
     ran = knotwork("plan", task)
     assert ran.code == 2, ran.out + ran.err
-    said = " ".join(ran.err.split())
-    assert "door.urdf: collision shape of link 'post': mesh" in said
-    assert "wall.stl can't be read: it is not read whole: its lines 'solid'" in said
+    output = " ".join(ran.err.split())
+    assert "door.urdf: collision shape of link 'post': mesh" in output
+    assert "wall.stl can't be read: it is not read whole: its lines 'solid'" in output
     mesh.write_text(str(box.export(file_type="stl_ascii")))
     assert knotwork("plan", task).code == 0
 
@@ -255,5 +255,5 @@ def test_refuses_truncated_mesh_of_link(knotwork: Command, tmp_path: Path) -> No
 @pytest.mark.parametrize("count", [0, 2])
 def test_reports_number_of_collision_shapes(knotwork: Command, tmp_path: Path, count: int) -> None:
     task = open_door(tmp_path, count * '<box size="1 1 1"/>')
-    said = " ".join(knotwork("plan", task).out.split())
-    assert f"link 'post': <collision> has 1 <geometry> with {count} shapes in all" in said
+    output = " ".join(knotwork("plan", task).out.split())
+    assert f"link 'post': <collision> has 1 <geometry> with {count} shapes in all" in output

@@ -39,23 +39,23 @@ MESHES = {
 HERE = pin.SE3.Identity()
 
 
-def made(kind: str, *size: float, **more: Any) -> Solid:
+def solid(kind: str, *size: float, **more: Any) -> Solid:
     return make_solid(PlacedShape(kind, size, HERE, **more), HERE)
 
 
 CONVEX = (
-    made("box", 0.1, 0.05, 0.2),
-    made("sphere", 0.04),
-    made("capsule", 0.04, 0.3),
-    made("cylinder", 0.02, 0.1),
-    made("cone", 0.05, 0.1),
-    made("ellipsoid", 0.02, 0.1, 0.05),
+    solid("box", 0.1, 0.05, 0.2),
+    solid("sphere", 0.04),
+    solid("capsule", 0.04, 0.3),
+    solid("cylinder", 0.02, 0.1),
+    solid("cone", 0.05, 0.1),
+    solid("ellipsoid", 0.02, 0.1, 0.05),
 )
 
 
 def exact(path: Path, name: str) -> Solid:
     MESHES[name].export(path / f"{name}.ply")
-    return made("mesh", path=path / f"{name}.ply", exact=True)
+    return solid("mesh", path=path / f"{name}.ply", exact=True)
 
 
 def pieces(placed: Placed) -> list[tuple[Any, Any]]:
@@ -106,7 +106,7 @@ def compare(solid: Solid, others: Sequence[Solid], rounds: int) -> tuple[int, in
         off = (near.points[0] - near.points[1]) @ near.normal
         assert off == pytest.approx(right, abs=DISTANCE_ERROR), what
         for one, point in zip((second, first), near.points, strict=True):
-            ball = Placed(made("sphere", right / 2), np.eye(3), point)
+            ball = Placed(solid("sphere", right / 2), np.eye(3), point)
             assert truth(one, ball) == pytest.approx(right / 2, abs=3 * DISTANCE_ERROR), what
         apart += 1
     return apart, cut
@@ -191,7 +191,7 @@ def largest_error(count: int, rng: np.random.Generator) -> float:
         for kind in rng.choice(list(kinds), 2):
             size = np.exp(rng.uniform(np.log(0.003), 0.0, kinds[kind])).tolist()
             turn, origin = pin.exp3(rng.uniform(-3, 3, 3)), rng.normal(size=3) / 10
-            pair.append(Placed(made(str(kind), *size), turn, origin))
+            pair.append(Placed(solid(str(kind), *size), turn, origin))
         first, second = pair
         toward = rng.normal(size=3)
         toward /= np.linalg.norm(toward)
@@ -299,7 +299,7 @@ def test_distances_of_cones_of_many_edges_are_right(edges: int, tmp_path: Path) 
     mesh = trimesh.creation.cone(0.2, 0.3, sections=edges)
     mesh.export(tmp_path / "cone.ply")
     rng, meter = np.random.default_rng(edges), DistanceMeter()
-    cone, ball = made("mesh", path=tmp_path / "cone.ply"), made("sphere", 0.02)
+    cone, ball = solid("mesh", path=tmp_path / "cone.ply"), solid("sphere", 0.02)
     still = np.eye(3)
     corners = trimesh.load(tmp_path / "cone.ply", process=False).triangles
     for at in rng.normal(size=(20, 3)) * 0.3 + [0.0, 0.0, 0.15]:
@@ -316,5 +316,5 @@ def test_accepts_fine_disc_and_cone(tmp_path: Path) -> None:
         trimesh.creation.cylinder(1.0, 0.1, 900),
     ):
         mesh.export(tmp_path / "part.stl")
-        part = made("mesh", path=tmp_path / "part.stl", exact=True)
+        part = solid("mesh", path=tmp_path / "part.stl", exact=True)
         assert len(part.triangles) == len(mesh.faces)

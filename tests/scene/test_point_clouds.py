@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import trimesh
 from test_checked_pairs import run
-from test_distances import CONVEX, compare, made
+from test_distances import CONVEX, compare, solid
 
 from command_line import Command
 from drawn import beside_an_arm, scene, thing, vertices, volume
@@ -23,7 +23,7 @@ EDGE = 0.03
 def cloud(path: Path, points: Any, edge: float = EDGE) -> Solid:
     rows = [f"{x!r},{y!r},{z!r}" for x, y, z in np.asarray(points, dtype=float).tolist()]
     path.write_text("\n".join(["x,y,z", *rows]))
-    return made("points", path=path, resolution=edge)
+    return solid("points", path=path, resolution=edge)
 
 
 def others(folder: Path) -> list[Solid]:
@@ -31,8 +31,8 @@ def others(folder: Path) -> list[Solid]:
     trimesh.creation.icosphere(subdivisions=1, radius=0.05).export(folder / "ball.stl")
     return [
         *CONVEX,
-        *(made("mesh", path=folder / "ball.stl", exact=exact) for exact in (False, True)),
-        made("half_space", 0.0, 0.6, 0.8, -0.3),
+        *(solid("mesh", path=folder / "ball.stl", exact=exact) for exact in (False, True)),
+        solid("half_space", 0.0, 0.6, 0.8, -0.3),
         cloud(folder / "other.csv", [(0, 0, 0), (0.04, 0, 0), (0.1, 0.1, 0.1)], 0.02),
     ]
 
@@ -69,7 +69,7 @@ def test_every_point_is_in_a_cell_and_every_cell_in_hull_and_box(tmp_path: Path)
 
 def test_a_part_of_a_cloud_inside_a_closed_mesh_is_found(tmp_path: Path) -> None:
     trimesh.creation.box([0.5, 0.5, 0.5]).export(tmp_path / "box.stl")
-    box = made("mesh", path=tmp_path / "box.stl", exact=True)
+    box = solid("mesh", path=tmp_path / "box.stl", exact=True)
     two = cloud(tmp_path / "two.csv", [(1, 1, 1), (1.02, 1.02, 1.02), (0.1, 0.1, 0.1)])
     assert len(two.cells.one_of_each_part) == 2
     still, nothing = np.eye(3), np.zeros(3)

@@ -40,7 +40,7 @@ def planning(process: psutil.Process) -> list[psutil.Process]:
 
 
 def ended(process: psutil.Process) -> bool:
-    """Whether a process has come to its end; nobody may have asked how."""
+    """Whether a process has ended, even if nobody has waited for its exit code."""
     try:
         return not process.is_running() or process.status() == psutil.STATUS_ZOMBIE
     except psutil.NoSuchProcess:

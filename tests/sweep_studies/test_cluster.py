@@ -68,10 +68,10 @@ def test_an_interrupt_ends_all_and_says_how_to_go_on(lost: int, tmp_path: Path) 
         time.sleep(0.05)
     below = this.children(recursive=True)
     os.killpg(run.pid, signal.SIGINT)
-    out, said = run.communicate(timeout=PATIENCE)
+    out, errors = run.communicate(timeout=PATIENCE)
     assert (run.returncode, out) == (130, "")
     kept = f"finished rows are kept in {folder}; continue with --resume"
-    assert [line for line in said.splitlines() if line] == [kept, "interrupted"]
+    assert [line for line in errors.splitlines() if line] == [kept, "interrupted"]
     assert all_end(below)
 
 

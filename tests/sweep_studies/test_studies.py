@@ -30,16 +30,16 @@ def test_rows_say_what_plans_say(lifted: Path) -> None:
     study = kw.Study.open(lifted)
     assert study["row"] == list(range(10))
     for row in study.rows():
-        made = kw.plan(study.scenario(row["row"]))
-        assert made.scenario.waypoints[1].time == row["waypoints[up].after"]
-        assert (row["verdict"] == "passed") == made.report.ok
-        assert row["duration"] == made.trajectory.duration
-        (speed,) = made.report.select(subject="joint", quantity="velocity")
+        plan = kw.plan(study.scenario(row["row"]))
+        assert plan.scenario.waypoints[1].time == row["waypoints[up].after"]
+        assert (row["verdict"] == "passed") == plan.report.ok
+        assert row["duration"] == plan.trajectory.duration
+        (speed,) = plan.report.select(subject="joint", quantity="velocity")
         assert row["velocity_use"] == speed.utilisation
         assert row["clearance"] is None
-        if not made.report.ok:
+        if not plan.report.ok:
             assert row["reason"] == "velocity"
-            assert row["message"] == str(made.report.failures[0])
+            assert row["message"] == str(plan.report.failures[0])
     assert study.reasons == {"velocity": 2}
     assert study.passed == 8
     assert study.best("velocity_use")["waypoints[up].after"] == 3.0
@@ -67,19 +67,19 @@ def test_resuming_plans_only_missing_rows(lifted: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("task", "vary", "said"),
+    ("task", "vary", "message"),
     [
         (LIFT, {**VARY, "knots": "paper,optimal"}, "knots[1] differs"),
         ({**LIFT, "rate": 50}, VARY, "scenario.rate differs"),
     ],
 )
-def test_another_study_is_refused(lifted: Path, task: Any, vary: Any, said: str) -> None:
+def test_another_study_is_refused(lifted: Path, task: Any, vary: Any, message: str) -> None:
     with pytest.raises(kw.InputError, match="has another study") as raised:
         kw.sweep(task, vary, out=lifted, workers=0, resume=True)
-    assert said in str(raised.value)
+    assert message in str(raised.value)
 
 
-def test_a_folder_is_not_gone_on_with_unasked(lifted: Path, tmp_path: Path) -> None:
+def test_a_folder_is_continued_only_on_request(lifted: Path, tmp_path: Path) -> None:
     with pytest.raises(kw.InputError, match="has a study already"):
         kw.sweep(LIFT, VARY, out=lifted, workers=0)
     with pytest.raises(kw.InputError, match=r"is not the folder of a study"):
@@ -145,7 +145,7 @@ def test_it_stops_when_enough_rows_pass() -> None:
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         ({"workers": -1}, "workers is -1; it must be at least 0"),
         ({"workers": 1.5}, "workers is 1.5; it must be a whole number"),
@@ -154,8 +154,8 @@ def test_it_stops_when_enough_rows_pass() -> None:
         ({"time_limit": -1}, "time_limit is -1"),
     ],
 )
-def test_options_that_are_refused(options: dict[str, Any], said: str) -> None:
-    with pytest.raises(kw.InputError, match=said):
+def test_options_that_are_refused(options: dict[str, Any], message: str) -> None:
+    with pytest.raises(kw.InputError, match=message):
         kw.sweep(LIFT, VARY, **options)
 
 
@@ -173,11 +173,11 @@ def test_a_frozen_row_has_the_chosen_times_as_a_frozen_plan_has(tmp_path: Path) 
         text = frozen.read_text(encoding="utf-8")
         assert "fastest" not in text
         assert "# a comment" in text
-        made = kw.plan(study.scenario(row))
+        plan = kw.plan(study.scenario(row))
         assert kw.load_scenario(frozen).unknowns is None
         again = kw.plan(frozen).trajectory
-        assert again.duration == made.trajectory.duration == study["duration"][row]
-        made.freeze(tmp_path / "same.yaml")
+        assert again.duration == plan.trajectory.duration == study["duration"][row]
+        plan.freeze(tmp_path / "same.yaml")
         assert kw.plan(tmp_path / "same.yaml").trajectory.duration == again.duration
     with pytest.raises(kw.InputError, match=r"there is no row 4; accepted: 0 to 3"):
         study.freeze(4, tmp_path / "best.yaml")

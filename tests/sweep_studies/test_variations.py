@@ -69,7 +69,7 @@ def test_rows_of_a_file_go_together(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("vary", "options", "said"),
+    ("vary", "options", "message"),
     [
         ({}, {}, "nothing is varied"),
         ({"rate": "1:2:2.5"}, {}, "rate: the range 1:2:2.5 has the count 2.5"),
@@ -93,18 +93,18 @@ def test_rows_of_a_file_go_together(tmp_path: Path) -> None:
         ({"limits": [{}], "limits.velocity": [1]}, {}, "vary the same value"),
     ],
 )
-def test_what_is_refused(vary: Any, options: dict[str, Any], said: str | None) -> None:
-    if said is None:
+def test_what_is_refused(vary: Any, options: dict[str, Any], message: str | None) -> None:
+    if message is None:
         with pytest.raises(kw.InputError, match=r"with rat = 1: .*rat: unknown key"):
             kw.sweep(LIFT, vary, workers=0)
         return
     with pytest.raises(kw.InputError) as raised:
         rows_of(vary, **options)
-    assert said in str(raised.value)
+    assert message in str(raised.value)
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("", "has no rows"),
         ("rate,rate\n1,2\n", "each once"),
@@ -114,13 +114,13 @@ def test_what_is_refused(vary: Any, options: dict[str, Any], said: str | None) -
         ("rate\n{\n", "line 2: column 1 (rate): can't read"),
     ],
 )
-def test_files_of_rows_that_are_refused(tmp_path: Path, text: str, said: str) -> None:
+def test_files_of_rows_that_are_refused(tmp_path: Path, text: str, message: str) -> None:
     file = tmp_path / "rows.csv"
     file.write_text(text, encoding="utf-8")
     with pytest.raises(kw.InputError) as raised:
         kw.sweep(LIFT, rows=file, workers=0)
     assert str(file) in str(raised.value)
-    assert said in str(raised.value)
+    assert message in str(raised.value)
 
 
 TASK = """
@@ -143,13 +143,13 @@ def task(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_a_study_is_made_shown_drawn_and_frozen(knotwork: Command, task: Path) -> None:
     after = ("--vary", "waypoints[up].after=1:2:5")
-    made = knotwork("sweep", task, *after, "--workers", 0, "--out", "study")
-    assert made.code == 0, made.err
-    assert "lift: 5 rows, 4 pass" in made.out
-    assert "velocity" in made.out
-    assert "best duration: 1.25 s in row 1, waypoints[up].after = 1.25" in made.out
+    ran = knotwork("sweep", task, *after, "--workers", 0, "--out", "study")
+    assert ran.code == 0, ran.err
+    assert "lift: 5 rows, 4 pass" in ran.out
+    assert "velocity" in ran.out
+    assert "best duration: 1.25 s in row 1, waypoints[up].after = 1.25" in ran.out
     again = knotwork("sweep", task, *after, "--workers", 0, "--out", "study", "--resume")
-    assert again.out == made.out
+    assert again.out == ran.out
     shown = knotwork("sweep", "study", "--best", "velocity_use", "--freeze", "best.yaml")
     assert shown.code == 0, shown.err
     assert "in row 4, waypoints[up].after = 2" in shown.out

@@ -43,9 +43,9 @@ def test_free_velocities_save_time(problem: TimingProblem, fastest: TimedMotion)
 
 def test_chooses_factor_along_direction(problem: TimingProblem) -> None:
     along = np.array([False, True, True, True, False])
-    asked = replace(problem, along=along, max_factor=np.full(5, 0.7))
-    motion = solve(asked)
-    assert_kept(asked, motion)
+    other = replace(problem, along=along, max_factor=np.full(5, 0.7))
+    motion = solve(other)
+    assert_kept(other, motion)
     for i in (1, 2, 3):
         direction = problem.velocity[i]
         factor = motion.velocity[i] @ direction / (direction @ direction)
@@ -55,20 +55,20 @@ def test_chooses_factor_along_direction(problem: TimingProblem) -> None:
 
 def test_keeps_durations_and_lower_bounds(problem: TimingProblem, fastest: TimedMotion) -> None:
     h = np.diff(fastest.time)
-    asked = replace(
+    other = replace(
         problem,
         duration=[np.nan, 1.2 * h[1], np.nan, np.nan],
         at_least=[0.0, 0.0, 1.3 * h[2], 0.0],
     )
-    assert_kept(asked, solve(asked))
+    assert_kept(other, solve(other))
 
 
 def test_meets_given_accelerations(problem: TimingProblem) -> None:
     acceleration = np.full((5, 3), np.nan)
     acceleration[[0, 2, 4]] = 0.0
-    asked = replace(problem, acceleration=acceleration)
-    motion = solve(asked)
-    assert_kept(asked, motion)
+    other = replace(problem, acceleration=acceleration)
+    motion = solve(other)
+    assert_kept(other, motion)
     at_rest = motion.trajectory.acceleration(motion.time[[0, 2, 4]])
     np.testing.assert_allclose(at_rest, 0.0, atol=1e-12)
     # The two sections don't depend on each other.
@@ -85,11 +85,11 @@ def test_meets_given_accelerations(problem: TimingProblem) -> None:
 def test_given_total_makes_smoothest_motion(problem: TimingProblem, fastest: TimedMotion) -> None:
     found = []
     for stretch in (1.02, 1.2, 1.5):
-        asked = replace(
+        other = replace(
             problem, total=stretch * fastest.duration, objective=Objective(time=0.0, jerk=1.0)
         )
-        motion = solve(asked)
-        assert_kept(asked, motion)
+        motion = solve(other)
+        assert_kept(other, motion)
         assert motion.duration == pytest.approx(stretch * fastest.duration, rel=1e-12)
         span = np.diff(motion.trajectory.breaks)[:, None]
         jerk = 6.0 * motion.trajectory.polynomial.c[0]
@@ -111,22 +111,22 @@ def test_positions_stay_inside_their_limits() -> None:
     free = TimingProblem(("a",), [[0], [1], [0]], [[0], [1], [0]], limits)
     reached = float(solve(free).trajectory.extrema("position").maximum[0])
     limits = replace(limits, lower=[-5.0], upper=[0.9 * reached + 0.1 * 1.5])
-    asked = replace(free, limits=limits)
+    other = replace(free, limits=limits)
     assert limits.upper < reached
-    assert_kept(asked, solve(asked))
+    assert_kept(other, solve(other))
 
 
 def test_passes_waypoint_at_limits() -> None:
     """A velocity exactly at its limit and a position exactly at one leave the solver no room."""
     limits = TimingLimits([1.0, 1.0], [1.0, 1.0], [5.0, 5.0], lower=[0, 0], upper=[2.0, 0.5])
-    asked = TimingProblem(("a", "b"), [[0, 0], [1, 0.5], [2, 0]], [[0, 0], [1, 0], [0, 0]], limits)
-    assert_kept(asked, solve(asked))
+    other = TimingProblem(("a", "b"), [[0, 0], [1, 0.5], [2, 0]], [[0, 0], [1, 0], [0, 0]], limits)
+    assert_kept(other, solve(other))
 
 
 def test_progress_does_not_change_result(problem: TimingProblem, fastest: TimedMotion) -> None:
-    told: list[Progress] = []
-    motion = solve(problem, progress=told.append)
-    assert told[-1].iterations == motion.iterations
+    steps: list[Progress] = []
+    motion = solve(problem, progress=steps.append)
+    assert steps[-1].iterations == motion.iterations
     assert motion.duration == fastest.duration
 
 
@@ -149,12 +149,12 @@ def test_given_times_are_met_or_refused_with_sufficient_ones(given: str, count: 
     refused = 0
     for seed in range(count):
         rng = np.random.default_rng([5, seed])
-        asked = random_problem(seed, int(rng.integers(2, 6)), int(rng.integers(1, 5)))
-        velocity, ends = np.array(asked.velocity), np.full(asked.position.shape, np.nan)
+        base = random_problem(seed, int(rng.integers(2, 6)), int(rng.integers(1, 5)))
+        velocity, ends = np.array(base.velocity), np.full(base.position.shape, np.nan)
         velocity[1:-1] = (velocity[1:-1], 0.0, np.nan)[seed % 3]
         ends[[0, -1]] = 0.0
-        asked = replace(asked, velocity=velocity, acceleration=ends)
-        least = np.diff(solve(asked).time)
+        base = replace(base, velocity=velocity, acceleration=ends)
+        least = np.diff(solve(base).time)
         for longer in (1.001, 1.01, 1.1, 1.5, 3.0):
             times: dict[str, Any] = {"duration": longer * least}
             if given == "one":
@@ -163,7 +163,7 @@ def test_given_times_are_met_or_refused_with_sufficient_ones(given: str, count: 
             elif given == "total":
                 smooth = Objective(time=0.0, jerk=1.0)
                 times = {"total": longer * float(least.sum()), "objective": smooth}
-            problem = replace(asked, **times)
+            problem = replace(base, **times)
             try:
                 assert_kept(problem, solve(problem))
             except TimingError as error:

@@ -183,8 +183,8 @@ def test_keeps_effort_limits_all_the_time() -> None:
     still = np.zeros_like(free.position)
     holding = np.abs(free.required_dynamics.effort(free.position, still, still)).max(axis=0)
     limit = np.maximum(0.85 * peak, 1.1 * holding)
-    asked = replace(free, limits=replace(free.limits, effort=limit))
-    motion = solve(asked)
+    problem = replace(free, limits=replace(free.limits, effort=limit))
+    motion = solve(problem)
     times = np.linspace(0.0, motion.duration, 20001)
     assert (efforts(motion.trajectory, times) <= limit).all()
     assert motion.duration > fast.duration
@@ -195,17 +195,17 @@ def test_stopping_motion_is_as_fast_as_its_parts() -> None:
     free = swing()
     still = np.zeros_like(free.position)
     holding = np.abs(free.required_dynamics.effort(free.position, still, still)).max(axis=0)
-    asked = replace(free, limits=replace(free.limits, effort=1.1 * holding))
+    other = replace(free, limits=replace(free.limits, effort=1.1 * holding))
     parts = [
-        solve(replace(part_of(asked, i, i + 1), acceleration=still[:2])).duration for i in range(2)
+        solve(replace(part_of(other, i, i + 1), acceleration=still[:2])).duration for i in range(2)
     ]
-    assert solve(asked).duration < 1.02 * sum(parts)
+    assert solve(other).duration < 1.02 * sum(parts)
 
 
 def test_keeps_tool_speed_limit_all_the_time() -> None:
-    asked = swing(tool_speed=0.8)
-    motion = solve(asked)
-    robot = asked.required_dynamics.robot
+    problem = swing(tool_speed=0.8)
+    motion = solve(problem)
+    robot = problem.required_dynamics.robot
     bound = kw.verification.tool_speed_bound(robot, motion.trajectory, limit=0.8)
     assert bound.ok
     assert bound.proved

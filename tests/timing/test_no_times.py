@@ -39,7 +39,7 @@ NARROW = replace(LIMITS, lower=[-1.0], upper=[0.5])
 
 
 @pytest.mark.parametrize(
-    ("problem", "place", "values", "said"),
+    ("problem", "place", "values", "message"),
     [
         (one_joint(*TOO_FAST), (1, "velocity"), (4.0, 2.0), "'b': joint 'elbow'.*0.5 times"),
         (
@@ -66,16 +66,16 @@ NARROW = replace(LIMITS, lower=[-1.0], upper=[0.5])
     ],
 )
 def test_names_infeasible_values(
-    problem: TimingProblem, place: tuple[Any, str], values: tuple[Any, Any], said: str
+    problem: TimingProblem, place: tuple[Any, str], values: tuple[Any, Any], message: str
 ) -> None:
     error = failure(problem)
     assert (error.waypoint, error.limit) == place
     assert (error.value, error.bound) == pytest.approx(values)
-    assert re.search(said, str(error))
+    assert re.search(message, str(error))
 
 
 @pytest.mark.parametrize(
-    ("made", "given", "place", "least", "said"),
+    ("problem", "given", "place", "least", "message"),
     [
         (
             lambda a: one_joint([0, 1], [0, 0], acceleration=[[a], [np.nan]]),
@@ -117,17 +117,17 @@ def test_names_infeasible_values(
     ],
 )
 def test_names_nearest_feasible_value(
-    made: Callable[[float], TimingProblem],
+    problem: Callable[[float], TimingProblem],
     given: float,
     place: tuple[int | None, bool, str],
     least: float,
-    said: str,
+    message: str,
 ) -> None:
-    error = failure(made(given))
+    error = failure(problem(given))
     assert (error.waypoint, error.interval, error.limit) == place
     assert least < error.bound < 1.02 * least
-    assert said in str(error)
-    solve(made(0.98 * error.bound if place[2] == "position" else error.bound))
+    assert message in str(error)
+    solve(problem(0.98 * error.bound if place[2] == "position" else error.bound))
 
 
 def test_reports_all_infeasible_waypoints_at_once() -> None:
@@ -167,13 +167,13 @@ def test_resting_motion_with_given_velocities_needs_no_budget(seed: int) -> None
     acceleration[[0, -1]] = 0.1 * rng.uniform(-1.0, 1.0, (2, 1)) * limits.acceleration
     at_least = np.zeros(len(problem.position) - 1)
     at_least[::2] = 3.0
-    asked = replace(problem, acceleration=acceleration, at_least=at_least)
-    motion = solve(asked, budget=1e-6)
+    problem = replace(problem, acceleration=acceleration, at_least=at_least)
+    motion = solve(problem, budget=1e-6)
     assert motion.status == "stopped"
-    assert_kept(asked, replace(motion, status="optimal"))
+    assert_kept(problem, replace(motion, status="optimal"))
     ends = motion.trajectory.acceleration(motion.time[[0, -1]])
     np.testing.assert_allclose(ends, acceleration[[0, -1]], atol=1e-12)
-    assert solve(asked).duration <= motion.duration * (1 + 1e-12)
+    assert solve(problem).duration <= motion.duration * (1 + 1e-12)
 
 
 def test_resting_motion_takes_rounding_of_velocity_as_rest() -> None:
@@ -205,8 +205,8 @@ def test_reports_overloaded_static_hold() -> None:
         return kw.plan({"robot": "planar2", "limits": limits, "waypoints": ends, **gravity})
 
     # none was searched for
-    said = "no motion keeps all limits: to hold the arm still at 'flat', joint 'shoulder' needs"
-    with pytest.raises(TimingError, match=said) as heavy:
+    message = "no motion keeps all limits: to hold the arm still at 'flat', joint 'shoulder' needs"
+    with pytest.raises(TimingError, match=message) as heavy:
         planned(5.0)
     assert heavy.value.limit == "effort"
     robot = kw.load_robot("planar2")
@@ -230,9 +230,9 @@ def over_the_top(effort: float, **more: Any) -> kw.Plan:
 
 
 def test_passes_overloaded_waypoint_in_motion() -> None:
-    made = over_the_top(12.0)
-    made.report.raise_if_failed()
-    assert abs(made.chosen.segments[0].velocity[1, 0]) > 0.5
+    plan = over_the_top(12.0)
+    plan.report.raise_if_failed()
+    assert abs(plan.chosen.segments[0].velocity[1, 0]) > 0.5
 
 
 def test_reports_overloaded_passage_with_sufficient_effort() -> None:

@@ -189,7 +189,7 @@ def test_stops_need_acceleration() -> None:
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         ({"start": HOME + 0.1}, r"the tool is 0\.1188 m and .* deg away .*kw\.solve_pose_ik"),
         ({"rotation": np.eye(3)}, r"the tool is 0 m and 180 deg away"),
@@ -212,9 +212,9 @@ def test_stops_need_acceleration() -> None:
         ({"robot": "ur"}, "did you mean"),
     ],
 )
-def test_refuses_wrong_values(change: dict[str, Any], said: str) -> None:
+def test_refuses_wrong_values(change: dict[str, Any], message: str) -> None:
     given = {"robot": ARM, "path": LINE, "speed": 0.05, "start": HOME, **change}
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=message):
         kw.follow_path(**given)
 
 

@@ -20,7 +20,7 @@ tp = kw.tool_paths
 ARMS = ("ur3", "ur10", "panda", "kinova", "z1", "xarm7")
 ORDINARY, ALL = 6, 504
 SAMPLES, STEPS, JOINT_STEP = 301, 200, 0.01
-# Near a singularity limits are reached so steeply that no place is told better than this [m].
+# Near a singularity limits are reached so steeply that no place is known better than this [m].
 CLOSE = 1e-4
 
 

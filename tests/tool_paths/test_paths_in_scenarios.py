@@ -70,9 +70,9 @@ def test_path_not_followed_in_requested_branch() -> None:
     on = {**FIRST, "stop": True, "pose": {"position": [450, 300, 300], "rpy": [180, 60, 0]}}
     pose = {"position": [450, -300, 300], "rpy": [180, -60, 0]}
     off = {**LINE, "speed": 250, "stop": True, "pose": pose}
-    asked = {"shoulder": "right", "elbow": "down", "wrist": "flip"}
+    branch = {"shoulder": "right", "elbow": "down", "wrist": "flip"}
     with pytest.raises(FollowingError, match=r"in the requested branch at 'on'.* try branch: free"):
-        kw.plan(task(on, off, branch=asked))
+        kw.plan(task(on, off, branch=branch))
     kw.plan(task(on, off, branch={"shoulder": "right", "elbow": "up", "wrist": "no flip"}))
 
 
@@ -118,9 +118,9 @@ def test_refuses_points_far_from_waypoint() -> None:
     seam["along"] = {"points": [[450, y, 60] for y in (-20, -10, 0, 10, 20, 40)]}
     with pytest.raises(InputError) as error:
         kw.plan(task(FIRST, seam, UP))
-    said = str(error.value)
-    assert "waypoints[1].along: its first point is 80 mm from waypoints[0]" in said
-    assert "at most this far from them: 60 mm" in said
+    message = str(error.value)
+    assert "waypoints[1].along: its first point is 80 mm from waypoints[0]" in message
+    assert "at most this far from them: 60 mm" in message
 
 
 def test_shortest_wait() -> None:

@@ -115,11 +115,11 @@ def test_weave_reaches_and_holds_edges(shape: str, dwell: float, rounding: float
     across = tool(plan, motion.start_time + t)[:, 1] - START[1]
     full = (t > 1 / RATE) & (t < t[-1] - 1 / RATE)
     assert np.ptp(across[full]) == pytest.approx(WIDTH, abs=2 * TOLERANCE)
-    asked = ramp(t, t[-1]) * sharp(t, dwell)
+    expected = ramp(t, t[-1]) * sharp(t, dwell)
     if shape == "triangle":
-        assert 0.7 * rounding < abs(across - asked).max() < rounding + TOLERANCE
+        assert 0.7 * rounding < abs(across - expected).max() < rounding + TOLERANCE
     held = full & (abs(sharp(t, dwell)) >= A * (1 - 1e-9))
-    assert abs(across - asked)[held].max(initial=0.0) < TOLERANCE
+    assert abs(across - expected)[held].max(initial=0.0) < TOLERANCE
     assert held.any() == (dwell > 0)
     assert all(one.ok for one in plan.report.select(group="Continuity"))
 

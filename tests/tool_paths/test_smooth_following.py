@@ -61,7 +61,7 @@ def asked_for(q: Array, twist: Array, change: Array) -> Array:
 
 
 def peaks(path: Any, curve: Any) -> tuple[float, float]:
-    """Greatest joint acceleration along a path [rad/s²]: of a motion, and asked for."""
+    """Greatest joint acceleration along a path [rad/s²]: of a motion, and required."""
     needed = 0.0
     for start, end in pairwise(path.breaks):
         times = np.linspace(start, end, SAMPLES)

@@ -32,9 +32,9 @@ def mistyped(name: str, after: float) -> dict[str, Any]:
 @pytest.fixture
 def motions(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     """The motions that were checked."""
-    made: list[Any] = []
-    monkeypatch.setitem(CHECKS, "counted", lambda motion, *_: made.append(motion) or ())
-    return made
+    motions: list[Any] = []
+    monkeypatch.setitem(CHECKS, "counted", lambda motion, *_: motions.append(motion) or ())
+    return motions
 
 
 @pytest.fixture
@@ -65,9 +65,9 @@ def test_absurd_duration_fails_without_clearance_proof(
     assert len(motions) == 1
     assert not proofs
     if name != "planar2_closed_form":  # nothing is there to collide with
-        (said,) = (one for one in report.failures if one.group == "Collisions")
-        assert "collisions are not examined" in said.message
-        assert "is far beyond its limit" in said.message
+        (finding,) = (one for one in report.failures if one.group == "Collisions")
+        assert "collisions are not examined" in finding.message
+        assert "is far beyond its limit" in finding.message
 
 
 @pytest.mark.parametrize("given", ["approach", "edge start"])
@@ -89,8 +89,8 @@ def test_unexamined_clearances_fail(monkeypatch: pytest.MonkeyPatch) -> None:
     """Also where the check that finds the broken limit is taken out."""
     plan = kw.plan(mistyped("kinova_dispense", 1e-3))
     monkeypatch.setitem(CHECKS, "joint_limits", lambda *_: ())
-    (said,) = kw.check(plan.trajectory, plan.scenario).select(quantity="clearances")
-    assert not said.ok
+    (finding,) = kw.check(plan.trajectory, plan.scenario).select(quantity="clearances")
+    assert not finding.ok
 
 
 def test_waypoint_inside_object_tries_no_other_sequence(motions: list[Any]) -> None:

@@ -1,4 +1,4 @@
-"""Collisions and clearances against dense distances, and the words in which they are said."""
+"""Collisions and clearances against dense distances, and their messages."""
 
 from __future__ import annotations
 
@@ -189,8 +189,8 @@ def test_clearance_within_distance_error_of_margin_is_undecided_and_fails() -> N
     assert "not decided whether tool comes too near to rod" in " ".join(str(plan.report).split())
     assert "not decided" in plan.report.to_dict()["failures"][0]
     scene = scene_of(plan)
-    (said,) = [label["text"] for label in scene["labels"] if label["kind"] == "miss"]
-    assert "undecided: tool comes within" in said
+    (miss,) = [label["text"] for label in scene["labels"] if label["kind"] == "miss"]
+    assert "undecided: tool comes within" in miss
     assert len(scene["strip"]["broken"]) == 1
     assert "not decided" in one.message
     assert one.interval is not None
@@ -200,7 +200,7 @@ def test_clearance_within_distance_error_of_margin_is_undecided_and_fails() -> N
     assert one.value == pytest.approx(5e-4 + 2e-5, abs=2e-6)
 
 
-# What is said
+# Messages
 
 
 def reach(name: str, y: float, z: float, after: float = 3, **more: Any) -> dict[str, Any]:
@@ -222,13 +222,13 @@ REACH_OVER = seams.task(
 
 def test_reports_depth_and_place_of_collision() -> None:
     report = kw.plan(REACH_OVER).report
-    said = pairs(report)["tool, wall"]
-    assert not said.ok
-    assert said.value < 0
-    assert len(said.points) == 2
-    assert said.utilisation == math.inf  # 5 mm are required, and none are left
+    finding = pairs(report)["tool, wall"]
+    assert not finding.ok
+    assert finding.value < 0
+    assert len(finding.points) == 2
+    assert finding.utilisation == math.inf  # 5 mm are required, and none are left
     for words in ("mm deep in wall at", "between 'here' and 'there'", "required 5 mm"):
-        assert words in said.message
+        assert words in finding.message
 
 
 def test_waypoints_below_floor_collide() -> None:
@@ -283,7 +283,7 @@ def test_tool_collides_with_released_object() -> None:
 
 
 def test_object_appearing_at_last_waypoint_is_checked() -> None:
-    """The tool stood in it, and nothing was said."""
+    """The tool once stood in it, and the check reported nothing."""
     at_the_end = {"box": [60, 60, 60], "position": [500, 200, 150], "appears": "there"}
     scene = {"objects": {**VIAL["scene"]["objects"], "late": at_the_end}}
     plan = kw.plan({**VIAL, "scene": scene})
@@ -298,15 +298,15 @@ def test_allowed_and_ignored_pairs_are_not_checked() -> None:
     free = {**WALL, "allow": ["tool", "wrist_3_link", "wrist_2_link", "ee_link", "tool0"]}
     allowed = kw.plan({**REACH_OVER, "scene": {"objects": {"wall": free}}}).report
     assert "tool, wall" not in pairs(allowed)
-    told = [one.message for one in allowed.select(quantity="pairs_not_checked")]
+    messages = [one.message for one in allowed.select(quantity="pairs_not_checked")]
     listed = "wrist_2_link and wall; wrist_3_link and wall; ee_link and wall; tool and wall"
-    assert f"not checked, as the scenario allows it: {listed}" in told
+    assert f"not checked, as the scenario allows it: {listed}" in messages
     ignored = kw.plan({**REACH_OVER, "collisions": {"ignore": [["tool", "wall"]]}}).report
     assert "tool, wall" not in pairs(ignored)
-    told = [one.message for one in ignored.select(quantity="pairs_not_checked")]
-    assert "not checked, as the scenario ignores it: tool and wall" in told
-    assert any("as a joint joins them: base_link and" in one for one in told)
-    assert not any("move as one" in one for one in told)
+    messages = [one.message for one in ignored.select(quantity="pairs_not_checked")]
+    assert "not checked, as the scenario ignores it: tool and wall" in messages
+    assert any("as a joint joins them: base_link and" in one for one in messages)
+    assert not any("move as one" in one for one in messages)
     visual = {**REACH_OVER, "scene": {"objects": {"wall": {**WALL, "visual": True}}}}
     assert not any("wall" in name for name in pairs(kw.plan(visual).report))
     alone = {**REACH_OVER, "collisions": {"self": False}, "scene": {"objects": {}}}
@@ -485,9 +485,9 @@ def test_names_links_without_collision_shapes(scene: dict[str, Any]) -> None:
     first = robot.joint_names[0]
     ends = [{"joints": home}, {"joints": home | {first: home[first] + 0.1}, "after": 2}]
     report = kw.plan({"robot": "z1", "scene": scene, "waypoints": ends}).report
-    (said,) = report.select(quantity="collision_shapes")
-    assert said.verdict == ("warning" if scene else "information")
-    assert said.message.startswith("links link01 and link05 have no collision shapes")
+    (finding,) = report.select(quantity="collision_shapes")
+    assert finding.verdict == ("warning" if scene else "information")
+    assert finding.message.startswith("links link01 and link05 have no collision shapes")
 
 
 def test_distance_is_that_of_nearest_points() -> None:

@@ -171,11 +171,11 @@ def test_all_outputs_mark_sampled_verdict(knotwork: Command, tmp_path: Path) -> 
 
     plan = kw.plan(even_turn())
     met, required = plan.report.counts
-    said = f"{met} of {required} met, 1 sampled only"
-    assert said in plan.view().html
+    text = f"{met} of {required} met, 1 sampled only"
+    assert text in plan.view().html
     page = report_page(plan).html
     head, _, rest = page.partition("</header>")
-    assert said in head
+    assert text in head
     assert "sampled only: a proof takes more than 20000 evaluations" in head
     assert "tool speed" not in rest.partition('id="tightest"')[2].partition("</section>")[0]
     (row,) = re.findall(r'<tr><th scope="row"></th>.*?</tr>', rest)
@@ -235,7 +235,7 @@ def test_gravity_is_in_base_frame() -> None:
 
 
 def test_refuses_impossible_payloads() -> None:
-    for arguments, said in (
+    for arguments, message in (
         ((-1.0, [0, 0, 0]), "payload: mass is -1 kg; give a positive number"),
         ((np.nan, [0, 0, 0]), "mass.* is nan; every value must be finite"),
         ((1.0, [0, 0]), r"centre of mass must have shape \(3,\)"),
@@ -243,7 +243,7 @@ def test_refuses_impossible_payloads() -> None:
         ((1.0, [0, 0, 0], np.triu(np.ones((3, 3)))), "payload: inertia is not symmetric"),
         ((1.0, [0, 0, 0], -np.eye(3)), "not positive definite"),
     ):
-        with pytest.raises(kw.InputError, match=said):
+        with pytest.raises(kw.InputError, match=message):
             Payload(*arguments)
     robot = kw.load_robot("ur5")
     with pytest.raises(kw.InputError, match=r"gravity\[2\] is inf; every value must be finite"):

@@ -90,7 +90,7 @@ def test_bump_between_samples_fails(line: kw.Plan, width: float) -> None:
 
 
 def test_speed_jump_is_seen_on_both_sides_of_break(line: kw.Plan) -> None:
-    """Twice as fast just before a break, and as asked after it."""
+    """Twice as fast just before a break, and at the requested speed after it."""
     stretch = line.scenario.paths[0].stretches[0]
     time = 0.5 * (stretch.start + stretch.end)
     curve = line.trajectory.polynomial

@@ -66,8 +66,8 @@ def test_reports_largest_movement_in_wait(planner: str) -> None:
 def test_names_joint_with_largest_error() -> None:
     there = {"name": "there", "joints": {"a": 1, "b": 1}, "after": 1, "wait": 1}
     ends = [{"joints": {"a": 0, "b": 0}}, there, {"joints": {"a": 0, "b": 0}, "after": 1}]
-    asked = kw.load_scenario({"waypoints": ends})
+    scenario = kw.load_scenario({"waypoints": ends})
     moved = {**there, "joints": {"a": 1.1, "b": 1.3}}
     motion = kw.plan({"waypoints": [ends[0], moved, ends[2]]}).trajectory
-    (found, _) = kw.check(motion, asked).select(quantity="joint_position", verdict="failed")
+    (found, _) = kw.check(motion, scenario).select(quantity="joint_position", verdict="failed")
     assert found.value == pytest.approx(0.3)

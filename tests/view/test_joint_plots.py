@@ -57,7 +57,7 @@ def test_a_row_a_quantity_with_every_joint(deburring: Plan) -> None:
         assert drawn == list(deburring.trajectory.joint_names)
         assert len({str(line.get_color()) for line in lines(axis, "curve")}) == 6
         styles = {str(line._unscaled_dash_pattern) for line in lines(axis, "curve")}  # type: ignore[attr-defined]
-        assert len(styles) == 6  # told apart without colour, too
+        assert len(styles) == 6  # distinguishable without colour, too
     assert figure.axes[-1].get_xlabel() == "time [s]"
     assert set(deburring.trajectory.joint_names) <= set(legend_words(figure))
     assert {"waypoint", "given", "knot"} <= set(legend_words(figure))
@@ -109,10 +109,10 @@ def test_waypoints_and_knots_are_marked(paper_case: Plan) -> None:
         assert [segment[0][0] for segment in ticks.get_segments()] == [0, 3, 8, 13, 19, 25]
     assert [text.get_text() for text in waypoint_names(figure.axes[0])] == list("ABCD")
     assert not waypoint_names(figure.axes[1])
-    for axis, asked in zip(figure.axes, ([0, 30, 90, 180], [0, 8, 8, 0]), strict=False):
+    for axis, expected in zip(figure.axes, ([0, 30, 90, 180], [0, 8, 8, 0]), strict=False):
         time, value = data(lines(axis, "given")[0])
         np.testing.assert_array_equal(time, [0, 5, 15, 25])
-        np.testing.assert_allclose(value, asked, atol=1e-12)
+        np.testing.assert_allclose(value, expected, atol=1e-12)
     assert not lines(figure.axes[2], "given")
 
 
@@ -137,8 +137,8 @@ def test_a_broken_limit_stands_out_where_it_is_broken_and_nowhere_else(broken: P
     assert value.max() == pytest.approx(np.pi / 0.6)
     assert {"limit exceeded", "limit"} <= set(legend_words(figure))
     assert heading(figure).endswith("check FAILED")
-    said = notes(figure)[1]  # and of the others, which stand still
-    assert said.startswith("shoulder_pan_joint: 5.24 at 0.45 s, limit ±3.15 rad/s")
+    note = notes(figure)[1]  # and of the others, which stand still
+    assert note.startswith("shoulder_pan_joint: 5.24 at 0.45 s, limit ±3.15 rad/s")
 
 
 KINDS, PARTS = ("acceleration", "jerk", "velocity"), (0.999, 1.0, 1.001)

@@ -138,12 +138,12 @@ def strip(plan: kw.Plan) -> Any:
 
 def test_a_segment_says_what_its_chosen_time_is_bound_by() -> None:
     plan = planned("ur5_wall")
-    said = [one for one in plan.report.findings if one.quantity == "binding_limits"]
-    limits = {tuple(one.interval or ()): one.label for one in said}
+    findings = [one for one in plan.report.findings if one.quantity == "binding_limits"]
+    limits = {tuple(one.interval or ()): one.label for one in findings}
     for start, end, name, limit in strip(plan)["segments"]:
         if (start, end) in limits:
             assert limit == limits[start, end]
-            assert f"bound by {limit}" in " ".join(one.brief for one in said)
+            assert f"bound by {limit}" in " ".join(one.brief for one in findings)
         assert name
 
 

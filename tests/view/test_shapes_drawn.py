@@ -83,8 +83,8 @@ def arm(tmp_path: Path):
 
 def test_shapes_that_can_not_be_drawn_are_warnings(arm) -> None:
     warnings = shape_warnings(arm(tower([f"<geometry>{shape}</geometry>" for shape in SHAPES])))
-    for i, (warning, said) in enumerate(zip(warnings, SHAPES.values(), strict=True)):
-        assert said in warning
+    for i, (warning, message) in enumerate(zip(warnings, SHAPES.values(), strict=True)):
+        assert message in warning
         assert warning.startswith(f"link 'l{i}': ")
         assert warning.endswith("drawn as a line")
         assert len(warning) < 500
@@ -106,8 +106,8 @@ def test_a_mesh_has_the_colour_of_its_shape(arm) -> None:
 @pytest.mark.parametrize(("given", "drawn"), [(PLACES, ""), (COLOURS, "it is drawn grey")])
 def test_wrong_places_and_colours_are_warnings(arm, given: dict[str, str], drawn: str) -> None:
     warnings = shape_warnings(arm(tower([f"<geometry>{BOX}</geometry>{one}" for one in given])))
-    for warning, said in zip(warnings, given.values(), strict=True):
-        assert said in warning
+    for warning, message in zip(warnings, given.values(), strict=True):
+        assert message in warning
         assert warning.endswith(drawn)
 
 

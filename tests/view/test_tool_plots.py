@@ -17,7 +17,7 @@ from plans import arm, planned
 from seams import ON, task
 
 
-def test_speed_is_that_of_the_tool_and_meets_what_is_asked(deburring_by_waypoints: Plan) -> None:
+def test_tool_speed_meets_the_given_speeds(deburring_by_waypoints: Plan) -> None:
     deburring = deburring_by_waypoints
     figure = plot_tool(deburring)
     labels = [label(axis) for axis in figure.axes]
@@ -33,8 +33,8 @@ def test_speed_is_that_of_the_tool_and_meets_what_is_asked(deburring_by_waypoint
         if len(near) == 2:
             by_differences = 1e3 * float(np.linalg.norm(near[1] - near[0])) / 2e-5
             assert speed[i] == pytest.approx(by_differences, abs=0.01)
-    asked_time, asked = data(lines(figure.axes[0], "given")[0])
-    np.testing.assert_allclose(asked, [0, *[50] * 7, 0], atol=1e-9)
+    asked_time, given = data(lines(figure.axes[0], "given")[0])
+    np.testing.assert_allclose(given, [0, *[50] * 7, 0], atol=1e-9)
     np.testing.assert_array_equal(asked_time, deburring.scenario.times[1:])
 
 
@@ -150,7 +150,7 @@ def test_deviation_is_that_of_the_check_and_lies_below_its_tolerance(seam: Plan)
         assert not lines(axis, "beyond")
 
 
-def test_what_is_beyond_a_tolerance_stands_out_and_is_said(seam: Plan, loose: Plan) -> None:
+def test_what_is_beyond_a_tolerance_is_marked_and_named(seam: Plan, loose: Plan) -> None:
     figure = plot_tool([seam, loose])
     axis = panel(figure, "off tool path")
     (beyond,) = lines(axis, "beyond")
@@ -164,7 +164,7 @@ def test_what_is_beyond_a_tolerance_stands_out_and_is_said(seam: Plan, loose: Pl
     )
 
 
-def test_the_speed_asked_for_is_a_band(seam: Plan) -> None:
+def test_the_required_speed_is_a_band(seam: Plan) -> None:
     bands = collections(panel(plot_tool(seam), "tool speed"), "band")
     heights = [one.get_paths()[0].get_extents().extents for one in bands]
     assert [tuple(np.round(box[[1, 3]], 9)) for box in heights] == [

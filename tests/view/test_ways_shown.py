@@ -28,7 +28,7 @@ def across(*others: dict[str, Any], **more: Any) -> dict[str, Any]:
     return past(waypoints=waypoints, scene={"objects": WALL}, **more)
 
 
-def told(given: dict[str, Any], **options: Any) -> list[str]:
+def tried(given: dict[str, Any], **options: Any) -> list[str]:
     report = kw.plan(given, **options).report
     assert not report.ok
     return [str(one) for one in report.tried]
@@ -36,7 +36,7 @@ def told(given: dict[str, Any], **options: Any) -> list[str]:
 
 def test_proposes_clear_motion_for_collision() -> None:
     given = across()
-    (line,) = told(given)
+    (line,) = tried(given)
     assert line.startswith(ONE)
     given["waypoints"][1] |= {"way": "clear"}
     given["waypoints"][1].pop("after", None)
@@ -67,21 +67,21 @@ def test_reports_missing_clear_motion() -> None:
         "right": {"box": [2000, 30, 3000], "position": [1100, 0, 1000]},
         "left": {"box": [2000, 30, 3000], "position": [-1100, 0, 1000]},
     }
-    (line,) = told(given)
+    (line,) = tried(given)
     assert "way: clear finds no motion either: " in line
     assert "one may exist all the same" in line
     assert "not attempted" not in line
 
 
 def test_proposes_all_motions_in_one_line() -> None:
-    (line,) = told(across(at("back", -250, after=3), at("still", -250, after=1)))
+    (line,) = tried(across(at("back", -250, after=3), at("still", -250, after=1)))
     assert "way: clear at 'there' and 'back' may avoid the collisions (not attempted)" in line
 
 
 def test_proposes_nothing_if_waypoint_collides() -> None:
     given = across()
     given["scene"]["objects"]["wall"]["box"][1] = 500
-    assert not any("way: clear" in line for line in told(given))
+    assert not any("way: clear" in line for line in tried(given))
 
 
 def test_proposes_nothing_before_colliding_waypoint() -> None:
@@ -89,9 +89,9 @@ def test_proposes_nothing_before_colliding_waypoint() -> None:
     given = across()
     pose = {"position": [450, 100, 300], "rpy": DOWN}
     given["waypoints"].insert(1, {"name": "over", "pose": pose, "velocity": "free", "after": 2})
-    assert any("way: clear" in line for line in told(given))
+    assert any("way: clear" in line for line in tried(given))
     given["scene"]["objects"]["post"] = {"box": [60, 60, 60], "position": [450, 250, 100]}
-    assert not any("way: clear" in line for line in told(given))
+    assert not any("way: clear" in line for line in tried(given))
 
 
 def test_check_proposes_nothing(tmp_path: Path, knotwork: Command) -> None:
@@ -114,7 +114,7 @@ def once(*others: Any, tries: int = 1) -> dict[str, Any]:
 
 
 @cache
-def made() -> kw.Plan:
+def past_block() -> kw.Plan:
     return kw.plan(once())
 
 
@@ -124,39 +124,39 @@ def nearest(plan: kw.Plan) -> Finding:
     return min(around, key=lambda one: one.value or 0.0)
 
 
-def test_the_report_says_of_a_way_how_near_it_leads_past_what() -> None:
-    (found,) = made().report.select(quantity="way")
+def test_the_report_names_the_nearest_body_of_a_way() -> None:
+    (found,) = past_block().report.select(quantity="way")
     assert found.verdict == "information"
     assert found.message.startswith("here to there: clear motion found in ")
-    assert nearest(made()).name in found.message
-    assert found.value == pytest.approx(nearest(made()).value, abs=1e-3)
-    assert found.interval == pytest.approx((0.0, made().trajectory.duration))
-    assert "here to there: minimum clearance" in " ".join(str(made().report).split())
+    assert nearest(past_block()).name in found.message
+    assert found.value == pytest.approx(nearest(past_block()).value, abs=1e-3)
+    assert found.interval == pytest.approx((0.0, past_block().trajectory.duration))
+    assert "here to there: minimum clearance" in " ".join(str(past_block().report).split())
 
 
 def test_the_strip_shows_the_clearance_that_the_check_finds() -> None:
-    shown = scene(made().view())["strip"]["clearance"]
+    shown = scene(past_block().view())["strip"]["clearance"]
     assert len(shown["time"]) <= 200
     assert shown["margin"] == 0.005
     least = int(np.argmin(shown["distance"]))
-    assert shown["distance"][least] == pytest.approx(nearest(made()).value, abs=1e-3)
-    assert shown["distance"][least] <= (nearest(made()).value or 0.0) + 1e-6
-    assert shown["names"][shown["pair"][least]] == nearest(made()).name
+    assert shown["distance"][least] == pytest.approx(nearest(past_block()).value, abs=1e-3)
+    assert shown["distance"][least] <= (nearest(past_block()).value or 0.0) + 1e-6
+    assert shown["names"][shown["pair"][least]] == nearest(past_block()).name
 
 
 def test_the_plot_of_the_tool_has_a_row_of_clearance_with_the_margin_as_limit() -> None:
-    figure = plot_tool(made())
+    figure = plot_tool(past_block())
     axis = figure.axes[-1]
     assert label(axis) == "clearance [mm]"
     _, value = data(lines(axis, "curve")[0])
-    assert value.min() == pytest.approx(1e3 * (nearest(made()).value or 0.0), abs=1)
+    assert value.min() == pytest.approx(1e3 * (nearest(past_block()).value or 0.0), abs=1)
     (limit,) = (set(data(one)[1]) for one in lines(axis, "limit"))
     assert limit == {5.0}
     assert "limit 5 mm" in notes(figure)[-1]
 
 
 def test_the_scene_has_the_way_and_says_so_in_the_legend(tmp_path: Path) -> None:
-    for plan in (made(), kw.plan(made().freeze(tmp_path / "frozen.yaml"))):
+    for plan in (past_block(), kw.plan(past_block().freeze(tmp_path / "frozen.yaml"))):
         page = plan.view()
         assert [one["name"] for one in scene(page)["things"]].count("way") == 1
         assert "▪▪▪ way" in page.html
@@ -165,11 +165,11 @@ def test_the_scene_has_the_way_and_says_so_in_the_legend(tmp_path: Path) -> None
     assert "▪▪▪ way" not in other.html
 
 
-def test_progress_says_what_exists_already_and_what_is_tried() -> None:
-    told: list[Progress] = []
-    plan = kw.plan(once(tries=2), progress=told.append)
-    assert told[0].trying == "way 1 of 2"
-    assert told[0].duration is None
-    exists = [one.duration for one in told if one.duration is not None]
+def test_progress_names_the_duration_found_and_the_attempt() -> None:
+    steps: list[Progress] = []
+    plan = kw.plan(once(tries=2), progress=steps.append)
+    assert steps[0].trying == "way 1 of 2"
+    assert steps[0].duration is None
+    exists = [one.duration for one in steps if one.duration is not None]
     assert exists == sorted(exists, reverse=True)
     assert exists[-1] == pytest.approx(plan.trajectory.duration)

@@ -43,12 +43,12 @@ def served(tmp_path_factory: pytest.TempPathFactory, all_tabs: Any) -> Iterator[
             all_tabs.opened.pop("edit").close()
 
 
-def post(address: str, action: str, asked: Any, **headers: str) -> tuple[int, Any]:
+def post(address: str, action: str, body: Any, **headers: str) -> tuple[int, Any]:
     """What the server answers to a request, its token and headers as given."""
     parts = urlsplit(address)
     client = HTTPConnection(parts.netloc, timeout=PATIENCE)
     given = {"Host": parts.netloc, "Content-Type": "application/json"} | headers
-    content = asked if isinstance(asked, bytes) else json.dumps(asked).encode()
+    content = body if isinstance(body, bytes) else json.dumps(body).encode()
     client.request("POST", f"/{action}?{parts.query}", content, given)
     answer = client.getresponse()
     text = answer.read()
@@ -76,7 +76,7 @@ def test_strangers_are_refused(served: tuple[str, Path]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("action", "asked", "words"),
+    ("action", "body", "words"),
     [
         ("edit", b"[1]", "invalid request"),
         ("edit", b"{", "invalid request"),
@@ -90,9 +90,9 @@ def test_strangers_are_refused(served: tuple[str, Path]) -> None:
     ],
 )
 def test_wrong_requests_change_nothing(
-    action: str, asked: Any, words: str, served: tuple[str, Path], tab: Any
+    action: str, body: Any, words: str, served: tuple[str, Path], tab: Any
 ) -> None:
-    status, answer = post(served[0], action, asked)
+    status, answer = post(served[0], action, body)
     assert status == 200
     assert words in answer["error"]
 
@@ -153,7 +153,7 @@ def test_waypoint_is_dragged_out_of_collision_and_saved(served: tuple[str, Path]
     tab.wait_for_selector("#edit-state:text-is('saved')")
 
 
-def test_a_wrong_number_is_told_over_the_last_good_motion(tab: Any) -> None:
+def test_a_wrong_number_is_shown_over_the_last_good_motion(tab: Any) -> None:
     verdict = tab.inner_text("#head .verdict")
     tab.select_option("#part", '["waypoints",0]')
     tab.fill("#rows [aria-label=time]", "-3")
@@ -195,8 +195,8 @@ def test_what_is_no_number_is_refused_and_numbers_are_read_whole(tab: Any) -> No
 def test_waypoint_is_added_at_jogged_arm_and_removed(served: tuple[str, Path], tab: Any) -> None:
     count = len(kw.Task.load(served[1]).waypoints)
     tab.evaluate("knotwork.seek(1.5)")
-    said = "document.getElementById('add-where').textContent.endsWith(\"1.50 s, after 'start'\")"
-    tab.wait_for_function(said)
+    shown = "document.getElementById('add-where').textContent.endsWith(\"1.50 s, after 'start'\")"
+    tab.wait_for_function(shown)
     tab.select_option("#part", '["waypoints",3]')
     chosen = tab.locator("#part option:checked").inner_text()
     tab.click("#jog summary")

@@ -159,7 +159,7 @@ def off_seam(points: Any) -> Any:
 
 
 @pytest.mark.parametrize("planner", [None, "bspline"])
-def test_the_path_asked_for_is_drawn_as_a_thin_dashed_line(planner: str | None) -> None:
+def test_the_required_path_is_a_thin_dashed_line(planner: str | None) -> None:
     data = drawn(planner)
     points = vertices(thing(data, "given path"))
     thick = 0.0045 * data["size"]

@@ -132,7 +132,7 @@ def test_frames_are_samples_of_the_curve_and_its_end(name: str) -> None:
     assert true.time[[0, -1]].tolist() == [plan.trajectory.start_time, plan.trajectory.end_time]
 
 
-def test_a_stored_trajectory_leaves_the_tool_unsaid() -> None:
+def test_a_stored_trajectory_does_not_name_its_tool() -> None:
     trajectory = planned("planar2_closed_form").trajectory
     robot = kw.load_robot("planar2")
     (warning,) = view_trajectory(robot, trajectory).warnings

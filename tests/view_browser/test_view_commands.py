@@ -34,8 +34,8 @@ def test_a_stored_trajectory_is_shown_with_its_scenario_or_robot(run: Any, tmp_p
         ran = run("view", "moved", *option, "--html", "a.html")
         assert (ran.code, ran.out.strip()) == (0, "wrote a.html"), ran.err
         text = (tmp_path / "a.html").read_text(encoding="utf-8")
-        for said in (ran.err, text):
-            assert ("does not name its tool" in said) == (option[0] == "--robot")
+        for output in (ran.err, text):
+            assert ("does not name its tool" in output) == (option[0] == "--robot")
         (tmp_path / "a.html").unlink()
     for options, words in (
         ((), "--scenario"),
@@ -68,7 +68,7 @@ def test_reports_unwritable_page_first(command: str, run: Any, tmp_path: Path) -
     assert not list(tmp_path.iterdir())
 
 
-def test_a_port_in_use_is_said(run: Any) -> None:
+def test_a_port_in_use_is_reported(run: Any) -> None:
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))
         other.listen()
@@ -83,7 +83,7 @@ HOST = "127.0.0.1"
 
 @pytest.fixture(scope="module")
 def port() -> Iterator[int]:
-    """Port of a page; whatever browsers do, nothing but the end is said."""
+    """Port of a page; whatever browsers do, only its end is printed."""
     with serve("view", "planar2_closed_form", "--no-open") as serving:
         yield int(serving.address.rsplit(":")[-1].strip("/"))
     assert serving.out == "stopped\n"
@@ -187,10 +187,10 @@ def test_page_follows_saves_and_keeps_last_good_motion(tabs: Any, tmp_path: Path
             tab.wait_for_selector("#live.wrong:text('way')")
             assert tab.locator("#live").bounding_box()["width"] > 0.9 * 640
             assert tab.locator("body.outdated").count() == 1
-            said = tab.locator("#head .verdict").evaluate(
+            content = tab.locator("#head .verdict").evaluate(
                 "it => getComputedStyle(it, '::after').content"
             )
-            assert said == '" before"'
+            assert content == '" before"'
             save(task, good.replace("description:", "description: Changed!"))
             words = "#head .description:text('Changed!')"  # in a low window they are not seen
             tab.wait_for_selector(words, state="attached")

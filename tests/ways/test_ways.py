@@ -21,10 +21,10 @@ from walls import DOWN, at, box, past
 
 def planned(given: dict[str, Any]) -> kw.Plan:
     """A plan that passes its check and the judge."""
-    made = kw.plan(given)
-    made.report.raise_if_failed()
-    assert judged(made, copy.deepcopy(given)) == []
-    return made
+    plan = kw.plan(given)
+    plan.report.raise_if_failed()
+    assert judged(plan, copy.deepcopy(given)) == []
+    return plan
 
 
 @cache
@@ -41,29 +41,29 @@ def without_way(given: dict[str, Any], seconds: float) -> dict[str, Any]:
 
 
 def test_finds_motion_past_wall() -> None:
-    made = past_wall()
-    direct = kw.plan(without_way(past(), made.trajectory.duration))
+    plan = past_wall()
+    direct = kw.plan(without_way(past(), plan.trajectory.duration))
     assert not direct.report.ok
-    assert made.chosen.lower_bound <= made.trajectory.duration < 1.0
-    assert [(one.name, one.kind) for one in made.segments] == [("here to there", "way")]
+    assert plan.chosen.lower_bound <= plan.trajectory.duration < 1.0
+    assert [(one.name, one.kind) for one in plan.segments] == [("here to there", "way")]
     assert [one.kind for one in direct.segments] == ["free motion"]
 
 
 def test_frozen_clear_motion_is_the_same(tmp_path: Path) -> None:
-    made = past_wall()
-    again = kw.plan(made.freeze(tmp_path / "frozen.yaml"))
+    plan = past_wall()
+    again = kw.plan(plan.freeze(tmp_path / "frozen.yaml"))
     assert again.report.ok
-    assert again.trajectory.polynomial.c.tobytes() == made.trajectory.polynomial.c.tobytes()
+    assert again.trajectory.polynomial.c.tobytes() == plan.trajectory.polynomial.c.tobytes()
     assert "way: clear" not in (tmp_path / "frozen.yaml").read_text()
     (way,) = again.report.select(quantity="way")
-    assert way == made.report.select(quantity="way")[0]
+    assert way == plan.report.select(quantity="way")[0]
     assert [one.kind for one in again.trajectory.segments] == ["way"]
 
 
 def test_straight_clear_motion_is_optimal() -> None:
     ends = [{"joints": OUTSIDE | {"shoulder_pan_joint": q}} for q in (0, 90)]
-    made = planned({**past({}), "waypoints": [ends[0], ends[1] | {"way": "clear"}]})
-    assert made.chosen.status == "optimal"
+    plan = planned({**past({}), "waypoints": [ends[0], ends[1] | {"way": "clear"}]})
+    assert plan.chosen.status == "optimal"
 
 
 def test_consecutive_clear_motions_meet() -> None:
@@ -73,24 +73,24 @@ def test_consecutive_clear_motions_meet() -> None:
         "stop": True,
         "way": {"clear": True, "tries": 1},
     }
-    made = planned(past(None, back))
-    assert made.report.ok
-    assert len(made.scenario.waypoints) == 3
+    plan = planned(past(None, back))
+    assert plan.report.ok
+    assert len(plan.scenario.waypoints) == 3
 
 
 def test_chooses_solutions_at_both_ends(tmp_path: Path) -> None:
     given = past({"post": box([200, 200, 600], [400, 40, 300])})
     for waypoint, y, z in zip(given["waypoints"], (-350, 350), (340, 220), strict=True):
         waypoint["pose"]["position"] = [450, y, z]
-    made = planned(given)
-    before = made.chosen.solution.waypoints.position[0]
-    assert np.abs(made.trajectory.position(0.0) - before).max() > 1.0
-    assert made.chosen.lower_bound <= made.trajectory.duration
-    again = kw.plan(made.freeze(tmp_path / "frozen.yaml"))
-    assert again.trajectory.polynomial.c.tobytes() == made.trajectory.polynomial.c.tobytes()
-    near = dict(zip(made.space.joint_names, np.degrees(before).tolist(), strict=True))
+    plan = planned(given)
+    before = plan.chosen.solution.waypoints.position[0]
+    assert np.abs(plan.trajectory.position(0.0) - before).max() > 1.0
+    assert plan.chosen.lower_bound <= plan.trajectory.duration
+    again = kw.plan(plan.freeze(tmp_path / "frozen.yaml"))
+    assert again.trajectory.polynomial.c.tobytes() == plan.trajectory.polynomial.c.tobytes()
+    near = dict(zip(plan.space.joint_names, np.degrees(before).tolist(), strict=True))
     given["waypoints"][0]["near"] = near
-    assert planned(given).trajectory.duration > 1.1 * made.trajectory.duration
+    assert planned(given).trajectory.duration > 1.1 * plan.trajectory.duration
 
 
 def through(**keys: Any) -> dict[str, Any]:
@@ -102,13 +102,13 @@ def through(**keys: Any) -> dict[str, Any]:
 
 
 def test_passes_pose_between_clear_motions(tmp_path: Path) -> None:
-    made = planned(through(velocity="free"))
-    assert made.trajectory.duration < kw.plan(through(stop=True)).trajectory.duration
-    q = made.trajectory.position(made.scenario.times[1])
-    assert np.abs(made.space.robot.forward(q).translation - [0.45, 0, 0.43]).max() < 1e-8
-    again = kw.plan(made.freeze(tmp_path / "frozen.yaml"))
+    plan = planned(through(velocity="free"))
+    assert plan.trajectory.duration < kw.plan(through(stop=True)).trajectory.duration
+    q = plan.trajectory.position(plan.scenario.times[1])
+    assert np.abs(plan.space.robot.forward(q).translation - [0.45, 0, 0.43]).max() < 1e-8
+    again = kw.plan(plan.freeze(tmp_path / "frozen.yaml"))
     assert again.report.ok
-    assert again.trajectory.polynomial.c.tobytes() == made.trajectory.polynomial.c.tobytes()
+    assert again.trajectory.polynomial.c.tobytes() == plan.trajectory.polynomial.c.tobytes()
 
 
 def test_refuses_passed_pose_in_collision() -> None:
@@ -153,11 +153,11 @@ def test_keeps_velocities_at_both_ends(after: Any) -> None:
     given["waypoints"][1] |= {"velocity": {"linear": [0, 0, -100]}}
     del given["waypoints"][0]["stop"], given["waypoints"][1]["stop"]
     given["waypoints"][1]["after"] = after
-    made = planned(given)
-    assert after == "fastest" or made.trajectory.duration == pytest.approx(after, abs=1e-12)
-    for time, z in ((0.0, 0.1), (made.trajectory.end_time, -0.1)):
-        q, v = made.trajectory.position(time), made.trajectory.velocity(time)
-        twist = made.space.robot.twist(q, v)
+    plan = planned(given)
+    assert after == "fastest" or plan.trajectory.duration == pytest.approx(after, abs=1e-12)
+    for time, z in ((0.0, 0.1), (plan.trajectory.end_time, -0.1)):
+        q, v = plan.trajectory.position(time), plan.trajectory.velocity(time)
+        twist = plan.space.robot.twist(q, v)
         assert np.abs(twist.linear - [0, 0, z]).max() < 1e-9
         assert np.abs(twist.angular).max() < 1e-9
 
@@ -167,17 +167,17 @@ def test_brakes_each_joint_independently(end: int) -> None:
     """Straight, the last joint would go as long as the first, beyond its limit."""
     side = (1.0, -1.0)[end]
     given = past()
-    asked = [OUTSIDE | {"shoulder_pan_joint": q} for q in (-60, 60)]
-    asked[end] |= {"wrist_3_joint": side * 359.4}
-    asked[1 - end] |= {"wrist_3_joint": side * 300}
-    waypoints = [{"joints": one, "stop": True} for one in asked]
+    ends = [OUTSIDE | {"shoulder_pan_joint": q} for q in (-60, 60)]
+    ends[end] |= {"wrist_3_joint": side * 359.4}
+    ends[1 - end] |= {"wrist_3_joint": side * 300}
+    waypoints = [{"joints": one, "stop": True} for one in ends]
     speeds = {"shoulder_pan_joint": 90, "wrist_3_joint": 10}
-    waypoints[end] = {"joints": asked[end], "velocity": dict.fromkeys(OUTSIDE, 0) | speeds}
+    waypoints[end] = {"joints": ends[end], "velocity": dict.fromkeys(OUTSIDE, 0) | speeds}
     waypoints[1]["way"] = "clear"
-    made = planned({**given, "waypoints": waypoints})
-    reached = made.trajectory.position(made.scenario.times[end])
+    plan = planned({**given, "waypoints": waypoints})
+    reached = plan.trajectory.position(plan.scenario.times[end])
     assert np.degrees(reached[-1]) == pytest.approx(side * 359.4, abs=1e-9)
-    v = np.degrees(made.trajectory.velocity(made.scenario.times[end]))
+    v = np.degrees(plan.trajectory.velocity(plan.scenario.times[end]))
     assert v == pytest.approx([90, 0, 0, 0, 0, 10], abs=1e-9)
 
 
@@ -234,10 +234,10 @@ def test_clear_motion_continues_from_tool_path() -> None:
     }
     given = past()
     given["waypoints"].insert(1, along)
-    made = planned(given)
-    end = made.scenario.times[1]
-    q, v = made.trajectory.position(end), made.trajectory.velocity(end)
-    assert np.linalg.norm(made.space.robot.twist(q, v).linear) == pytest.approx(0.05, abs=1e-9)
+    plan = planned(given)
+    end = plan.scenario.times[1]
+    q, v = plan.trajectory.position(end), plan.trajectory.velocity(end)
+    assert np.linalg.norm(plan.space.robot.twist(q, v).linear) == pytest.approx(0.05, abs=1e-9)
 
 
 @pytest.mark.exhaustive
@@ -250,10 +250,10 @@ def test_tries_other_solutions_between_tool_paths() -> None:
         {"name": "r", "pose": {"position": [450, 280, 100]}, "along": "line", "speed": 100},
     ]
     given["waypoints"][1:] = across
-    made = planned(given)
+    plan = planned(given)
     assert any(
         "the best sequence of solutions has no clear motion" in one.message
-        for one in made.report.findings
+        for one in plan.report.findings
     )
 
 
@@ -278,7 +278,7 @@ def test_tool_speed_limit_costs_no_more_in_free_space() -> None:
 
 @pytest.mark.exhaustive
 def test_moves_heavy_load_where_arm_can_hold_it() -> None:
-    """Straight motions between random configurations once led where gravity alone was too much."""
+    """Straight motions between random configurations passed where gravity alone is too much."""
     bar = {"from": "here", "to": "there", "box": [500, 30, 30], "position": [0, 0, 16]}
     heavy = past()
     heavy["tool"]["holds"] = {"bar": bar | {"mass": 25}}
@@ -293,27 +293,27 @@ def test_moves_heavy_load_where_arm_can_hold_it() -> None:
 @pytest.mark.parametrize(("at", "goal"), [(0.2, "there"), (0.3, "aside"), (0.7, "there")])
 def test_replans_from_middle_of_clear_motion(at: float, goal: str) -> None:
     """It stops on its path first, and is no slower than the rest of the motion that it replaces."""
-    made = past_wall()
-    asked = past(start="home")
-    asked["waypoints"] = asked["waypoints"][1:]
+    plan = past_wall()
+    task = past(start="home")
+    task["waypoints"] = task["waypoints"][1:]
     if goal == "aside":
-        asked["waypoints"][0]["pose"] = {"position": [300, 350, 150], "rpy": DOWN}
-    other = made.replan(at, asked)
+        task["waypoints"][0]["pose"] = {"position": [300, 350, 150], "rpy": DOWN}
+    other = plan.replan(at, task)
     other.report.raise_if_failed()
     assert judged(other, other.scenario.given.to_dict()) == []
     for order in range(3):
-        jump = made.trajectory(at, order) - other.trajectory(0.0, order)
+        jump = plan.trajectory(at, order) - other.trajectory(0.0, order)
         assert np.abs(jump).max() <= 1e-12
     if goal == "there":
-        assert other.trajectory.duration <= made.trajectory.duration - at + 1e-3
+        assert other.trajectory.duration <= plan.trajectory.duration - at + 1e-3
 
 
 def test_replans_from_end_of_clear_motion() -> None:
     """The arm rests there, but its velocity and acceleration are not exactly zero."""
-    made = past_wall()
-    assert 0.0 < np.abs(made.trajectory(made.trajectory.end_time, 1)).max() < 1e-12
+    plan = past_wall()
+    assert 0.0 < np.abs(plan.trajectory(plan.trajectory.end_time, 1)).max() < 1e-12
     back = past(waypoints=[at("there", 250), at("here", -250, way="clear")])
-    made.replan(made.trajectory.end_time, back).report.raise_if_failed()
+    plan.replan(plan.trajectory.end_time, back).report.raise_if_failed()
 
 
 @pytest.mark.exhaustive
@@ -353,15 +353,15 @@ def test_released_object_blocks_next_motion() -> None:
     ("room", "kept"), [(15, 15), pytest.param(120, 60, marks=pytest.mark.exhaustive)]
 )
 def test_keeps_requested_clearance_or_a_part(room: float, kept: float) -> None:
-    """Rows of the program alone once kept 2 mm where 10 mm were asked for."""
+    """Rows of the program alone once kept 2 mm where 10 mm were required."""
     given = past()
     given["waypoints"][1]["way"] = {"clear": True, "room": room}
-    made = planned(given)
-    task = made.chosen.scenario.given
+    plan = planned(given)
+    task = plan.chosen.scenario.given
     wider = task.replace(scene=task.scene.replace(margin=5 + kept))
-    pairs = kw.check(made.trajectory, kw.load_scenario(wider)).select(quantity="clearance")
+    pairs = kw.check(plan.trajectory, kw.load_scenario(wider)).select(quantity="clearance")
     assert [pair.ok for pair in pairs if pair.name == "tool, wall"] == [True]
-    (way,) = made.report.select(quantity="way")
+    (way,) = plan.report.select(quantity="way")
     for text in (way.message, way.brief):
         assert f"with {kept} mm of extra clearance, minimum clearance" in text
 
@@ -408,9 +408,9 @@ OUTSIDE = {"shoulder_pan_joint": 400} | dict.fromkeys(
 
 
 def test_short_budget_gives_proved_motion() -> None:
-    made = kw.plan(past(), budget=1e-3)
-    made.report.raise_if_failed()
-    assert made.chosen.duration >= past_wall().trajectory.duration
+    plan = kw.plan(past(), budget=1e-3)
+    plan.report.raise_if_failed()
+    assert plan.chosen.duration >= past_wall().trajectory.duration
 
 
 def test_gap_gradients_match_finite_differences() -> None:

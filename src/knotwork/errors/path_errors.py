@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from knotwork.errors.base import InputError
 from knotwork.errors.tasks import TaskError
 from knotwork.units import SI, Units
+
+ConstraintKind = Literal["joint limit", "velocity limit", "collision", "singularity"]
 
 NEARLY_SINGULAR = 0.05
 """Smallest singular value below which a singularity explains high joint speeds."""
@@ -90,8 +92,7 @@ class LimitingConstraint(NamedTuple):
     """The constraint that prevents an arm from following a path.
 
     Attributes:
-        kind: `"joint limit"`, `"velocity limit"`, `"collision"`, or `"singularity"` where the tool
-            can't stay on the path with any joint motion.
+        kind: A singularity means that the tool can't stay on the path with any joint motion.
         time: Time at which it begins [s].
         joint: Name of the joint that exceeds its limit; empty without one.
         unit: Unit of its position, `"rad"` or `"m"`.
@@ -101,7 +102,7 @@ class LimitingConstraint(NamedTuple):
         bodies: Names of two bodies that collide.
     """
 
-    kind: str
+    kind: ConstraintKind
     time: float
     joint: str = ""
     unit: str = "rad"
@@ -138,7 +139,7 @@ class FollowingError(TaskError):
     """
 
     arc_length: float = 0.0
-    cause: str = ""
+    cause: ConstraintKind | Literal[""] = ""
     joint: str = ""
     value: float | None = None
     bound: float | None = None

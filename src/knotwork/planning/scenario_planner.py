@@ -49,8 +49,9 @@ class ScenarioPlanner:
 
     def solve(self, avoided: Sequence[SequenceStep] = ()) -> TaskSolution:
         """Find the best sequence of solutions without some steps."""
-        chosen = self._interpolation
-        return solve_task(chosen.scenario, chosen.space, chosen.knots_along_paths, avoided)
+        interpolation = self._interpolation
+        scenario, space = interpolation.scenario, interpolation.space
+        return solve_task(scenario, space, interpolation.knots_along_paths, avoided)
 
     def plan(self, solution: TaskSolution | None = None) -> Plan:
         """Plan a sequence of solutions, by default the best, and check the motion."""

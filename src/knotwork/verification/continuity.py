@@ -14,8 +14,13 @@ from knotwork.task.scenario.repetitions import repetition_starts
 from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding
 
+CONTINUITY_GROUP = "Continuity"
+
 JUMP_ORDERS = 3
 """Number of derivatives whose jumps are measured: position, velocity and acceleration."""
+
+ROUNDING_QUANTITIES = tuple(f"{quantity}_rounding" for quantity in DERIVATIVES[:JUMP_ORDERS])
+"""Quantities of findings on rounding errors."""
 
 FASTEST_CHANGES = (1e3, 1e5, 1e6)
 """Velocity, acceleration and jerk above which a change counts as a jump [rad/s, rad/s², rad/s³, or
@@ -36,17 +41,17 @@ def check_continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> I
         sizes, allowed = measure_jumps(motion.curve, order)
         if not len(sizes):
             sizes = allowed = np.zeros((1, len(space.joint_names)))
-        share = np.divide(sizes, allowed, out=np.zeros_like(sizes), where=allowed > 0)
-        share[~(sizes <= allowed)] = np.inf
-        jumping = np.flatnonzero(np.isinf(share).any(axis=0))
-        for joint in jumping if jumping.size else [share.max(axis=0).argmax()]:
-            worst = max(range(len(sizes)), key=lambda k: (share[k, joint], sizes[k, joint]))
+        utilisation = np.divide(sizes, allowed, out=np.zeros_like(sizes), where=allowed > 0)
+        utilisation[~(sizes <= allowed)] = np.inf
+        jumping = np.flatnonzero(np.isinf(utilisation).any(axis=0))
+        for joint in jumping if jumping.size else [utilisation.max(axis=0).argmax()]:
+            worst = max(range(len(sizes)), key=lambda k: (utilisation[k, joint], sizes[k, joint]))
             time = float(motion.curve.x[min(worst + 1, len(motion.curve.x) - 1)])
             value, limit = float(sizes[worst, joint]), float(allowed[worst, joint])
             unit = rate_unit(space.joint_units[joint], order)
             text = f"jumps by {scenario.units.text(value, unit, '.3g')} at {time:.6g} s"
             yield Finding.at_most(
-                "Continuity", "joint", space.joint_names[joint], f"{quantity}_jump",
+                CONTINUITY_GROUP, "joint", space.joint_names[joint], f"{quantity}_jump",
                 f"joint {space.joint_names[joint]!r}: {quantity} {text}", value, limit,
                 required=required, unit=unit, time=time,
             )  # fmt: skip
@@ -58,7 +63,7 @@ def check_continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> I
                 scenario.units.text(number, unit, ".3g") for number in (value, limit)
             )
             yield Finding.at_most(
-                "Continuity", "joint", space.joint_names[joint], f"{quantity}_jump",
+                CONTINUITY_GROUP, "joint", space.joint_names[joint], f"{quantity}_jump",
                 f"joint {space.joint_names[joint]!r}: {quantity} changes by {shown} at {time:.6g} "
                 f"s, which is a jump for any drive (at most {allowed_text})", value, limit,
                 required=required, unit=unit, time=time,
@@ -77,7 +82,7 @@ def check_resolution(motion: Motion, scenario: Scenario, space: JointSpace) -> I
             name, unit = space.joint_names[joint], rate_unit(space.joint_units[joint], order)
             value, limit = float(noise[order, joint]), ALWAYS_A_JUMP[order]
             yield Finding.at_most(
-                "Motion", "joint", name, f"{quantity}_rounding",
+                "Motion", "joint", name, ROUNDING_QUANTITIES[order],
                 f"joint {name!r}: the coefficients cancel one another so far that {quantity} is "
                 f"known to {scenario.units.text(value, unit, '.3g')} only, not to "
                 f"{scenario.units.text(limit, unit, 'g')}", value, limit, unit=unit,

@@ -202,9 +202,9 @@ class Finding:
             return None
         if self.value * self.limit < 0.0 and self.margin is not None and self.margin < 0.0:
             return math.inf
-        share = abs(self.value / self.limit)
-        from_below = self.margin is not None and (share - 1.0) * self.margin > 0.0
-        return 1.0 / share if from_below and share else share
+        ratio = abs(self.value / self.limit)
+        from_below = self.margin is not None and (ratio - 1.0) * self.margin > 0.0
+        return 1.0 / ratio if from_below and ratio else ratio
 
     @property
     def message(self) -> str:

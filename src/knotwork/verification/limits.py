@@ -16,6 +16,7 @@ from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.units import Units, rounded_up
 from knotwork.verification.checked_motion import Motion, describe_time
+from knotwork.verification.continuity import CONTINUITY_GROUP
 from knotwork.verification.finding import Finding, Proof, verdict_on
 from knotwork.waypoints import FloatArray
 
@@ -285,7 +286,7 @@ def check_accelerations(motion: Motion, scenario: Scenario, space: JointSpace) -
         value, time = float(extrema.peak[i]), float(extrema.peak_time[i])
         reached, allowed = (scenario.units.text(x, unit) for x in (value, MAX_ACCELERATION))
         yield Finding.at_most(
-            "Continuity", "joint", name, "acceleration_spike",
+            CONTINUITY_GROUP, "joint", name, "acceleration_spike",
             f"joint {name!r}: acceleration peaks at {reached} at {time:.6g} s, "
             f"{describe_time(scenario, time)}; without a limit, no more than {allowed} is accepted",
             value, MAX_ACCELERATION, unit=unit, time=time,

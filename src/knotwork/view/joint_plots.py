@@ -60,14 +60,14 @@ class Series:
         """SI unit of its position."""
         return self.motion.trajectory.joint_units[self.component]
 
-    def use(self, quantity: str) -> Finding | None:
-        """Use of the limit of a quantity; `None` without a limit."""
-        return self.motion.joint_uses.get((self.joint, quantity))
+    def finding(self, quantity: str) -> Finding | None:
+        """Finding on the limit of a quantity; `None` without a limit."""
+        return self.motion.joint_limit_findings.get((self.joint, quantity))
 
     def margin(self, quantity: str) -> float:
         """Margin to a limit as a fraction of half the range; negative beyond it."""
-        use = self.use(quantity)
-        margin = use.margin if use is not None and use.margin is not None else 0.0
+        finding = self.finding(quantity)
+        margin = finding.margin if finding is not None and finding.margin is not None else 0.0
         lower, upper = self.motion.bounds(self.joint, quantity)
         return float(margin / (0.5 * (upper - lower))) if np.isfinite(upper - lower) else margin
 
@@ -162,15 +162,16 @@ def _joint_panel(axes: Axes, quantity: str, series: Sequence[Series], units: Uni
         if len(item.motion.curve.x) <= MAX_KNOT_TICKS:
             shade = DARK if len(motions) == 1 else colour(item.index)
             panel.mark_knots(row, item.motion.curve.x, shade)
-    uses = {item: use for item in series if (use := item.use(quantity)) is not None}
-    if uses:
-        nearest = min(uses, key=lambda item: item.margin(quantity))
+    pairs = ((item, item.finding(quantity)) for item in series)
+    findings = {item: finding for item, finding in pairs if finding is not None}
+    if findings:
+        nearest = min(findings, key=lambda item: item.margin(quantity))
         bounds = nearest.motion.bounds(nearest.joint, quantity)
         span = [(float(first.motion.curve.x[0]), float(first.motion.curve.x[-1]))]
         alike = {item.motion.bounds(item.joint, quantity) for item in series} == {bounds}
         one_curve = None if alike else colour(nearest.index)
         panel.levels = [LimitLine("limit", factor * end, span, colour=one_curve) for end in bounds]
-        panel.note, panel.failed = _limit_note(nearest, uses, panel)
+        panel.note, panel.failed = _limit_note(nearest, findings, panel)
     return panel
 
 
@@ -186,8 +187,8 @@ def _draw_curve(panel: Panel, series: Series, count: int) -> None:
     if quantity != "jerk":
         marker = "o" if drawn.jumps.size * count <= MAX_LARGE_MARKS else ""
         panel.mark("jump", name, *drawn.jump_lines(), color=colour(series.index), marker=marker)
-    use = series.use(quantity)
-    if use is not None and not use.ok:
+    finding = series.finding(quantity)
+    if finding is not None and not finding.ok:
         lower, upper = (
             factor * (bound + sign * LIMIT_SLACK * max(1.0, abs(bound)))
             for bound, sign in zip(motion.bounds(series.joint, quantity), (-1, 1), strict=True)
@@ -205,9 +206,9 @@ def _mark_given(panel: Panel, series: Sequence[Series], order: int, *, one_motio
         panel.mark("given", item.joint, times[is_known], panel.factor * value[is_known], **look)
 
 
-def _limit_note(nearest: Series, uses: dict[Series, Finding], panel: Panel) -> tuple[str, bool]:
+def _limit_note(nearest: Series, findings: dict[Series, Finding], panel: Panel) -> tuple[str, bool]:
     """Name the curve nearest to its limit or farthest beyond it, and state whether it is beyond."""
-    factor, unit, use = panel.factor, panel.unit, uses[nearest]
+    factor, unit, finding = panel.factor, panel.unit, findings[nearest]
     name = f"{nearest.label}: " if nearest.label else ""
     lower, upper = (factor * bound for bound in nearest.motion.bounds(nearest.joint, panel.title))
     if lower == -upper:
@@ -215,12 +216,13 @@ def _limit_note(nearest: Series, uses: dict[Series, Finding], panel: Panel) -> t
     elif np.isfinite([lower, upper]).all():
         limits = f"limits {rounded_text(lower)} … {rounded_text(upper)} {unit}"
     else:
-        limits = f"limit {rounded_text(factor * (use.limit or 0.0))} {unit}"
-    value = rounded_text(factor * (use.value or 0.0)) if np.isfinite(use.value or 0.0) else "a jump"
-    broken = sum(not item.ok for item in uses.values())
+        limits = f"limit {rounded_text(factor * (finding.limit or 0.0))} {unit}"
+    value = finding.value or 0.0
+    peak = rounded_text(factor * value) if np.isfinite(value) else "a jump"
+    broken = sum(not item.ok for item in findings.values())
     others = f", and {broken - 1} more beyond" if broken > 1 else ""
-    proof = ", sampled only" if use.only_sampled else ""
+    proof = ", sampled only" if finding.only_sampled else ""
     return (
-        f"{name}{value} at {rounded_text(use.time or 0.0)} s, {limits}{others}{proof}",
+        f"{name}{peak} at {rounded_text(finding.time or 0.0)} s, {limits}{others}{proof}",
         broken > 0,
     )

@@ -33,7 +33,7 @@ def sample_utilisation(
         time: Sample times, ascending [s], shape (n,).
 
     Yields:
-        A finding, and the used fraction of its limit at each time, shape (n,). Above 1 the limit is
+        A finding, and the utilisation of its limit at each time, shape (n,). Above 1 the limit is
         exceeded. It is infinite at jumps and for a limit of 0.
     """
     robot, curve, space = shown.robot, shown.curve, shown.space

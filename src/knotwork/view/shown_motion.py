@@ -131,8 +131,8 @@ class ShownMotion:
         return worst_short_text(self.failures, self.scenario.units) if self.failures else ""
 
     @cached_property
-    def joint_uses(self) -> dict[tuple[str, str], Finding]:
-        """Use of the limits of joints, by joint and quantity."""
+    def joint_limit_findings(self) -> dict[tuple[str, str], Finding]:
+        """Findings on limits of joints, by joint and quantity."""
         findings = self.findings or tuple(check_derivative_limits(self.space, self.curve))
         return {
             (finding.name, finding.quantity): finding

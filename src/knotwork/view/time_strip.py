@@ -41,11 +41,10 @@ def time_strip(shown: ShownMotion) -> dict[str, Any]:
         [max(part.full_speed[0], low) - start, min(part.full_speed[1], high) - start, part.speed]
         for _, part, low, high in stretches(shown)
     ]
-    use = np.max(
-        [np.zeros(STRIP_SAMPLES), *(utilisation for _, utilisation in utilisations)], axis=0
-    )
+    by_limit = [utilisation for _, utilisation in utilisations]
+    largest = np.max([np.zeros(STRIP_SAMPLES), *by_limit], axis=0)
     return {
-        "use": pack_numbers(use.astype("<f4")),
+        "use": pack_numbers(largest.astype("<f4")),
         "given": given,
         "broken": broken_spans(shown.failures, utilisations, time),
         "clearance": _clearance(shown),

@@ -131,7 +131,7 @@ def to_franka(motion: JointTrajectory | Positions, *, robot: Robot | None = None
         f"Franka control interface of {arm.name}, 1 ms: joint positions.",
         f"{points.describe()}.",
         "The arm must stand at the first row.",
-        *_use(points, arm, robot),
+        *_limit_notes(points, arm, robot),
     ]
     columns = {"time_s": points.time}
     for name, values in zip(names, points.position.T, strict=True):
@@ -151,8 +151,8 @@ def _arm_of(names: tuple[str, ...]) -> Arm:
     )
 
 
-def _use(points: Positions, arm: Arm, robot: Robot) -> Iterator[str]:
-    """Used shares of the interface's limits, with the arm at rest before and after.
+def _limit_notes(points: Positions, arm: Arm, robot: Robot) -> Iterator[str]:
+    """Utilisations of the interface's limits, with the arm at rest before and after.
 
     Raises:
         ExportError: A limit is exceeded.
@@ -185,17 +185,17 @@ def _use(points: Positions, arm: Arm, robot: Robot) -> Iterator[str]:
 def _line(
     motion: JointTrajectory, quantity: str, values: FloatArray, limit: FloatArray, first: int
 ) -> str:
-    """Describe the used share of a limit by differences of rows; index `first` is at time 0.
+    """Describe the utilisation of a limit by differences of rows; index `first` is at time 0.
 
     Raises:
         ExportError: The limit is exceeded.
     """
     limit = np.broadcast_to(limit, values.shape)
     with np.errstate(divide="ignore", invalid="ignore"):
-        use = np.where(values == 0.0, 0.0, np.abs(values) / limit)
-    row, joint = (int(i) for i in np.unravel_index(int(use.argmax()), use.shape))
+        utilisation = np.where(values == 0.0, 0.0, np.abs(values) / limit)
+    row, joint = (int(i) for i in np.unravel_index(int(utilisation.argmax()), utilisation.shape))
     name, time = motion.joint_names[joint], max(0, row - first) * CYCLE
-    if use[row, joint] > 1.0:
+    if utilisation[row, joint] > 1.0:
         raise ExportError(
             f"{quantity} of joint {name!r} is {abs(values[row, joint]):.4g} at {time:.3f} s, as "
             f"Franka's control interface takes differences of rows; its limit there is "
@@ -204,4 +204,4 @@ def _line(
             error=float(abs(values[row, joint])),
             time=time,
         )
-    return f"{quantity} {100 * use[row, joint]:.2g} % of its limit: {name} at {time:.3f} s."
+    return f"{quantity} {100 * utilisation[row, joint]:.2g} % of its limit: {name} at {time:.3f} s."

@@ -187,11 +187,12 @@ def paths_beyond_limits(paths: ChosenPathSpeeds) -> list[InputError]:
     for path in task.scenario.paths:
         if any(end in paths.speeds for end in range(path.first + 1, path.last + 1)):
             continue
-        utilisation = LimitUtilisation(task, path)
-        shares = utilisation.of_motion(task, path).max(axis=1)
-        for stretch in np.flatnonzero((shares > 1.0 + LIMIT_ROUNDING).any(axis=1)).tolist():
-            limit = utilisation.limits[int(shares[stretch].argmax())]
-            errors.append(_path_error(task, path, stretch, limit, float(shares[stretch].max())))
+        limits = LimitUtilisation(task, path)
+        utilisations = limits.of_motion(task, path).max(axis=1)
+        for stretch in np.flatnonzero((utilisations > 1.0 + LIMIT_ROUNDING).any(axis=1)).tolist():
+            limit = limits.limits[int(utilisations[stretch].argmax())]
+            worst = float(utilisations[stretch].max())
+            errors.append(_path_error(task, path, stretch, limit, worst))
     return errors
 
 
@@ -211,7 +212,7 @@ def _path_error(
     path: ScenarioPath,
     stretch: int,
     limit: Limit,
-    share: float | None = None,
+    utilisation: float | None = None,
 ) -> InputError:
     """The error for a stretch of a path that exceeds a limit.
 
@@ -220,7 +221,7 @@ def _path_error(
         path: The path.
         stretch: Its index along the path.
         limit: The exceeded limit.
-        share: Utilisation of it, if known.
+        utilisation: Utilisation of the limit, if known.
     """
     scenario, waypoint = task.scenario, path.first + 1 + stretch
     start, end = (scenario.waypoints[i].name for i in (waypoint - 1, waypoint))
@@ -244,7 +245,7 @@ def _path_error(
     elif limit == TOLERANCES:
         reason = "the tolerances are not kept"
     else:
-        excess = "exceeds" if share is None else f"reaches {rounded_up(share, 4):.4g} times"
+        excess = f"reaches {rounded_up(utilisation, 4):.4g} times" if utilisation else "exceeds"
         joint = repr(limit.joint) if limit.joint else "the tool"
         reason = f"{joint} {excess} its limit of {limit.quantity}"
     error = InputError(

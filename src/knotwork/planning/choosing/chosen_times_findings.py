@@ -46,13 +46,15 @@ def chosen_times_findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Fi
         chosen: The chosen times.
         space: The joints and their limits.
     """
-    unknowns, brief = chosen.requested.required_unknowns, _duration(chosen)
-    verdict: Verdict = "warning" if chosen.status != "optimal" else "information"
+    unknowns = chosen.requested.required_unknowns
     timed = bool(unknowns.chosen_duration.any())
+    given = unknowns.total is not None or not timed
+    brief = _duration(chosen, given=given)
+    verdict: Verdict = "warning" if chosen.status != "optimal" else "information"
     group, fact = (TIMES_GROUP, "times chosen") if timed else (MOTION_GROUP, "motion chosen")
     duration = Finding.of_motion(group, "duration", f"{fact}: {brief}", verdict, brief=brief)
     yield replace(duration, value=chosen.duration, unit="s")
-    if not unknowns.duration_given:
+    if not given:
         shortest = f"{chosen.lower_bound:.6g} s{_conditions(chosen)}"
         fact = f"no motion for this task within the limits is shorter than {shortest}"
         yield Finding.of_motion(group, "lower_bound", fact, value=chosen.lower_bound, unit="s")
@@ -79,11 +81,10 @@ def chosen_times_findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Fi
         )
 
 
-def _duration(chosen: ChosenTimes) -> str:
-    """Text of the duration, and whether it is the minimum."""
+def _duration(chosen: ChosenTimes, *, given: bool) -> str:
+    """Text of the duration, and whether it is given or the minimum."""
     text, conditions = f"{chosen.duration:.6g} s", _conditions(chosen)
     bound = f"lower bound {chosen.lower_bound:.6g} s{conditions}"
-    given = chosen.requested.required_unknowns.duration_given
     better = "a smoother motion may exist" if given else f"a shorter motion may exist ({bound})"
     if given:
         text += ", as given"

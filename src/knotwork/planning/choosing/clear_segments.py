@@ -85,10 +85,8 @@ def plan_clear_segment(
             report=report,
         )
     except NoClearMotionError as no_way:
-        error = _located_error(no_way, task, segment)
-        if len(way_problem.starts) == len(way_problem.goals) == 1:
-            error.waypoints = segment.waypoints
-        raise error from None
+        single = len(way_problem.starts) == len(way_problem.goals) == 1
+        raise _located_error(no_way, task, segment, single=single) from None
     budget.solved += 1
     curve = _stretch_to_time(way, problem, task, segment)
     motion = _timed_motion(way, curve, problem, way_problem)
@@ -212,9 +210,16 @@ def _stretch_to_time(
 
 
 def _located_error(
-    no_way: NoClearMotionError, task: TimingTask, segment: TimingSegment
+    no_way: NoClearMotionError, task: TimingTask, segment: TimingSegment, *, single: bool
 ) -> NoWayFoundError:
-    """Make the error for a missing motion, at the waypoint of the fault, or else at the goal."""
+    """Make the error for a missing motion, at the waypoint of the fault, or else at the goal.
+
+    Args:
+        no_way: The reason.
+        task: The task.
+        segment: The segment without a motion.
+        single: Whether only one solution of each end was a candidate.
+    """
     names = [task.scenario.waypoints[i].name for i in segment.waypoints]
     text, k, end = task.scenario.units.text, no_way.waypoint, ""
     bodies: tuple[str, ...] = ()
@@ -228,12 +233,12 @@ def _located_error(
             where = f"{way} {names[k]!r}"
         if no_way.limit:
             joint, unit = task.space.joint_names[no_way.joint], task.space.joint_units[no_way.joint]
-            depth = text(no_way.depth, unit, ".4g")
-            excess = {
-                "position": f"{joint} goes {depth} beyond its position limit",
-                "tool_speed": "the tool exceeds its speed limit",
-            }.get(no_way.limit, f"{joint} exceeds its {no_way.limit} limit")
-            reason = f": {where}, {excess}"
+            excess = f"exceeds its {no_way.limit} limit"
+            if no_way.limit == "position":
+                excess = f"goes {text(no_way.depth, unit, '.4g')} beyond its position limit"
+            elif no_way.limit == "tool_speed":
+                joint, excess = "the tool", "exceeds its speed limit"
+            reason = f": {where}, {joint} {excess}"
             accepted = "a lower velocity there, or a stop"
         else:
             bodies = first, second = no_way.bodies
@@ -249,5 +254,6 @@ def _located_error(
         end=end,
         names=bodies,
         depth=no_way.depth,
+        waypoints=segment.waypoints if single else None,
     )
     return task.locate(error, segment.waypoints[-1 if k is None else k])

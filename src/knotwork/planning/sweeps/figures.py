@@ -42,20 +42,20 @@ class RowFigure:
 _TOOL_LIMITS = ("tool_speed", "tool_acceleration", "frame_speed")
 
 
-def _use(quantity: str) -> RowFigure:
+def _utilisation_figure(quantity: str) -> RowFigure:
     """Figure for the largest utilisation of a kind of limit."""
     # the tool also has a position at waypoints
     kind = {"subject": "joint"} if quantity in JOINT_QUANTITIES else {}
 
-    def max_use(plan: Plan) -> float | None:
+    def max_utilisation(plan: Plan) -> float | None:
         findings = plan.report.select(quantity=quantity, **kind)
         if any(finding.only_sampled for finding in findings):
             return None  # its utilisation is unknown
-        uses = (finding.utilisation for finding in findings)
-        return max((use for use in uses if use is not None), default=None)
+        utilisations = (finding.utilisation for finding in findings)
+        return max((value for value in utilisations if value is not None), default=None)
 
-    title = f"used share of limits of {quantity.replace('_', ' ')}"
-    return RowFigure(f"{quantity}_use", title, "", False, max_use)
+    title = f"utilisation of limits of {quantity.replace('_', ' ')}"
+    return RowFigure(f"{quantity}_use", title, "", False, max_utilisation)
 
 
 def _values(plan: Plan, quantity: str) -> Iterator[float]:
@@ -94,7 +94,7 @@ FIGURES: dict[str, RowFigure] = {
         RowFigure(_SINGULAR, "smallest singular value", "", True, _min_singular),
         RowFigure("clearance", "clearance to the surroundings", "m", True, _outer),
         RowFigure("self_clearance", "clearance to itself", "m", True, _inner),
-        *(_use(quantity) for quantity in (*JOINT_QUANTITIES, *_TOOL_LIMITS)),
+        *(_utilisation_figure(quantity) for quantity in (*JOINT_QUANTITIES, *_TOOL_LIMITS)),
         RowFigure("path_deviation", "deviation from the path", "m", False, _deviation),
         RowFigure("squared_effort", "integral of torque squared", "N²m²s", False, _squared_effort),
     )

@@ -96,13 +96,13 @@ def with_waypoints_inserted(
     # not earlier, because rounding errors near a singularity are far larger with fewer waypoints
     _check_tolerance(joints.robot, insertion.curve(followed), path, tolerance)
     while True:
-        use = insertion.use(followed)
-        if (use <= 1.0).all():
+        utilisation = insertion.utilisation(followed)
+        if (utilisation <= 1.0).all():
             curve = insertion.curve(followed)
-            use = _proved_tolerance_use(joints.robot, curve, path, tolerance, followed.time)
-        if (use <= 1.0).all():
+            utilisation = _proved_utilisation(joints.robot, curve, path, tolerance, followed.time)
+        if (utilisation <= 1.0).all():
             return followed
-        followed = insertion.divide(followed, use)
+        followed = insertion.divide(followed, utilisation)
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,8 +131,8 @@ class _Insertion:
         count = np.ones(len(ends) - 1, dtype=int)
         followed = self.waypoints_at(ends)
         for _ in range(EVEN_ROUNDS):
-            use = self.use(followed)
-            worst = np.maximum.reduceat(use, np.concatenate(([0], np.cumsum(count)[:-1])))
+            utilisation = self.utilisation(followed)
+            worst = np.maximum.reduceat(utilisation, np.concatenate(([0], np.cumsum(count)[:-1])))
             if (worst <= 1.0).all():
                 break
             parts = np.ceil(count * np.minimum(worst, MAX_PARTS**4) ** 0.25).astype(int)
@@ -143,30 +143,29 @@ class _Insertion:
             followed = self.waypoints_at(np.append(np.concatenate(wanted), ends[-1]))
         return followed
 
-    def divide(self, followed: FollowedPath, use: FloatArray) -> FollowedPath:
+    def divide(self, followed: FollowedPath, utilisation: FloatArray) -> FollowedPath:
         """Divide the intervals that exceed the tolerances."""
-        excess = use > 1.0
-        self._check_count(len(use) + int(excess.sum()))
-        self._check_lengths(followed, use)
+        excess = utilisation > 1.0
+        self._check_count(len(utilisation) + int(excess.sum()))
+        self._check_lengths(followed, utilisation)
         middles = self.waypoints_at(0.5 * (followed.time[1:] + followed.time[:-1])[excess])
         order = np.argsort(np.concatenate((followed.time, middles.time)))
         values = zip(followed, middles, strict=True)
         return FollowedPath(*(np.concatenate(columns)[order] for columns in values))
 
-    def use(self, followed: FollowedPath) -> FloatArray:
+    def utilisation(self, followed: FollowedPath) -> FloatArray:
         """Sampled error of each interval relative to the tolerances, shape (k - 1,)."""
         spline = self.curve(followed)
         start, length = followed.time[:-1, None], np.diff(followed.time)[:, None]
         times = (start + length * np.array(FOLLOWING_SAMPLES)).ravel()
         allowed, q = self.tolerance, spline(times)
         off = path_errors(self.joints.robot, self.joints.path, q, spline(times, 1), times)
-        use = off / (
-            SAMPLED_SHARE * np.array([allowed.path, allowed.path_orientation, allowed.path_speed])
-        )
-        use = use.max(axis=1)
+        limits = np.array([allowed.path, allowed.path_orientation, allowed.path_speed])
+        utilisation = (off / (SAMPLED_SHARE * limits)).max(axis=1)
         if self.joints.robot.dof > 6:  # the tool's error does not include self-motion
-            use = np.maximum(use, self._self_motion_error(q, times) / SELF_MOTION_TOLERANCE)
-        return np.asarray(use.reshape(len(start), -1).max(axis=1))
+            strayed = self._self_motion_error(q, times)
+            utilisation = np.maximum(utilisation, strayed / SELF_MOTION_TOLERANCE)
+        return np.asarray(utilisation.reshape(len(start), -1).max(axis=1))
 
     def _self_motion_error(self, q: FloatArray, times: FloatArray) -> FloatArray:
         """Distance of joints (k, d) from the motion on the path at times [rad or m], shape (k,)."""
@@ -185,16 +184,16 @@ class _Insertion:
                 "along the path; use wider ones, or round the corner where its curvature jumps"
             )
 
-    def _check_lengths(self, followed: FollowedPath, use: FloatArray) -> None:
+    def _check_lengths(self, followed: FollowedPath, utilisation: FloatArray) -> None:
         """Refuse intervals below the resolution of time."""
-        short = np.flatnonzero((use > 1.0) & (np.diff(followed.time) < SHORTEST_INTERVAL))
+        short = np.flatnonzero((utilisation > 1.0) & (np.diff(followed.time) < SHORTEST_INTERVAL))
         if short.size:
-            i = int(short[use[short].argmax()])
+            i = int(short[utilisation[short].argmax()])
             along = float(self.joints.path.arc_length(followed.time[i : i + 1])[0])
             raise PathError(
                 f"{along:.6g} m along the path no waypoints keep the motion within its tolerances: "
-                f"even in {SHORTEST_INTERVAL:g} s the error is {use[i]:.3g} times as large; use "
-                "wider ones, a lower speed or a round corner there"
+                f"even in {SHORTEST_INTERVAL:g} s the error is {utilisation[i]:.3g} times as "
+                "large; use wider ones, a lower speed or a round corner there"
             )
 
 
@@ -247,7 +246,7 @@ def _check_tolerance(
             )
 
 
-def _proved_tolerance_use(
+def _proved_utilisation(
     robot: Robot,
     curve: PiecewisePolynomial,
     path: TimedPath,
@@ -268,7 +267,7 @@ def _proved_tolerance_use(
     Returns:
         Bounds, above 1 where nothing is proved, shape (k - 1,).
     """
-    use = np.zeros(len(times) - 1)
+    utilisation = np.zeros(len(times) - 1)
     part = 1.0 - TOLERANCE_NARROWING
     timing, start = path.timing, path.start_time
     for i, speed in enumerate(timing.speeds.tolist()):
@@ -283,6 +282,6 @@ def _proved_tolerance_use(
         )
         bounds = path_bounds(robot, curve, path, (begin, end), limits)
         middle = 0.5 * (bounds.times[1:] + bounds.times[:-1])
-        interval = np.clip(np.searchsorted(times, middle) - 1, 0, len(use) - 1)
-        np.maximum.at(use, interval, bounds.utilisation)
-    return use
+        interval = np.clip(np.searchsorted(times, middle) - 1, 0, len(utilisation) - 1)
+        np.maximum.at(utilisation, interval, bounds.utilisation)
+    return utilisation

@@ -153,7 +153,7 @@ def _short_total(total: float, reason: str, bound: float) -> TimingError:
 
 def _given_durations(
     problem: TimingProblem, wrong: BoolArray, prefix: str, *, direct: bool = True
-) -> list[TimingError]:
+) -> Iterator[TimingError]:
     """Errors for given durations, with durations in which the arm can come to rest.
 
     Args:
@@ -164,7 +164,6 @@ def _given_durations(
     """
     resting, shortest = resting_motion(with_longer(problem), "resting"), min_durations(problem)
     together = ", with those named for the other intervals," if wrong.sum() > 1 else ""
-    errors = []
     for i in np.flatnonzero(wrong).tolist():
         bound = float(shortest[i])
         reason = (
@@ -176,18 +175,15 @@ def _given_durations(
         elif resting is not None:
             bound = sufficient_duration(float(resting.time[i + 1] - resting.time[i]))
             reason += f"; {bound:.6g} s{together} is enough for a motion that stops at both ends"
-        errors.append(
-            TimingError(
-                f"from {problem.names[i]!r} to {problem.names[i + 1]!r} {problem.duration[i]:.6g} "
-                f"s are given; {prefix}{reason}",
-                waypoint=i,
-                interval=True,
-                limit="duration",
-                value=float(problem.duration[i]),
-                bound=bound,
-            )
+        yield TimingError(
+            f"from {problem.names[i]!r} to {problem.names[i + 1]!r} {problem.duration[i]:.6g} s "
+            f"are given; {prefix}{reason}",
+            waypoint=i,
+            interval=True,
+            limit="duration",
+            value=float(problem.duration[i]),
+            bound=bound,
         )
-    return errors
 
 
 def _too_short(problem: TimingProblem) -> list[TimingError]:
@@ -198,7 +194,7 @@ def _too_short(problem: TimingProblem) -> list[TimingError]:
     takes = np.diff(resting.time)
     if problem.total is None:
         wrong = takes > problem.duration * (1.0 + EQUAL_DURATION)
-        return _given_durations(problem, wrong, f"{NO_MOTION}; ")
+        return list(_given_durations(problem, wrong, f"{NO_MOTION}; "))
     sufficient = sufficient_duration(float(np.where(problem.free, takes, problem.duration).sum()))
     if problem.total >= sufficient:
         return []
@@ -276,19 +272,14 @@ def _beyond_tool_speed(problem: TimingProblem) -> Iterator[tuple[str, TimingErro
     bound = (1.0 - TOOL_SPEED_MARGIN) * limit
     for i, speed in zip(rows.tolist(), speeds.tolist(), strict=True):
         if speed > bound:
-            yield (
-                "tool speed",
-                TimingError(
-                    f"{waypoint_text(problem.names[i])}: the given speed of the tool is "
-                    f"{problem.units.text(speed, 'm/s')}, and tool_speed is "
-                    f"{problem.limits.text(limit, 'm/s', problem.units)}"
-                    f"{_advice('velocity', bound / speed)}",
-                    waypoint=i,
-                    limit="tool speed",
-                    value=speed,
-                    bound=bound,
-                ),
+            message = (
+                f"{waypoint_text(problem.names[i])}: the given speed of the tool is "
+                f"{problem.units.text(speed, 'm/s')}, and tool_speed is "
+                f"{problem.limits.text(limit, 'm/s', problem.units)}"
+                f"{_advice('velocity', bound / speed)}"
             )
+            kind = "tool speed"
+            yield kind, TimingError(message, waypoint=i, limit=kind, value=speed, bound=bound)
 
 
 def _outside_limits(problem: TimingProblem) -> Iterator[TimingError]:

@@ -16,7 +16,7 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.planning.timing.nonlinear_program import Block, Kernel
 from knotwork.planning.timing.spline import Layout, Scale
-from knotwork.planning.timing.timing_problem import TimingProblem
+from knotwork.planning.timing.timing_problem import LimitName, TimingProblem
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
@@ -25,7 +25,10 @@ if TYPE_CHECKING:
 SAMPLES_EACH = 16
 """Samples in each piece, without its end."""
 
-ROBOT_LIMITS = {"effort": (0.5,), "tool_speed": (0.25, 0.5, 0.75)}
+ROBOT_LIMITS: dict[LimitName, tuple[float, ...]] = {
+    "effort": (0.5,),
+    "tool_speed": (0.25, 0.5, 0.75),
+}
 """Limits, with the positions in each piece at which the solver applies them.
 
 Tool speed may vary much faster than effort.
@@ -67,8 +70,8 @@ def _inside_kernel(
 
 
 @lru_cache(maxsize=32)
-def limit_kernel(dynamics: Dynamics, name: str, *, inside: bool) -> Kernel:
-    """Use of a limit at a break, or at its positions inside a piece, relative to the limit.
+def limit_kernel(dynamics: Dynamics, name: LimitName, *, inside: bool) -> Kernel:
+    """Utilisation of a limit at a break, or at its positions inside a piece, relative to the limit.
 
     Efforts, or the squared tool speed. Parameters: units of the state, inverse limits.
     """
@@ -77,7 +80,7 @@ def limit_kernel(dynamics: Dynamics, name: str, *, inside: bool) -> Kernel:
     d = dynamics.robot.dof
     inverse = ca.SX.sym("inverse", d if name == "effort" else 1)
 
-    def use(q: Any, v: Any, a: Any) -> Any:
+    def ratio(q: Any, v: Any, a: Any) -> Any:
         if name == "effort":
             return dynamics.symbolic_effort(q, v, a) * inverse
         return ca.sumsqr(dynamics.symbolic_tool_velocity(q, v) * inverse)
@@ -87,15 +90,15 @@ def limit_kernel(dynamics: Dynamics, name: str, *, inside: bool) -> Kernel:
             d,
             ROBOT_LIMITS[name],
             inverse,
-            lambda tau, states: (ca.vertcat(*(use(*state) for state in states)), 0.0),
+            lambda tau, states: (ca.vertcat(*(ratio(*state) for state in states)), 0.0),
         )
     state, units = ca.SX.sym("state", 3 * d), ca.SX.sym("units", 3 * d)
-    return Kernel(state, ca.vertcat(units, inverse), use(*ca.vertsplit(state * units, d)))
+    return Kernel(state, ca.vertcat(units, inverse), ratio(*ca.vertsplit(state * units, d)))
 
 
 def held_blocks(
     problem: TimingProblem,
-    allowed: Mapping[str, FloatArray],
+    allowed: Mapping[LimitName, FloatArray],
     margin: float,
     scale: Scale,
     layout: Layout,
@@ -139,15 +142,15 @@ def work_kernel(dynamics: Dynamics) -> Kernel:
     return _inside_kernel(dynamics.robot.dof, (0.0, 0.5, 1.0), weight, cost)
 
 
-def robot_limits(problem: TimingProblem) -> list[str]:
+def robot_limits(problem: TimingProblem) -> list[LimitName]:
     """Names of those of `ROBOT_LIMITS` that a problem has."""
     return [name for name in ROBOT_LIMITS if np.isfinite(getattr(problem.limits, name)).any()]
 
 
 def utilisation(
-    problem: TimingProblem, name: str, q: FloatArray, v: FloatArray, a: FloatArray
+    problem: TimingProblem, name: LimitName, q: FloatArray, v: FloatArray, a: FloatArray
 ) -> FloatArray:
-    """Used fraction of a limit of `ROBOT_LIMITS` in many states.
+    """Utilisation of a limit of `ROBOT_LIMITS` in many states.
 
     Args:
         problem: The problem.
@@ -165,9 +168,9 @@ def utilisation(
 
 
 def sampled_utilisation(
-    problem: TimingProblem, curve: PiecewisePolynomial, name: str
+    problem: TimingProblem, curve: PiecewisePolynomial, name: LimitName
 ) -> FloatArray:
-    """Largest fraction of a limit used at samples of each piece, shape (pieces, d or 1)."""
+    """Largest utilisation of a limit at samples of each piece, shape (pieces, d or 1)."""
     span = np.diff(curve.x)[:, None]
     inside = curve.x[:-1, None] + np.arange(SAMPLES_EACH) / SAMPLES_EACH * span
     times = np.minimum(np.hstack((inside, curve.x[1:, None])), curve.x[-1])
@@ -176,9 +179,9 @@ def sampled_utilisation(
 
 
 def unproved_utilisation(
-    problem: TimingProblem, curve: PiecewisePolynomial, name: str
+    problem: TimingProblem, curve: PiecewisePolynomial, name: LimitName
 ) -> FloatArray:
-    """Fraction of a limit used where it is not proved to be kept, shape (pieces, d or 1).
+    """Utilisation of a limit where it is not proved to be kept, shape (pieces, d or 1).
 
     Only the worst value of each joint is there, in its piece; the others are 0.
     """
@@ -190,10 +193,10 @@ def unproved_utilisation(
         bounds = torque_bound(robot, motion, limit=limit)
     else:
         bounds = (tool_speed_bound(robot, motion, limit=limit),)
-    used = np.zeros((curve.x.size - 1, len(bounds)))
+    utilisations = np.zeros((curve.x.size - 1, len(bounds)))
     for k, (bound, allowed) in enumerate(zip(bounds, np.atleast_1d(limit), strict=True)):
         if not (bound.ok and bound.proved):
             piece = int(np.searchsorted(curve.x, bound.time, side="right")) - 1
             worst = max(abs(bound.bound), abs(bound.value))
-            used[min(piece, len(used) - 1), k] = worst / allowed
-    return used
+            utilisations[min(piece, len(utilisations) - 1), k] = worst / allowed
+    return utilisations

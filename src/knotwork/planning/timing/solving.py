@@ -17,7 +17,7 @@ from knotwork.planning.timing.infeasible import infeasible_values, unsolved_erro
 from knotwork.planning.timing.motion_curves import concatenate
 from knotwork.planning.timing.robot_limits import robot_limits, utilisation
 from knotwork.planning.timing.timed_motion import Binding, Budget, Progress, TimedMotion, status_of
-from knotwork.planning.timing.timing_problem import TimingProblem, part_of
+from knotwork.planning.timing.timing_problem import LimitName, TimingProblem, part_of
 from knotwork.verification import metrics
 from knotwork.waypoints import FloatArray
 
@@ -115,9 +115,8 @@ def solve_within(problem: TimingProblem, budget: Budget) -> TimedMotion:
             raise NoMotionError([TimingError(message, limit="budget")])
         else:
             for error in unsolved_errors(section):
-                if error.waypoint is not None:
-                    error.waypoint += start
-                causes.append(error)
+                waypoint = None if error.waypoint is None else start + error.waypoint
+                causes.append(TimingError(str(error), **{**vars(error), "waypoint": waypoint}))
     if causes:
         raise NoMotionError(causes)
     motion = timed_motion(problem, _consecutive(attempts), lower_bound(problem), "fastest")
@@ -251,18 +250,18 @@ def binding_limits(
     limits = problem.limits
     active: list[Binding] = []
     q, v, a, j = (curve(times, order) for order in range(4))
-    uses = {
-        name: np.abs(values) / getattr(limits, name)
-        for name, values in (("velocity", v), ("acceleration", a), ("jerk", j))
-    }
+    rates: dict[LimitName, FloatArray] = {"velocity": v, "acceleration": a, "jerk": j}
+    utilisations = {name: np.abs(values) / getattr(limits, name) for name, values in rates.items()}
     for name in robot_limits(problem):
-        uses[name.replace("_", " ")] = utilisation(problem, name, q, v, a)
+        utilisations[name] = utilisation(problem, name, q, v, a)
     width = limits.upper - limits.lower
     slack = np.where(np.isfinite(width), ACTIVE_LIMIT_DISTANCE * width, 0.0)
-    uses["position"] = ((q <= limits.lower + slack) | (q >= limits.upper - slack)).astype(float)
-    peaks = {name: use.max(axis=1) for name, use in uses.items()}
+    at_end = (q <= limits.lower + slack) | (q >= limits.upper - slack)
+    utilisations["position"] = at_end.astype(float)
+    peaks = {name: values.max(axis=1) for name, values in utilisations.items()}
     shares = {
-        name: np.mean(use >= 1.0 - ACTIVE_LIMIT_DISTANCE, axis=1) for name, use in uses.items()
+        name: np.mean(values >= 1.0 - ACTIVE_LIMIT_DISTANCE, axis=1)
+        for name, values in utilisations.items()
     }
     for i in range(len(problem.position) - 1):
         at_limit = [
@@ -277,7 +276,7 @@ def binding_limits(
             if peaks[name][i, k] >= 1.0 - TOUCH_DISTANCE:
                 at_limit = [(float(shares[name][i, k]), name, k)]
         for part, name, k in at_limit:
-            joint = "" if name == "tool speed" else problem.joint_names[k]
+            joint = "" if name == "tool_speed" else problem.joint_names[k]
             ends = problem.names[i], problem.names[i + 1]
-            active.append(Binding(*ends, joint, name, round(part, 2)))
+            active.append(Binding(*ends, joint, name.replace("_", " "), round(part, 2)))
     return tuple(active)

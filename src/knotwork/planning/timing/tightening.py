@@ -14,7 +14,7 @@ from knotwork.planning.timing.robot_limits import (
     unproved_utilisation,
 )
 from knotwork.planning.timing.spline import pieces_each
-from knotwork.planning.timing.timing_problem import TimingProblem
+from knotwork.planning.timing.timing_problem import LimitName, TimingProblem
 from knotwork.waypoints import FloatArray
 
 SAMPLE_MARGIN = 1e-4
@@ -22,6 +22,9 @@ SAMPLE_MARGIN = 1e-4
 
 SOLVER_MARGIN = 1e-6
 """Relative margin to each limit, larger than the solver's tolerance."""
+
+LIMIT_ORDERS: Mapping[LimitName, int] = {"velocity": 1, "acceleration": 2, "jerk": 3}
+"""Limits of derivatives of the position, with their order."""
 
 CURVE_SLACK = 1e-10
 """Relative rounding tolerance of limits."""
@@ -40,7 +43,7 @@ class Tightening:
 
     margin: float = SOLVER_MARGIN
     position: bool = False
-    held: Mapping[str, FloatArray] = field(default_factory=dict)
+    held: Mapping[LimitName, FloatArray] = field(default_factory=dict)
 
     def same_equations(self, following: Tightening) -> bool:
         """Whether the solver has the same equations with another tightening."""
@@ -56,8 +59,8 @@ def first_tightening(problem: TimingProblem) -> Tightening:
     unlimited = np.isinf(limits.acceleration) & np.isinf(limits.jerk) & np.isfinite(limits.effort)
     if problem.objective.time and problem.free.any() and unlimited.any():
         intervals = len(problem.position) - 1
-        used = np.zeros((pieces_each(intervals) * intervals, len(unlimited)))
-        return Tightening(held={"effort": _allowed_fractions(None, used)})
+        utilisation = np.zeros((pieces_each(intervals) * intervals, len(unlimited)))
+        return Tightening(held={"effort": _allowed_fractions(None, utilisation)})
     return Tightening()
 
 
@@ -77,78 +80,62 @@ def tighten(
     beyond = outside(problem, curve)
     if beyond and not tightening.position:
         return replace(tightening, position=True)
-    if beyond or _exceeded_rate(problem, curve) is not None:
+    over = None if beyond else exceeded_limit(problem, curve)
+    if beyond or (over is not None and over[0] in LIMIT_ORDERS):
         return replace(tightening, margin=10.0 * tightening.margin)
-    over = exceeded_limit(problem, curve)
     if over is None:
         return None
-    name, used = over
-    held = _allowed_fractions(tightening.held.get(name), used)
+    name, utilisation = over
+    held = _allowed_fractions(tightening.held.get(name), utilisation)
     return replace(tightening, held={**tightening.held, name: held})
 
 
-def _allowed_fractions(before: FloatArray | None, used: FloatArray) -> FloatArray:
+def _allowed_fractions(before: FloatArray | None, utilisation: FloatArray) -> FloatArray:
     """Allowed fractions of a limit for the solver.
 
     The first ones leave a margin; later ones are reduced in and around pieces that exceed it.
 
     Args:
         before: Fractions that the solver had, if it had the limit.
-        used: Use of the limit in each piece, shape (pieces, d or 1).
+        utilisation: Utilisation of the limit in each piece, shape (pieces, d or 1).
     """
-    pieces, width = used.shape
+    pieces, width = utilisation.shape
     if before is None:
         return np.full((2 * pieces + 1, width), 1.0 - SAMPLE_MARGIN)
     allowed = np.array(before)
-    over = used > 1.0 - 0.5 * SAMPLE_MARGIN
-    factor = np.where(over, 1.0 - 1.2 * (1.0 - (1.0 - SAMPLE_MARGIN) / np.maximum(used, 0.5)), 1.0)
+    over = utilisation > 1.0 - 0.5 * SAMPLE_MARGIN
+    factor = 1.0 - 1.2 * (1.0 - (1.0 - SAMPLE_MARGIN) / np.maximum(utilisation, 0.5))
     for first, last in ((0, -1), (1, None), (2, None)):
-        allowed[first:last:2] *= factor
+        allowed[first:last:2] *= np.where(over, factor, 1.0)
     return allowed
 
 
 def exceeded_limit(
     problem: TimingProblem, curve: PiecewisePolynomial
-) -> tuple[str, FloatArray] | None:
-    """The first limit of `ROBOT_LIMITS` that a curve is not proved to keep, or `None`.
+) -> tuple[LimitName, FloatArray] | None:
+    """The first limit other than of positions that a curve is not proved to keep, or `None`.
 
     Returns:
-        Name of the limit, and its use in each piece.
+        Name of the limit, and its utilisation, shape (k, d or 1): in each piece for `ROBOT_LIMITS`,
+        over the whole curve for velocity, acceleration and jerk.
     """
+    for name, order in LIMIT_ORDERS.items():
+        utilisation = curve.extrema(order).peak / getattr(problem.limits, name)
+        if (utilisation > 1.0 + CURVE_SLACK).any():
+            return name, utilisation[None]
     for name in robot_limits(problem):
-        used = sampled_utilisation(problem, curve, name)
-        if used.max() <= 1.0 - 0.5 * SAMPLE_MARGIN:
-            used = unproved_utilisation(problem, curve, name)
-            if used.max() <= 1.0:
+        utilisation = sampled_utilisation(problem, curve, name)
+        if utilisation.max() <= 1.0 - 0.5 * SAMPLE_MARGIN:
+            utilisation = unproved_utilisation(problem, curve, name)
+            if utilisation.max() <= 1.0:
                 continue
-        return name, used
+        return name, utilisation
     return None
 
 
 def keeps_limits(problem: TimingProblem, curve: PiecewisePolynomial) -> bool:
     """Whether a curve keeps every limit, for any pieces."""
-    return not outside(problem, curve) and first_excess(problem, curve) is None
-
-
-def first_excess(problem: TimingProblem, curve: PiecewisePolynomial) -> tuple[str, int] | None:
-    """The first limit that a curve is not proved to keep, apart from positions, and its joint.
-
-    Returns:
-        Name of the limit and index of the joint, 0 for the tool; `None` if all are kept.
-    """
-    if (rate := _exceeded_rate(problem, curve)) is not None:
-        return rate
-    over = exceeded_limit(problem, curve)
-    return None if over is None else (over[0], int(over[1].max(axis=0).argmax()))
-
-
-def _exceeded_rate(problem: TimingProblem, curve: PiecewisePolynomial) -> tuple[str, int] | None:
-    """The velocity, acceleration or jerk limit exceeded by the exact extrema, and its joint."""
-    for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk")):
-        utilisation = curve.extrema(order).peak / getattr(problem.limits, name)
-        if utilisation.max() > 1.0 + CURVE_SLACK:
-            return name, int(utilisation.argmax())
-    return None
+    return not outside(problem, curve) and exceeded_limit(problem, curve) is None
 
 
 def outside(problem: TimingProblem, curve: PiecewisePolynomial) -> bool:

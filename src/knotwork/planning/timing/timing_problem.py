@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,6 +23,8 @@ from knotwork.waypoints import (
 
 if TYPE_CHECKING:
     from knotwork.planning.timing.symbolic_dynamics import Dynamics
+
+LimitName = Literal["position", "velocity", "acceleration", "jerk", "effort", "tool_speed"]
 
 _NOT_GIVEN: Any = None
 

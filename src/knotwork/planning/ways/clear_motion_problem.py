@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.planning.timing.timing_problem import TimingProblem
+from knotwork.planning.timing.timing_problem import LimitName, TimingProblem
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.waypoints import FloatArray
 
@@ -88,7 +88,7 @@ class NoClearMotionError(Exception):
         bodies: Names of the two colliding bodies.
         depth: Violation of the margin [m], or of the joint's position limit [rad or m].
         moving: Whether the motion to rest collides.
-        limit: Name of the limit that the motion to rest exceeds, for example `"position"`.
+        limit: Name of the limit that the motion to rest exceeds, or `None`.
         joint: Index of the joint that exceeds it.
         checks: Number of configurations checked.
         solutions: Number of solutions of the waypoint, all of which collide.
@@ -98,7 +98,7 @@ class NoClearMotionError(Exception):
     bodies: tuple[str, str] = ("", "")
     depth: float = 0.0
     moving: bool = False
-    limit: str = ""
+    limit: LimitName | None = None
     joint: int = 0
     checks: int = 0
     solutions: int = 1

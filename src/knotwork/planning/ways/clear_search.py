@@ -13,7 +13,7 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.retiming.stops import stop_joints
 from knotwork.planning.timing.attempts import resting_motion
 from knotwork.planning.timing.motion_curves import concatenate, reverse, slow_down
-from knotwork.planning.timing.tightening import first_excess, keeps_limits
+from knotwork.planning.timing.tightening import exceeded_limit, keeps_limits
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.planning.ways.clear_motion_problem import (
     ClearMotion,
@@ -217,8 +217,10 @@ class _ClearSearch:
             worst = max(contacts, key=lambda contact: contact.margin - contact.distance)
             names, depth = (worst.first.name, worst.second.name), worst.margin - worst.distance
             return NoClearMotionError(end, names, max(depth, 0.0), moving=True)
-        excess = first_excess(self.problem.timing, motion)
-        return None if excess is None else NoClearMotionError(end, limit=excess[0], joint=excess[1])
+        if (excess := exceeded_limit(self.problem.timing, motion)) is None:
+            return None
+        limit, utilisation = excess
+        return NoClearMotionError(end, limit=limit, joint=int(utilisation.max(axis=0).argmax()))
 
     def best_of(self, tries: int) -> ClearMotion:
         """The fastest motion of a number of searches."""

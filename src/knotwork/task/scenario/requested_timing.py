@@ -79,8 +79,7 @@ class RequestedTiming:
                         else speed_after,
                     )
                 except (RampError, StretchTimeError) as error:
-                    error.stretch = k
-                    raise
+                    raise type(error)(str(error), **{**vars(error), "stretch": k}) from None
             if np.allclose(speeds, before, rtol=1e-12, atol=0.0):
                 break
         timing = tool_paths.speed_profile(

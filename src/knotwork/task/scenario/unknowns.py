@@ -70,11 +70,6 @@ class Unknowns:
         return chosen
 
     @property
-    def duration_given(self) -> bool:
-        """Whether the whole duration is given, itself or by all times."""
-        return self.total is not None or not self.chosen_duration.any()
-
-    @property
     def first_unknown_time(self) -> int:
         """The first waypoint with an unknown time; n without one."""
         return int(np.append(self.chosen_duration, True).argmax()) + 1

@@ -230,9 +230,9 @@ def _worst_intervals(
     """
     largest = np.where(is_open, beyond, 0.0).max(axis=0)
     with np.errstate(over="ignore"):
-        share = np.where(is_open, beyond / np.maximum(largest, MIN_EXCESS), -np.inf).max(axis=1)
-    divided = np.zeros(len(share), dtype=bool)
-    divided[np.argsort(-share, kind="stable")[:count]] = True
+        excess = np.where(is_open, beyond / np.maximum(largest, MIN_EXCESS), -np.inf).max(axis=1)
+    divided = np.zeros(len(excess), dtype=bool)
+    divided[np.argsort(-excess, kind="stable")[:count]] = True
     return divided & is_open.any(axis=1)
 
 

@@ -93,8 +93,8 @@ class StretchBounds(NamedTuple):
 
         If a sample violates a limit, it has the errors of the samples.
         """
-        shares = [error.utilisation for error in self.errors.criteria.values()]
-        return np.asarray(np.max(shares, axis=0))
+        utilisations = [error.utilisation for error in self.errors.criteria.values()]
+        return np.asarray(np.max(utilisations, axis=0))
 
 
 def path_bounds(
@@ -128,9 +128,9 @@ def path_bounds(
     sizes = stretch.sizes(t)
     for _ in range(4):
         angle = rotation_gap(limits.orientation + (0.0 if freedom is None else freedom.tilt))
-        shares = np.maximum(sizes.acceleration / limits.position, sizes.rotation / angle)
-        shares = np.maximum(shares, sizes.jerk / limits.speed)
-        needed = np.diff(t) * np.sqrt(shares / (8.0 * BOUND_SHARE))
+        utilisations = np.maximum(sizes.acceleration / limits.position, sizes.rotation / angle)
+        utilisations = np.maximum(utilisations, sizes.jerk / limits.speed)
+        needed = np.diff(t) * np.sqrt(utilisations / (8.0 * BOUND_SHARE))
         finer = _divide(t, np.clip(np.ceil(needed), 1, MAX_DIVISION), needed, budget // 4)
         if len(finer) == len(t):
             break

@@ -21,6 +21,7 @@ from knotwork.errors import InputError, UnknownNameError
 from knotwork.joint_quantities import DERIVATIVES
 from knotwork.units import SI, Units
 from knotwork.verification import Finding, Report, check
+from knotwork.verification.continuity import CONTINUITY_GROUP, ROUNDING_QUANTITIES
 from knotwork.verification.recording.alignment import (
     PLAN_RESIDUAL_RATIO,
     STANDARD_ERRORS,
@@ -84,7 +85,7 @@ def check_log(
     findings = list(compared.findings)
     undecided = 0
     for finding in report.findings:
-        if finding.group == "Continuity" or finding.quantity.endswith("_rounding"):
+        if finding.group == CONTINUITY_GROUP or finding.quantity in ROUNDING_QUANTITIES:
             continue
         if finding.subject == "event" and finding.verdict == "warning":
             continue  # a log of positions has no signals
@@ -242,7 +243,7 @@ def _residual_findings(
             if not curve.noise.stated:
                 fact += f"; if such errors are expected, use --noise {float(sizes.max()):.0e}"
         yield Finding.at_most(
-            "Continuity", "joint", name, "sample_off_the_curve", fact, value, limit,
+            CONTINUITY_GROUP, "joint", name, "sample_off_the_curve", fact, value, limit,
             unit=unit, time=time,
         )  # fmt: skip
 

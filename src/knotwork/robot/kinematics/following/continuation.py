@@ -91,12 +91,12 @@ class Continuation(NamedTuple):
         q, v = (values[:, reaches].reshape(n, -1) for values in (self.position, self.velocity))
         curve = interpolate_curve(self.time, q, v)
         extrema = curve.extrema()
-        shares = curve.extrema(1).peak.reshape(-1, d) / plausible_speeds(robot)
+        utilisations = curve.extrema(1).peak.reshape(-1, d) / plausible_speeds(robot)
         row = np.cumsum(reaches)[starts] - 1
         high, low = (side.reshape(-1, d)[row] for side in (extrema.maximum, extrema.minimum))
         lower, upper = (bound - turns for bound in position_limits(robot))
         feasible = (np.maximum(high - upper, lower - low) <= LIMIT_TOLERANCE).all(axis=1)
-        feasible &= (shares[row] <= 1.0 + LIMIT_TOLERANCE).all(axis=1)
+        feasible &= (utilisations[row] <= 1.0 + LIMIT_TOLERANCE).all(axis=1)
         return np.asarray(reaches[starts] & feasible)
 
     def limiting_constraint(
