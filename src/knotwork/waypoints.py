@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -171,9 +170,6 @@ class PoseFreedom:
         tilt: Maximum angle between the axis and that of the pose [rad].
         box: Minimum and maximum position along each axis of the pose [m].
         torch: Ranges of a torch's angles to a seam, or `None`.
-
-    >>> kw.waypoints.PoseFreedom((-1.5, 1.5)).tilt
-    0.0
     """
 
     turn: tuple[float, float] = (0.0, 0.0)
@@ -199,8 +195,8 @@ class PoseFreedom:
             if self.torch[2:] != other.torch[2:]:
                 return False
             pairs += zip(self.torch[:2], other.torch[:2], strict=True)
-        inside = all(b[0] <= a[0] and a[1] <= b[1] for a, b in pairs)
-        return inside and self.tilt <= other.tilt
+        is_inside = all(b[0] <= a[0] and a[1] <= b[1] for a, b in pairs)
+        return is_inside and self.tilt <= other.tilt
 
 
 @dataclass(frozen=True, eq=False)
@@ -241,17 +237,16 @@ class CartesianWaypoint:
     def __post_init__(self) -> None:
         import pinocchio as pin
 
-        for field, kind in (("pose", pin.SE3), ("twist", pin.Motion)):
-            value = getattr(self, field)
+        for part, kind in (("pose", pin.SE3), ("twist", pin.Motion)):
+            value = getattr(self, part)
             if not isinstance(value, kind):
                 raise WaypointDataError(
-                    f"{self.name}: {field} must be a pin.{kind.__name__}, not {value!r}"
+                    f"{self.name}: {part} must be a pin.{kind.__name__}, not {value!r}"
                 )
-            object.__setattr__(self, field, value.copy())
+            object.__setattr__(self, part, value.copy())
         read_only(self.pose.homogeneous, (4, 4), f"{self.name}: pose")
         read_only(self.twist.vector, (6,), f"{self.name}: twist")
-        fault = rotation_error(self.pose.rotation, 1e-9)
-        if fault:
+        if fault := rotation_error(self.pose.rotation, 1e-9):
             raise WaypointDataError(f"{self.name}: pose has no rotation matrix: {fault}")
 
     @property
@@ -309,8 +304,8 @@ class JointWaypoints(ReadOnlyArrays):
     task_rows: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
-        def put(field: str, value: Any) -> None:
-            object.__setattr__(self, field, value)
+        def put(attribute: str, value: Any) -> None:
+            object.__setattr__(self, attribute, value)
 
         names, units = checked_joints(self.joint_names, self.joint_units)
         put("joint_names", names)
@@ -324,9 +319,8 @@ class JointWaypoints(ReadOnlyArrays):
         if len(self.names) != shape[0]:
             raise WaypointDataError(f"names must have length {shape[0]}")
         if self.acceleration is not None:
-            a = read_only(self.acceleration, shape, "acceleration", unknown=True)
-            put("acceleration", a)
-            known_rows(a, self.names)
+            put("acceleration", read_only(self.acceleration, shape, "acceleration", unknown=True))
+            known_rows(self.acceleration, self.names)
 
 
 @dataclass(frozen=True, eq=False)
@@ -345,10 +339,11 @@ class ChosenSection(ReadOnlyArrays):
 
     times: FloatArray
     acceleration: FloatArray
-    velocity: Mapping[int, FloatArray] = dataclasses.field(default_factory=dict)
+    velocity: Mapping[int, FloatArray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "times", checked_times(self.times))
         shape = (len(self.times), *np.shape(self.acceleration)[1:2])
-        accelerations = read_only(self.acceleration, shape, "acceleration")
-        object.__setattr__(self, "acceleration", accelerations)
+        object.__setattr__(
+            self, "acceleration", read_only(self.acceleration, shape, "acceleration")
+        )

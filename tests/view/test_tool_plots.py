@@ -13,7 +13,7 @@ import knotwork as kw
 from knotwork import Plan
 from knotwork.errors import InputError
 from knotwork.view import plot_joints, plot_tool
-from plans import arm
+from plans import arm, planned
 from seams import ON, task
 
 
@@ -52,6 +52,14 @@ def test_a_velocity_that_planning_chose_is_not_marked_as_given() -> None:
         np.testing.assert_array_equal(data(line)[0], [0, 2, 4])
     for line in lines(velocity, "given"):
         np.testing.assert_array_equal(data(line)[0], [0, 4])
+
+
+def test_an_object_in_the_hand_from_the_start_does_not_touch_its_fingers() -> None:
+    plan = planned("panda_pick_place")
+    *_, panel = plot_tool(plan).axes
+    (curve,) = lines(panel, "curve")
+    found = [f for f in plan.report.select(quantity="clearance") if f.involves_scene]
+    assert 0.002 <= min(data(curve)[1]) <= min(f.value for f in found if f.value) + 1e-9
 
 
 def test_numbers_beside_low_panels_are_apart(deburring: Plan) -> None:

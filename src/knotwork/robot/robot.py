@@ -21,8 +21,6 @@ from knotwork.robot.planned_joints import PlannedJoints
 from knotwork.robot.urdf import carrying_joints, read_urdf
 from knotwork.waypoints import FloatArray, read_only
 
-_KINEMATICS = f"{__package__}.kinematics"
-
 
 class Robot:
     """A serial chain of joints between a base frame and a tool centre point (TCP).
@@ -249,8 +247,7 @@ class Robot:
         >>> kw.load_robot("ur5").with_gravity([0, 0, 9.81]).gravity
         array([0.  , 0.  , 9.81])
         """
-        given = read_only(gravity, (3,), "gravity")
-        return Robot(replace(self._description, gravity=given))
+        return Robot(replace(self._description, gravity=read_only(gravity, (3,), "gravity")))
 
     def with_limits(
         self,
@@ -349,5 +346,5 @@ class Robot:
 
     def solve_pose_ik_all(self, pose: Any, **options: Any) -> tuple[Any, ...]:
         """Find every `Branch` that takes the TCP to a pose; see `knotwork.solve_pose_ik_all`."""
-        # imported on call: `kinematics` imports `robot`
-        return tuple(importlib.import_module(_KINEMATICS).solve_pose_ik_all(self, pose, **options))
+        kinematics = importlib.import_module(f"{__package__}.kinematics")  # which imports `robot`
+        return tuple(kinematics.solve_pose_ik_all(self, pose, **options))

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from knotwork.scene.collision_model import CollisionModel, Pair
+from knotwork.scene.solid_pairs import SolidPairs
 from knotwork.verification import Motion
 from knotwork.verification.collisions import motion_model
 from knotwork.view.shown_motion import ShownMotion, nearest_around
@@ -37,8 +38,9 @@ class ClearanceCurve(NamedTuple):
 def clearance_curve(shown: ShownMotion) -> ClearanceCurve | None:
     """Sample the clearance; `None` without moving pairs with the surroundings.
 
-    A pair that keeps its margin at a constant distance, such as a floor and the shoulder
-    turning above it, is left out. The time of the smallest clearance in the check is a sample.
+    Only pairs of the check are sampled. A pair that keeps its margin at a constant distance, such
+    as a floor and the shoulder turning above it, is left out. The time of the smallest clearance in
+    the check is a sample.
     """
     robot, scenario = shown.space.robot, shown.scenario
     if robot is None or not scenario.scene.objects:
@@ -52,7 +54,12 @@ def clearance_curve(shown: ShownMotion) -> ClearanceCurve | None:
     q = motion.curve(time)
     if not (np.ptp(q, axis=0).any() or model.known):
         return None
-    pairs_with_scene = tuple(pair for pair in model.pairs if pair.involves_scene)
+    windows = SolidPairs(model).windows_within(start, end)
+    pairs_with_scene = tuple(
+        pair
+        for pair, (appears, disappears) in zip(model.pairs, windows, strict=True)
+        if pair.involves_scene and disappears > appears
+    )
     pairs, distance = _nearest(model, pairs_with_scene, q, time)
     while still := {
         k for k in set(pairs) - {-1} if _stands_still(model, pairs_with_scene[k], q, time)
@@ -77,8 +84,6 @@ def _nearest(
     """The pair with the least margin at each time, or -1, and its distance [m]."""
     if not pairs:
         return [-1] * len(time), np.full(len(time), np.nan)
-    from knotwork.scene.solid_pairs import SolidPairs
-
     table = SolidPairs(replace(model, pairs=pairs))
     nearest = list(table.nearest(q, time))
     distance = [gap + table.margin[c] if c >= 0 else np.nan for gap, c in nearest]

@@ -18,7 +18,7 @@ import math
 from collections.abc import Collection, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from knotwork.curves.tool_paths.bernstein import TurnBounds, bernstein_sums, bernstein_values
 from knotwork.curves.tool_paths.curve import (
@@ -35,7 +35,7 @@ from knotwork.curves.tool_paths.rotations import (
 )
 from knotwork.curves.tool_paths.stretch_joining import RATE_TOLERANCE, join_arrays
 from knotwork.errors import PathError
-from knotwork.waypoints import FloatArray, read_only
+from knotwork.waypoints import FloatArray, IndexArray, read_only
 
 HALF_TURN = math.pi - 1e-6
 """Maximum rotation between neighbours [rad]. Beyond it the direction is ambiguous."""
@@ -248,18 +248,12 @@ class OrientationCurve:
     @property
     def jumps(self) -> FloatArray:
         """Arc lengths at which the rate or its derivative jumps (stops only) [m]."""
-        inner = slice(1, -1)
-        jump = np.zeros(len(self.s) - 2, dtype=bool)
-        for values in (self.rates[inner], self.changes[inner]):
-            size = np.abs(values).max(axis=(1, 2), initial=0.0)
-            jump |= (
-                np.abs(values[:, 1] - values[:, 0]).max(axis=1, initial=0.0) > RATE_TOLERANCE * size
-            )
-        return np.asarray(self.s[inner][jump])
+        both_sides = np.array([self.rates[1:-1], self.changes[1:-1]])
+        size = np.abs(both_sides).max(axis=(2, 3), initial=0.0)
+        step = np.abs(np.diff(both_sides, axis=2)).max(axis=(2, 3), initial=0.0)
+        return np.asarray(self.s[1:-1][(step > RATE_TOLERANCE * size).any(axis=0)])
 
-    def _pieces(
-        self, s: ArrayLike, at: ArrayLike | None = None
-    ) -> tuple[NDArray[np.intp], FloatArray]:
+    def _pieces(self, s: ArrayLike, at: ArrayLike | None = None) -> tuple[IndexArray, FloatArray]:
         """Index of the piece of each arc length, and the parameter u in it."""
         s = np.asarray(s, dtype=float)
         piece = np.clip(np.searchsorted(self.s, s, "right") - 1, 0, len(self.s) - 2)

@@ -177,15 +177,8 @@ def read_unknowns(
     dependent = tuple(waypoint for waypoint in timed if waypoint >= unknowns.first_unknown_time)
     duration[[waypoint - 1 for waypoint in dependent]] = True
     unknowns = replace(unknowns, time_dependent=dependent)
-    for location, message, accepted in _misused(task, unknowns):
+    for location, message, accepted in _misused(task, unknowns, task_index):
         raise locations.error(location, message, accepted)
-    if dependent and task.duration is not None:
-        number = task_index[dependent[0]] + 1
-        raise locations.error(
-            ("duration",),
-            f"is given together with the time at waypoint {number}, after chosen ones",
-            "one of them",
-        )
     return unknowns if unknowns.anything else None
 
 
@@ -243,7 +236,9 @@ def _misplaced(task: PlainTask, i: int, *, after_chosen: bool) -> Iterator[tuple
         yield "after", message, "speed: fastest, or seconds"
 
 
-def _misused(task: PlainTask, unknowns: Unknowns) -> Iterator[tuple[Location, str, str]]:
+def _misused(
+    task: PlainTask, unknowns: Unknowns, task_index: Sequence[int]
+) -> Iterator[tuple[Location, str, str]]:
     """Keys about choices although no value is chosen, and choices that exclude each other."""
     timed, objective = bool(unknowns.duration.any()), task.objective is not None
     weighs_time = unknowns.objective.get("time", 0.0) > 0.0
@@ -270,3 +265,7 @@ def _misused(task: PlainTask, unknowns: Unknowns) -> Iterator[tuple[Location, st
         yield ("planner",), f"{task.planner!r} needs given times, and some are free", accepted
     if unknowns.objective.get("effort", 0.0) > 0.0 and task.robot is None:
         yield ("objective",), "effort needs a robot, and the file names none", ""
+    if unknowns.time_dependent and task.duration is not None:
+        number = task_index[unknowns.time_dependent[0]] + 1
+        message = f"is given together with the time at waypoint {number}, after chosen ones"
+        yield ("duration",), message, "one of them"

@@ -40,9 +40,7 @@ CLEARANCE_INTERVALS = 24
 """Approximate number of intervals of the first division, which is also at every break."""
 
 LENGTH_DIGITS = 12
-"""Number of decimal digits of lengths [m] that are compared when times are chosen, so that every
-machine makes the same choice.
-"""
+"""Decimal digits of lengths [m] that decide between times, equal on every machine."""
 
 CLEARANCE_PRECISION = 1e-3
 """Precision of the minimum clearance of a pair [m], if its share of the clearance is not larger."""
@@ -50,12 +48,6 @@ OBJECT_SHARE = 0.2
 """Precision for pairs with an object, relative to the clearance."""
 LINK_SHARE = 0.5
 """Precision for links of the robot, which are always close to each other, likewise relative."""
-
-LAST_MOMENT = 1e-6
-"""Time before the end [s] from which an object that appears at the last waypoint is checked.
-
-An object that is released there counts as held until then.
-"""
 
 INTERVAL_BLOCK = 2000
 """Number of intervals per block."""
@@ -178,13 +170,7 @@ class _ClearanceSearch:
         self.curve = curve = model.all_positions(curve)
         self.table = SolidPairs(model)
         self.pair, self.margin = self.table.pair, self.table.margin
-        self.windows = self.table.windows.clip(curve.x[0], curve.x[-1])
-        start, end = self.table.windows.T
-        held = {body.name for body in model.bodies if body.kind == "held"}
-        released = {i for i, b in enumerate(model.bodies) if b.name in held and b.kind != "held"}
-        appears = [not released & {pair.first, pair.second} for pair in model.pairs]
-        comes_last = appears & (np.abs(start - curve.x[-1]) <= LAST_MOMENT) & (end > start)
-        self.windows[comes_last] = curve.x[-1] - LAST_MOMENT, curve.x[-1]
+        self.windows = self.table.windows_within(*curve.x[[0, -1]].tolist())
         self.min_part = CLEARANCE_PRECISION if precision is None else precision
         involves_scene = np.array([model.pairs[k].involves_scene for k in self.pair])
         part = np.where(involves_scene, OBJECT_SHARE, LINK_SHARE)
@@ -312,17 +298,11 @@ class _ClearanceSearch:
                 goal[c] = max(d - part, self.margin[c]) if d > self.margin[c] else d - part
 
     def _find_enclosed(self) -> None:
-        """Find solids inside meshes.
-
-        If the surfaces never touch, one test decides for the whole motion.
-        """
-        for c in np.flatnonzero(self.distance > 0.0).tolist():
-            table = self.table
-            if not table.exact[c]:
-                continue
+        """Find solids inside meshes. If surfaces never touch, one test decides for all times."""
+        for c in np.flatnonzero((self.distance > 0.0) & self.table.exact).tolist():
             start = float(self.windows[self.pair[c]][0])
-            turn, shift = (x[0] for x in table.axes(*self._place([start])))
-            if is_one_inside_other(*table.placed_pair(c, turn, shift)):
+            turn, shift = (x[0] for x in self.table.axes(*self._place([start])))
+            if is_one_inside_other(*self.table.placed_pair(c, turn, shift)):
                 self.distance[c], self.time[c] = -self.distance[c], start
                 self.bound[c] = -np.inf
 

@@ -22,10 +22,13 @@ from knotwork.robot.kinematics.chain.levenberg_marquardt import (
     HASTY_EFFORT,
     MAX_FACTOR,
     MAX_STEP,
-    USUAL_EFFORT,
+    Effort,
 )
 from knotwork.waypoints import FloatArray
 
+# Enumerations need every solution, so a search may halve its error in more steps than a single one:
+# with twelve, one of three solutions of an arm without a closed form was missed.
+BATCH_EFFORT = Effort(patience=16)
 # Most successful searches are within `STRAGGLER_ERROR` after `STRAGGLER_ITERATIONS` iterations. The
 # others take as long as two new starts, so they are stopped.
 STRAGGLER_ITERATIONS = 20
@@ -106,7 +109,7 @@ def solve_batch(
         max_iterations: Maximum number of steps.
         hasty: Whether searches stop early, because others may find a solution.
     """
-    effort = HASTY_EFFORT if hasty else USUAL_EFFORT
+    effort = HASTY_EFFORT if hasty else BATCH_EFFORT
     n, limits = len(start), infinite_limits(robot) if limits is None else limits
     q = clip_to_limits(start, limits)
     position, orientation = np.full((2, n), np.inf)

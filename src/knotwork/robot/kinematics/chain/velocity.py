@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -118,23 +119,48 @@ def solve_velocity_ik(
     if not wanted.any() and self_motion is None:
         return np.zeros(robot.dof)
     (v,) = solve_velocities(robot, J[None], wanted, self_motion)
-    residual, (U, s, _) = wanted - J @ v, np.linalg.svd(J, full_matrices=False)
-    linear, angular = float(np.linalg.norm(residual[:3])), float(np.linalg.norm(residual[3:]))
     scale = max(1.0, float(np.linalg.norm(wanted)))
-    is_attained = linear <= linear_tolerance * scale and angular <= angular_tolerance * scale
-    is_singular = s[-1] < IMPLAUSIBLE_SINGULAR_VALUE
-    fast = _implausibly_fast_joints(robot, v) if is_attained and is_singular else []
+    tolerances = linear_tolerance * scale, angular_tolerance * scale
+    described = {"waypoint": waypoint, "where": where, "units": units}
+    _require_attained(robot, J, v, wanted - J @ v, tolerances, described)
+    return np.asarray(v)
+
+
+def _require_attained(
+    robot: Robot,
+    J: FloatArray,
+    v: FloatArray,
+    residual: FloatArray,
+    tolerances: tuple[float, float],
+    described: Mapping[str, Any],
+) -> None:
+    """Refuse a twist that is not attained, or only with implausibly fast joints.
+
+    Args:
+        robot: The robot.
+        J: Jacobian, shape (6, d).
+        v: Joint velocities [rad/s or m/s], shape (d,).
+        residual: Part of the twist that they do not attain, shape (6,).
+        tolerances: Tolerances of its linear and angular norms [m/s, rad/s].
+        described: Waypoint, location and units for the error.
+
+    Raises:
+        SingularityError: The twist is not attained.
+    """
+    linear, angular = np.linalg.norm(residual.reshape(2, 3), axis=1).tolist()
+    is_attained = linear <= tolerances[0] and angular <= tolerances[1]
+    U, s, _ = np.linalg.svd(J, full_matrices=False)
+    is_singular = is_attained and s[-1] < IMPLAUSIBLE_SINGULAR_VALUE
+    fast = _implausibly_fast_joints(robot, v) if is_singular else []
     if is_attained and not fast:
-        return np.asarray(v)
+        return
     raise SingularityError(
-        waypoint,
-        (U[:, -1] if fast else residual).tolist(),
-        fast,
+        direction=(U[:, -1] if fast else residual).tolist(),
+        fast_joints=fast,
         smallest_singular_value=float(s[-1]),
         residual=(linear, angular),
         joint_velocity=dict(zip(robot.joint_names, v.tolist(), strict=True)),
-        where=where,
-        units=units,
+        **described,
     )
 
 

@@ -15,6 +15,7 @@ from knotwork.robot.kinematics.chain.joint_ranges import position_limits, spread
 from knotwork.robot.kinematics.chain.levenberg_marquardt import (
     HASTY_EFFORT,
     TOLERANCE_MARGIN,
+    LocalSolution,
     PoseSearch,
 )
 from knotwork.robot.kinematics.pose_arguments import check_count, check_pose, check_tolerance
@@ -76,15 +77,20 @@ def solve_pose_ik_batch(
     ended = solve_batch(
         robot, Targets.from_poses(wanted), first, tolerance=tolerance, limits=limits, hasty=True
     )
-    for i in np.flatnonzero(~ended.converged):
+    for i in np.flatnonzero(~ended.converged).tolist():
         search = PoseSearch(robot, wanted[i], tolerance, tolerance)
-        for begin in spread_starts(robot, limits, max_restarts):
-            end = search.solve(begin, limits, HASTY_EFFORT)
-            remaining = end.position_error + end.orientation_error
-            if end.converged or remaining < ended.position_error[i] + ended.orientation_error[i]:
-                ended.q[i], ended.converged[i] = end.q, end.converged
-                ended.position_error[i] = end.position_error
-                ended.orientation_error[i] = end.orientation_error
-            if end.converged:
-                break
+        starts = spread_starts(robot, limits, max_restarts)
+        _search_again(ended, i, (search.solve(begin, limits, HASTY_EFFORT) for begin in starts))
     return ended
+
+
+def _search_again(ended: BatchSolution, i: int, ends: Iterable[LocalSolution]) -> None:
+    """Replace row i of a batch by the first converged end, or else by the nearest one."""
+    for end in ends:
+        remaining = end.position_error + end.orientation_error
+        if end.converged or remaining < ended.position_error[i] + ended.orientation_error[i]:
+            ended.q[i], ended.converged[i] = end.q, end.converged
+            ended.position_error[i] = end.position_error
+            ended.orientation_error[i] = end.orientation_error
+        if end.converged:
+            break
