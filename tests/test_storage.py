@@ -206,10 +206,7 @@ def test_a_malformed_file_names_file_and_field(
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        (
-            f'{{"format": "{FORMAT}",\n "breaks": [0, 1,]}}',
-            "line 2: is not valid JSON",
-        ),
+        (f'{{"format": "{FORMAT}",\n "breaks": [0, 1,]}}', "line 2: is not valid JSON"),
         ("", "not valid JSON"),
         ('{"breaks": [NaN]}', "breaks[0]: nan: must be a finite number"),
         ('{"breaks": [' + "9" * 5000 + "]}", "digits"),

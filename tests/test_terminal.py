@@ -143,9 +143,9 @@ def test_progress_names_the_check_and_the_duration_found() -> None:
     assert states[-1].duration == pytest.approx(plan.trajectory.duration)
     shares = [one.done for one in states]
     assert shares == sorted(shares)
-    states = [plan_state(one) for one in states]
-    assert any(re.match(r"50 % done, a motion of [\d.]+ s, way 2 of 2", line) for _, line in states)
-    assert not [line for _, line in states if line.startswith("0 %")]  # its share is not known
+    lines = [plan_state(one) for one in states]
+    assert any(re.match(r"50 % done, a motion of [\d.]+ s, way 2 of 2", line) for _, line in lines)
+    assert not [line for _, line in lines if line.startswith("0 %")]  # its share is not known
     states.clear()
     kw.plan(FASTEST, progress=states.append)
     assert any(re.search(r"step \d+", plan_state(one)[1]) for one in states)

@@ -160,11 +160,7 @@ def test_end_accelerations_take_the_place_of_presets(name):
     [
         ("quintic", {"accelerations": np.zeros((5, 3))}, r"5 rows \(shape \(5, 3\)\).*6, 3"),
         ("quintic", {"accelerations": 1.0}, r"accelerations has no rows \(shape \(\)\)"),
-        (
-            "3-5-3",
-            {"accelerations": np.zeros((6, 3))},
-            "for each waypoint; accepted: zero",
-        ),
+        ("3-5-3", {"accelerations": np.zeros((6, 3))}, "for each waypoint; accepted: zero"),
         ("4-3-4", {"end_acceleration": "none"}, "'none'; it must be None, 'zero'"),
         ("modified-hermite", {"end_acceleration": "none"}, "'none'; it must be None, 'zero'"),
         ("modified-hermite", {"end_acceleration": ([1, 2], 0)}, r"end_acceleration has the start"),

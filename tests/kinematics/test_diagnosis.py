@@ -275,12 +275,7 @@ REFUSED: list[tuple[Callable[..., Any], str, list[Any], str]] = [
     (velocity, "angular_tolerance", [float("nan")], "must be positive and finite, not nan"),
     (batch, "max_restarts", NO_COUNTS, "max_restarts must be an integer, 0 or more"),
     (every, "spread", [0, -3, 1.5], "spread must be an integer, 1 or more"),
-    (
-        pull,
-        "rate",
-        [float("nan"), float("inf"), None],
-        "rate is (nan|inf); every value must",
-    ),
+    (pull, "rate", [float("nan"), float("inf"), None], "rate is (nan|inf); every value must"),
     (pull, "rate", ["a"], "rate must be numbers, not 'a'"),
 ]
 

@@ -10,16 +10,8 @@ import pytest
 
 import knotwork as kw
 from knotwork import Robot, load_robot, robot_names
-from knotwork.errors import (
-    BranchError,
-    SingularityError,
-    WaypointDataError,
-)
-from knotwork.robot.kinematics import (
-    pull_to_middle,
-    smallest_singular_value,
-    solve_velocity_ik,
-)
+from knotwork.errors import BranchError, SingularityError, WaypointDataError
+from knotwork.robot.kinematics import pull_to_middle, smallest_singular_value, solve_velocity_ik
 from knotwork.robot.kinematics.sequence import travel_weights
 
 ROBOTS = {name: load_robot(name) for name in robot_names()}

@@ -11,6 +11,7 @@ import pytest
 from test_mesh_files import (
     CORNERS,
     FACES,
+    HOSTILE,
     VOLUME,
     ascii_stl,
     binary_stl,
@@ -117,22 +118,14 @@ def test_reads_whole_file(case: str, tmp_path: Path) -> None:
 LATE = ascii_stl().index("facet normal", len(ascii_stl()) // 2)
 SKIN = '<instance_controller url="#skin"/>'
 IN_PART = {
-    "text cut between facets": (
-        "a.stl",
-        ascii_stl()[:LATE],
-        "'endsolid' do not alternate",
-    ),
+    "text cut between facets": ("a.stl", ascii_stl()[:LATE], "'endsolid' do not alternate"),
     "a facet of two corners": (
         "a.stl",
         ascii_stl().replace("vertex 2.0 0.0 0.0\n", "", 1),
         "'facet normal .* after 0 facets is no facet",
     ),
     "a long number": ("a.stl", ascii_stl().replace("2.0", "2.0" + 30 * "0"), "more than 32 char"),
-    "more after the last solid": (
-        "a.stl",
-        ascii_stl() + "more",
-        "'more' after 4 facets",
-    ),
+    "more after the last solid": ("a.stl", ascii_stl() + "more", "'more' after 4 facets"),
     "a binary file and a byte": (
         "a.stl",
         binary_stl() + b"\n",
@@ -191,10 +184,14 @@ IN_PART = {
 }
 
 
-@pytest.mark.parametrize("case", IN_PART)
-def test_refuses_partly_read_file(case: str, tmp_path: Path) -> None:
-    name, content, says = IN_PART[case]
+REFUSED = {**HOSTILE, **IN_PART}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_refuses_hostile_or_partly_read_file_in_one_line(case: str, tmp_path: Path) -> None:
+    name, content, says = REFUSED[case]
     with pytest.raises(InputError, match=says) as error:
         read(tmp_path, name, content)
     assert name in str(error.value)
     assert "\n" not in str(error.value)
+    assert len(str(error.value)) < 600

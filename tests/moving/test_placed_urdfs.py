@@ -235,10 +235,7 @@ WRONG = {
         {"turner": {**TURNER, "in": "tool"}},
         "external_axes: the parent of joint 'turner to .*' is 'tool', which is not a link",
     ),
-    "ring": (
-        {"turner": {**TURNER, "in": "plate"}},
-        "external_axes: its links form a ring",
-    ),
+    "ring": ({"turner": {**TURNER, "in": "plate"}}, "external_axes: its links form a ring"),
     "clash": (
         {"turner": TURNER, TILT: {"turns": [0, 0, 1]}},
         f"turner: another joint has the name 'elbow_joint' of .*, and one has the name '{TILT}'; "

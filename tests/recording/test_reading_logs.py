@@ -58,10 +58,7 @@ KINDS = {
         "Time [ms];pan [deg];lift_joint [deg];pan [deg/s]",
         "{ms:.1f};{pan_degrees};{lift_degrees};1.5",
     ),
-    "counted from one": (
-        "t,q1,q2,qd1,qd2",
-        "{t:.3f},{pan},{lift},{pan_speed},{lift_speed}",
-    ),
+    "counted from one": ("t,q1,q2,qd1,qd2", "{t:.3f},{pan},{lift},{pan_speed},{lift_speed}"),
     "topic with the name of a joint": (
         "time,/pan/joint_states/pan/position,/pan/joint_states/lift_joint/position",
         "{t:.3f},{pan},{lift}",

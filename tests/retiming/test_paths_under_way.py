@@ -68,10 +68,7 @@ def test_stop_on_path_is_checked_until_it_rests(deburring: kw.Plan) -> None:
     ("offset", "missed"),
     [
         (1e-7, set[str]()),
-        (
-            5e-4,
-            {"path_deviation", "path_progress", "position", "orientation", "linear_velocity"},
-        ),
+        (5e-4, {"path_deviation", "path_progress", "position", "orientation", "linear_velocity"}),
     ],
 )
 def test_missed_path_fails(

@@ -76,7 +76,7 @@ def truth(first: Placed, second: Placed) -> float:
     return min(float(coal.distance(*a, *b, request, coal.DistanceResult())) for a, b in pairs)
 
 
-def compare(solid: Solid, others: Sequence[Solid], rounds: int) -> tuple[int, int]:
+def compare(examined: Solid, others: Sequence[Solid], rounds: int) -> tuple[int, int]:
     """Compare distances at random places with the truth.
 
     Returns how many of them are neither 0 nor of hulls alone, and how many measurements end at
@@ -87,7 +87,7 @@ def compare(solid: Solid, others: Sequence[Solid], rounds: int) -> tuple[int, in
     for i, other in itertools.product(range(rounds), others):
         first, second = (
             Placed(one, pin.exp3(rng.uniform(-3, 3, 3)), rng.uniform(-0.3, 0.3, 3))
-            for one in (solid, other)
+            for one in (examined, other)
         )
         if i % 2:
             first, second = second, first

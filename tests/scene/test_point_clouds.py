@@ -101,7 +101,6 @@ ROWS = {
         ("{file: no.csv, resolution: 10}", "line 3: scene.objects.part.points.file: there is no"),
         ("{file: good.csv}", "scene.objects.part.points.resolution: is missing"),
         ("{file: good.csv, resolution: 0}", "resolution: 0: must be greater than 0"),
-        ("{file: good.csv, resolution: -1}", "resolution: -1: must be greater than 0"),
         ("{file: good.csv, resolution: 10, scale: .nan}", "part.points.scale"),
         ("{file: empty.csv, resolution: 10}", "has no rows"),
         ("{file: bare.csv, resolution: 10}", "it has no points"),

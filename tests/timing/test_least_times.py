@@ -157,7 +157,6 @@ def swing(**limits: Any) -> TimingProblem:
     ("wrong", "says"),
     [
         ({"margin": 0}, "margin is 0; it must be a positive"),
-        ({"margin": -1.0}, "margin is -1.0"),
         ({"margin": float("nan")}, "margin is nan"),
         ({"margin": "a"}, "margin is 'a'"),
         ({"tool_speed": "a"}, "tool speed limit must be numbers, not 'a'"),

@@ -239,7 +239,6 @@ def test_nearest_stays_in_turn_of_guess():
 REFUSED = [
     (lambda: tp.Line([0, 0, 0], [0, 0, 0]), "has no length"),
     (lambda: tp.Arc.through([0, 0, 0], [1, 1, 0], [2, 2, 0]), "on a line"),
-    (lambda: tp.Arc.through([0, 0, 0], [3, 3, 0], [2, 2, 0]), "on a line"),
     (lambda: tp.Arc.through([0, 0, 0], [1, 1, 0], [0, 0, 0]), "give its centre"),
     (lambda: tp.Arc.through([0, 0, 0], [0, 0, 0], [1, 0, 0]), "are on a line"),
     (lambda: tp.Arc.about([1, 0, 0], [0, 0, 0], [0, 1.1, 0]), "is 1 m from .* 1.1 m from the end"),
@@ -258,10 +257,7 @@ REFUSED = [
     (lambda: tp.Arc.of_radius([0, 0, 0], [0, 0, 0], 0.4, [0, 0, 1]), "its radius does not define"),
     (lambda: tp.Arc([1, 0, 0], [0, 0, 0], [0, 0, 1], -1.0), "reverse the normal"),
     (lambda: tp.Arc([1, 0, 0], [1, 0, 0], [0, 0, 1], 1.0), "is its centre"),
-    (lambda: tp.Arc.of_radius([0, 0, 0], [1, 0, 0], "x", [0, 0, 1]), "is 'x'; it must be a"),
     (lambda: tp.Arc.about([0, 0, 0], [1, 0, 0], [2, 0, 0], turns="a"), "is 'a'; it must be a"),
-    (lambda: tp.Arc([1, 0, 0], [0, 0, 0], [0, 0, 1], "x"), "is 'x'; it must be a"),
-    (lambda: tp.Blend([0, 0, 0], [1, 0, 0], [1, 1, 0], distance="x"), "is 'x'; it must be a"),
 ]
 
 

@@ -124,11 +124,6 @@ def test_million_distances_stay_above_proved_clearances(tmp_path: Path) -> None:
                 continue  # a box stands where the arm starts
 
 
-def scene_of(plan: kw.Plan) -> dict[str, Any]:
-    """What the 3D scene shows of a plan."""
-    return dict(scene(plan.view()))
-
-
 def swing(objects: dict[str, Any], margin: float = 0.0) -> kw.Plan:
     """A planar arm swings a thin blade at its tip by 150 degrees; all else may touch."""
     allow = {"allow": ["base", "upper_arm", "forearm"]}
@@ -188,10 +183,10 @@ def test_clearance_within_distance_error_of_margin_is_undecided_and_fails() -> N
     assert not plan.report.ok
     assert "not decided whether tool comes too near to rod" in " ".join(str(plan.report).split())
     assert "not decided" in plan.report.to_dict()["failures"][0]
-    scene = scene_of(plan)
-    (miss,) = [label["text"] for label in scene["labels"] if label["kind"] == "miss"]
+    shown = scene(plan.view())
+    (miss,) = [label["text"] for label in shown["labels"] if label["kind"] == "miss"]
     assert "undecided: tool comes within" in miss
-    assert len(scene["strip"]["broken"]) == 1
+    assert len(shown["strip"]["broken"]) == 1
     assert "not decided" in one.message
     assert one.interval is not None
     farther = swing({"rod": rod(1.3, radius + 2e-5)}, margin=5e-4)
@@ -379,7 +374,7 @@ def test_reports_every_contact_of_pair() -> None:
     assert contact.interval in contact.intervals
     start, end = contact.interval or (0.0, 0.0)
     assert f"too near from {start:.3f} s to {end:.3f} s and 1 more time;" in contact.message
-    drawn = scene_of(plan)
+    drawn = scene(plan.view())
     np.testing.assert_allclose(drawn["strip"]["broken"], contact.intervals, atol=0.02)
     red = vertices(thing(drawn, "limits broken"))
     assert len(red)
