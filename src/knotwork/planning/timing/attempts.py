@@ -1,20 +1,23 @@
 """Solution of one section: a first guess, then solutions until one keeps every limit exactly."""
 
 from __future__ import annotations
+
 from dataclasses import dataclass
+
 import numpy as np
+
 from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.polynomial.two_point import two_point_coefficients
 from knotwork.planning.timing.motion_curves import concatenate
+from knotwork.planning.timing.motion_states import States, states_of
 from knotwork.planning.timing.nonlinear_program import Solution
 from knotwork.planning.timing.section import SectionProgram
+from knotwork.planning.timing.spline import pieces_each
 from knotwork.planning.timing.stop_to_stop import SLOWDOWN_FACTORS, resting_intervals
 from knotwork.planning.timing.tightening import first_tightening, keeps_limits, tighten
 from knotwork.planning.timing.timed_motion import Budget, Status
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.waypoints import FloatArray
-from knotwork.curves.polynomial.two_point import two_point_coefficients
-from knotwork.planning.timing.motion_states import States, states_of
-from knotwork.planning.timing.spline import pieces_each
 
 MAX_TIGHTENINGS = 12
 """Maximum number of solutions from a start, each with more tightening."""
