@@ -380,6 +380,7 @@ def test_yaml_that_is_refused(tmp_path: Path, where: tuple, value: object, words
         (("positions", 1), [1.0, 2.0], "positions[1]: has 2 values (3, as joint names)"),
         (("positions", 1, 2), None, "positions[1][2]: has no value: must be a number"),
         (("position",), [[0.0]], "position: unknown key (did you mean"),
+        (("joint_names", 0), "slide", "joint_names[2]: joint 'slide' is given twice"),
     ],
 )
 def test_json_that_is_refused(tmp_path: Path, where: tuple, value: object, words: str) -> None:

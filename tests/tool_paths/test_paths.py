@@ -257,7 +257,10 @@ REFUSED = [
     (lambda: tp.Arc.of_radius([0, 0, 0], [0, 0, 0], 0.4, [0, 0, 1]), "its radius does not define"),
     (lambda: tp.Arc([1, 0, 0], [0, 0, 0], [0, 0, 1], -1.0), "reverse the normal"),
     (lambda: tp.Arc([1, 0, 0], [1, 0, 0], [0, 0, 1], 1.0), "is its centre"),
+    (lambda: tp.Arc.of_radius([0, 0, 0], [1, 0, 0], "x", [0, 0, 1]), "is 'x'; it must be a"),
     (lambda: tp.Arc.about([0, 0, 0], [1, 0, 0], [2, 0, 0], turns="a"), "is 'a'; it must be a"),
+    (lambda: tp.Arc([1, 0, 0], [0, 0, 0], [0, 0, 1], "x"), "is 'x'; it must be a"),
+    (lambda: tp.Blend([0, 0, 0], [1, 0, 0], [1, 1, 0], distance="x"), "is 'x'; it must be a"),
 ]
 
 
