@@ -97,7 +97,7 @@ nitpick_ignore_regex = [
         r"py:.*",
         r"(knotwork\.[\w.]+\.)?(Document|Locations|Description|VirtualJoint|Drawable|CheckedMotion|"
         r"MovingFrame|ToolMotion|ExtendedCurve|TorchRanges|PathStart|PlainTask|Carrying|"
-        r"EndAcceleration|Status|JointTree|WeavePattern|Window|StudyFolder|Outcome)",
+        r"EndAcceleration|Status|ConstraintKind|JointTree|WeavePattern|Window|StudyFolder|Outcome)",
     ),
     # Arrays of NumPy under shorter names.
     (r"py:.*", r"(knotwork\.[\w.]+\.)?(FloatArray|BoolArray)"),

@@ -92,7 +92,8 @@ class LimitingConstraint(NamedTuple):
     """The constraint that prevents an arm from following a path.
 
     Attributes:
-        kind: A singularity means that the tool can't stay on the path with any joint motion.
+        kind: `"joint limit"`, `"velocity limit"`, `"collision"` or `"singularity"`; the last means
+            that the tool can't stay on the path with any joint motion.
         time: Time at which it begins [s].
         joint: Name of the joint that exceeds its limit; empty without one.
         unit: Unit of its position, `"rad"` or `"m"`.
