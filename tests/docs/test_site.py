@@ -44,7 +44,7 @@ def text_of(page: str) -> str:
 @pytest.mark.exhaustive
 def test_it_builds_without_a_warning(site: Site) -> None:
     assert site.code == 0, site.output
-    printed = [line for line in site.printed.splitlines() if "[IPKernelApp]" not in line]
+    printed = [line for line in site.output.splitlines() if "[IPKernelApp]" not in line]
     assert printed == []
 
 
