@@ -13,9 +13,6 @@ from knotwork.scene.distances import DISTANCE_ERROR, DistanceMeter
 from knotwork.scene.solids import Placed, support_values
 from knotwork.waypoints import FloatArray, IndexArray
 
-LAST_MOMENT = 1e-6
-"""Time before the end [s] from which an object that appears at the last waypoint is checked."""
-
 
 class SolidPairs:
     """The pairs of solids of all checked pairs of bodies, as arrays.
@@ -50,8 +47,7 @@ class SolidPairs:
         self.exact = exact[self.first] | exact[self.second]
         convex = np.array([solid.outer_hull is None for solid in self.solids])
         self.convex = convex[self.first] & convex[self.second]
-        bodies = [(model.bodies[p.first], model.bodies[p.second]) for p in model.pairs]
-        self.windows = np.array([(max(a.start, b.start), min(a.end, b.end)) for a, b in bodies])
+        self.windows = model.windows
         corners = np.array([solid.corners for solid in self.solids])
         corners[~np.isfinite(corners)] = 0.0  # half spaces are fixed
         self._corners = corners.swapaxes(1, 2)
@@ -65,26 +61,6 @@ class SolidPairs:
             if solid.plane is not None
         ]
         self._meter = DistanceMeter()
-
-    def windows_within(self, start: float, end: float) -> FloatArray:
-        """Time intervals in which pairs of bodies are checked during a motion [s], shape (p, 2).
-
-        An interval without length is not checked: an object that is taken at the first waypoint, or
-        released at the last one, counts as held there. Other objects that appear at the end are
-        checked from `LAST_MOMENT` before it.
-
-        Args:
-            start: First time of the motion [s].
-            end: Last time of the motion [s].
-        """
-        windows = self.windows.clip(start, end)
-        bodies, (appears, disappears) = self.model.bodies, self.windows.T
-        held = {body.name for body in bodies if body.kind == "held"}
-        released = {i for i, body in enumerate(bodies) if body.name in held and body.kind != "held"}
-        stays = [not released & {pair.first, pair.second} for pair in self.model.pairs]
-        comes_last = stays & (np.abs(appears - end) <= LAST_MOMENT) & (disappears > appears)
-        windows[comes_last] = end - LAST_MOMENT, end
-        return windows
 
     def axes(self, rotation: FloatArray, origin: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Rotations and origins of the solids' own axes, shapes (k, s, 3, 3) and (k, s, 3).

@@ -52,9 +52,9 @@ def clearance_curve(shown: ShownMotion) -> ClearanceCurve | None:
     start, end = shown.trajectory.start_time, shown.trajectory.end_time
     time = np.unique([*np.linspace(start, end, CLEARANCE_SAMPLES - len(worst)), *worst])
     q = motion.curve(time)
-    if not model.pairs or not (np.ptp(q, axis=0).any() or model.known):
+    if not (np.ptp(q, axis=0).any() or model.known):
         return None
-    windows = SolidPairs(model).windows_within(start, end)
+    windows = model.windows_within(start, end)
     pairs_with_scene = tuple(
         pair
         for pair, (appears, disappears) in zip(model.pairs, windows, strict=True)

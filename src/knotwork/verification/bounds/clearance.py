@@ -170,7 +170,7 @@ class _ClearanceSearch:
         self.curve = curve = model.all_positions(curve)
         self.table = SolidPairs(model)
         self.pair, self.margin = self.table.pair, self.table.margin
-        self.windows = self.table.windows_within(*curve.x[[0, -1]].tolist())
+        self.windows = model.windows_within(*curve.x[[0, -1]].tolist())
         self.min_part = CLEARANCE_PRECISION if precision is None else precision
         involves_scene = np.array([model.pairs[k].involves_scene for k in self.pair])
         part = np.where(involves_scene, OBJECT_SHARE, LINK_SHARE)
