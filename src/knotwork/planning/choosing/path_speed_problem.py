@@ -7,7 +7,6 @@ until changes of speed keep the limits as well. A planned motion corrects the ex
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 
 import numpy as np
 
@@ -43,6 +42,8 @@ SIGNIFICANT_UTILISATION = 0.3
 MIN_SLOWDOWN, MAX_SLOWDOWN = 0.995, 0.8
 """Factors on a speed that is lowered in one step."""
 
+MAX_CORRECTIONS = 3
+"""Number of corrections of the expected utilisation after which caps are lowered."""
 
 RAMPS = Limit("", "path acceleration")
 """The acceleration along the path, with which speeds change."""
@@ -75,30 +76,30 @@ class NoSpeedsError(Exception):
 
 
 class PathSpeedProblem:
-    """The maximum speeds along one path, corrected by planned motions until these keep the limits.
+    """The maximum speeds along one path under caps and limits.
+
+    Planned motions correct the expected utilisation of the limits, and lower the caps.
 
     Args:
         task: The task.
-        path: One of its paths.
-        caps: Upper bounds of the free speeds [m/s] and their origins, by index of the
-            stretch.
+        number: Index of the path among those of the task.
 
     Attributes:
+        path: The path at its nominal speed.
+        caps: Upper bounds of the free speeds [m/s] and their origins, by index of the stretch.
         speeds: The chosen speeds.
         limiting: The limit or other bound of each of them.
     """
 
-    def __init__(
-        self,
-        task: TimingTask,
-        path: ScenarioPath,
-        caps: Mapping[int, tuple[float, Limit]],
-    ) -> None:
-        self.path, self.requested, self.caps = path, path.requested, dict(caps)
+    def __init__(self, task: TimingTask, number: int) -> None:
+        self.number, self.path = number, task.scenario.paths[number]
+        self.requested = self.path.requested
+        self.caps = {k: (bound, AT_MOST) for k, bound in self.requested.at_most.items()}
         self.unit = task.scenario.shown_length[0]
-        self.utilisation = LimitUtilisation(task, path)
-        self.along = PathUtilisation(task, path, self.utilisation)
-        self._ratio = np.ones((len(path.stretches), 3, len(self.utilisation.limits)))
+        self.utilisation = LimitUtilisation(task, self.path)
+        self.along = PathUtilisation(task, self.path, self.utilisation)
+        self._ratio = np.ones((len(self.path.stretches), 3, len(self.utilisation.limits)))
+        self._corrections = 0
         self.speeds: Speeds = {}
         self.limiting: dict[int, Limit] = {}
 
@@ -176,23 +177,22 @@ class PathSpeedProblem:
             self.limiting.update(dict.fromkeys(lowered, RAMPS))
         raise NoSpeedsError(self.path, 0, RAMPS)
 
-    def lower_caps(self, bound: Limit) -> None:
-        """Cap each speed below its present value, because the planned motion exceeds a bound."""
-        for k, speed in self.speeds.items():
-            if speed <= MIN_SPEED:
-                raise NoSpeedsError(self.path, k, bound)
-            self.caps[k] = MAX_SLOWDOWN * speed, bound
+    def lower_caps(self, factor: float, reason: Limit) -> None:
+        """Cap each speed at a fraction of its present value."""
+        self.caps = {k: (factor * speed, reason) for k, speed in self.speeds.items()}
 
-    def correct_from_plan(self, task: TimingTask, path: ScenarioPath) -> NoSpeedsError | None:
+    def correct_from_plan(self, task: TimingTask) -> NoSpeedsError | None:
         """Correct the expected utilisation by that of a planned motion.
+
+        Caps are lowered where corrections are not sufficient.
 
         Args:
             task: The task with the chosen speeds.
-            path: The path in this task.
 
         Returns:
             The error for the limit that the motion exceeds, or `None`.
         """
+        path = task.scenario.paths[self.number]
         utilisation = self.utilisation.of_motion(task, path)
         expected = self.along.with_timing(path.motion.timing)
         ratio = np.clip(utilisation / np.maximum(expected, 1e-9), 0.1, 1e3)
@@ -201,7 +201,11 @@ class PathSpeedProblem:
         k, _, column = np.unravel_index(utilisation.argmax(), utilisation.shape)
         if utilisation[k].max() <= PLANNED_UTILISATION:
             return None
-        return NoSpeedsError(self.path, int(k), self.utilisation.limits[int(column)])
+        limit = self.utilisation.limits[int(column)]
+        self._corrections += 1
+        if self._corrections >= MAX_CORRECTIONS:
+            self.lower_caps(MAX_SLOWDOWN, limit)
+        return NoSpeedsError(self.path, int(k), limit)
 
 
 def round_speed(speed: float) -> float:
