@@ -42,9 +42,6 @@ SIGNIFICANT_UTILISATION = 0.3
 MIN_SLOWDOWN, MAX_SLOWDOWN = 0.995, 0.8
 """Factors on a speed that is lowered in one step."""
 
-MAX_CORRECTIONS = 3
-"""Number of corrections of the expected utilisation after which caps are lowered."""
-
 RAMPS = Limit("", "path acceleration")
 """The acceleration along the path, with which speeds change."""
 
@@ -99,7 +96,6 @@ class PathSpeedProblem:
         self.utilisation = LimitUtilisation(task, self.path)
         self.along = PathUtilisation(task, self.path, self.utilisation)
         self._ratio = np.ones((len(self.path.stretches), 3, len(self.utilisation.limits)))
-        self._corrections = 0
         self.speeds: Speeds = {}
         self.limiting: dict[int, Limit] = {}
 
@@ -137,10 +133,8 @@ class PathSpeedProblem:
         speeds.
         """
         k = int(utilisation.max(axis=1).argmax())
-        factors = np.maximum(utilisation[k], 1e-9) ** (-1.0 / self.utilisation.orders)
-        limit = self.utilisation.limits[int(factors.argmin())]
-        factor = float(np.clip(factors.min(), MAX_SLOWDOWN, MIN_SLOWDOWN))
-        stretches = [k]
+        factor, limit = self._required_slowdown(utilisation[k])
+        factor, stretches = min(factor, MIN_SLOWDOWN), [k]
         if k not in self.speeds:  # the next stretches with a chosen speed
             before, after = [j for j in self.speeds if j < k], [j for j in self.speeds if j > k]
             stretches = before[-1:] + after[:1]
@@ -154,6 +148,15 @@ class PathSpeedProblem:
             neighbours = (*speeds[max(j - 1, 0) : j], *speeds[j + 1 : j + 2])
             self.speeds[j] = max((v for v in neighbours if lower <= v < speeds[j]), default=lower)
             self.limiting[j] = limit
+
+    def _required_slowdown(self, utilisation: FloatArray) -> tuple[float, Limit]:
+        """Factor on a speed that brings limits from their utilisation, shape (m,), to 1.
+
+        A step lowers a speed at most by `MAX_SLOWDOWN`. The limit is the one with that factor.
+        """
+        factors = np.maximum(utilisation, 1e-9) ** (-1.0 / self.utilisation.orders)
+        column = int(factors.argmin())
+        return max(float(factors[column]), MAX_SLOWDOWN), self.utilisation.limits[column]
 
     def _fit(self) -> None:
         """Round the speeds, and lower them until they allow the changes of speed.
@@ -184,7 +187,7 @@ class PathSpeedProblem:
     def correct_from_plan(self, task: TimingTask) -> NoSpeedsError | None:
         """Correct the expected utilisation by that of a planned motion.
 
-        Caps are lowered where corrections are not sufficient.
+        Speeds with which this motion exceeds a limit are capped.
 
         Args:
             task: The task with the chosen speeds.
@@ -193,19 +196,20 @@ class PathSpeedProblem:
             The error for the limit that the motion exceeds, or `None`.
         """
         path = task.scenario.paths[self.number]
-        utilisation = self.utilisation.of_motion(task, path)
+        planned = self.utilisation.of_motion(task, path)
         expected = self.along.with_timing(path.motion.timing)
-        ratio = np.clip(utilisation / np.maximum(expected, 1e-9), 0.1, 1e3)
-        compared = np.maximum(utilisation, self._ratio * expected) > SIGNIFICANT_UTILISATION
+        ratio = np.clip(planned / np.maximum(expected, 1e-9), 0.1, 1e3)
+        compared = np.maximum(planned, self._ratio * expected) > SIGNIFICANT_UTILISATION
         self._ratio = np.where(compared, ratio, self._ratio)
-        k, _, column = np.unravel_index(utilisation.argmax(), utilisation.shape)
-        if utilisation[k].max() <= PLANNED_UTILISATION:
+        largest = planned.max(axis=1)
+        for k in np.flatnonzero(largest.max(axis=1) > PLANNED_UTILISATION).tolist():
+            if k in self.speeds:
+                factor, limit = self._required_slowdown(largest[k] / EXPECTED_UTILISATION)
+                self.caps[k] = factor * self.speeds[k], limit
+        k, column = divmod(int(largest.argmax()), largest.shape[1])
+        if largest[k, column] <= PLANNED_UTILISATION:
             return None
-        limit = self.utilisation.limits[int(column)]
-        self._corrections += 1
-        if self._corrections >= MAX_CORRECTIONS:
-            self.lower_caps(MAX_SLOWDOWN, limit)
-        return NoSpeedsError(self.path, int(k), limit)
+        return NoSpeedsError(self.path, k, self.utilisation.limits[column])
 
 
 def round_speed(speed: float) -> float:
