@@ -82,8 +82,8 @@ def solve_segments(
     try:
         return _motions(task, segments, objective, budget, totals)
     except NoMotionsError as failure:
-        error, found = failure.combined_error(), sufficient_duration(shortest)
-        error.hint = f"the shortest motion that was found lasts {found:.6g} s"
+        error, duration = failure.combined_error(), sufficient_duration(shortest)
+        error.hint = f"the shortest motion that was found lasts {duration:.6g} s"
         raise error from None
 
 
