@@ -78,7 +78,8 @@ def _collect_limits(description: Description, names: Sequence[str]) -> JointLimi
     from_urdf = {"velocity": full.velocityLimit, "effort": full.effortLimit}
     count = len(names) + len(virtual)
     position = np.array([[-np.inf], [np.inf]]).repeat(count, axis=1)
-    position[:, len(names) :] = np.reshape([(one.lower, one.upper) for one in virtual], (-1, 2)).T
+    ranges = np.array([(joint.lower, joint.upper) for joint in virtual])
+    position[:, len(names) :] = ranges.reshape(-1, 2).T
     magnitudes: dict[str, Any] = {kind: np.full(count, np.inf) for kind in MAGNITUDES}
     for i, name in enumerate(names):
         joint = full.joints[full.getJointId(name)]
