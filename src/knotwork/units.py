@@ -44,8 +44,11 @@ class Units:
         >>> Units("mm", "deg").text(3.14159, "rad/s²", ".4g")
         '180 deg/s²'
         """
-        shown, name = self.shown(value, unit)
-        return f"{readable(shown, form)} {name}".rstrip()
+        return f"{self.number(value, unit, form)} {self.shown(value, unit)[1]}".rstrip()
+
+    def number(self, value: float | None, unit: str, form: str = ".4g") -> str:
+        """Text of an SI value in these units, without its unit; empty for `None`."""
+        return "" if value is None else readable(self.shown(value, unit)[0], form)
 
 
 def readable(value: float, form: str = ".4g") -> str:

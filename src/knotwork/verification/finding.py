@@ -173,6 +173,11 @@ class Finding:
         return self.quantity.replace("_", " ")
 
     @property
+    def kind(self) -> tuple[str, str, str]:
+        """Group, subject and quantity. Of findings of a kind, short reports name the worst."""
+        return self.group, self.subject, self.quantity
+
+    @property
     def at(self) -> float | None:
         """Time to show [s], the worst one or the start of the interval; `None` for all time."""
         return self.interval[0] if self.time is None and self.interval else self.time
