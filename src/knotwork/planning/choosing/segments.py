@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from knotwork.errors import InputError
+from knotwork.joint_quantities import JointLimits
 from knotwork.planning.task_to_joint import TaskSolution, knots_of, solve_task
-from knotwork.planning.timing import Objective, TimingLimits, TimingProblem
+from knotwork.planning.timing import Objective, TimingProblem
 from knotwork.task import ClearWay
 from knotwork.task.scenario import Scenario, Unknowns
 from knotwork.task.scenario.joint_space import JointSpace, joint_space
@@ -21,8 +22,6 @@ from knotwork.waypoints import FloatArray, IndexArray, JointWaypoints
 if TYPE_CHECKING:
     from knotwork.planning.timing import Dynamics
     from knotwork.scene.collision_model import CollisionModel
-
-ErrorT = TypeVar("ErrorT", bound=InputError)
 
 MIN_RAMP_TIME = 0.01
 """Minimum time from zero to the maximum acceleration if there is no jerk limit [s]."""
@@ -114,12 +113,11 @@ class TimingTask:
         times = np.arange(len(self.scenario.waypoints), dtype=float)
         return bodies_and_pairs(self.scenario, self.space, self.space.robot, times)
 
-    def locate(self, error: ErrorT, i: int, *key: str) -> ErrorT:
-        """Locate an error at a key of waypoint i of the scenario, and return it."""
+    def where(self, i: int, *key: str) -> str:
+        """Location of a key of waypoint i of the scenario, for messages."""
         k = self.scenario.task_index[i]
         location: tuple[str | int, ...] = ("waypoints", k) if k >= 0 else ("start",)
-        error.locate(self.scenario.where(*location, *key))
-        return error
+        return self.scenario.where(*location, *key)
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,11 +147,11 @@ def find_segments(task: TimingTask) -> list[TimingSegment]:
     for i in closed:
         if unknowns.duration[i]:
             names = (scenario.waypoints[k].name for k in (i, i + 1))
-            error = InputError(
+            raise InputError(
                 f"{' and '.join(map(repr, names))} are the same stop, so the minimum time between "
-                "them is zero; accepted: wait: seconds at the first of them, or after: seconds"
+                "them is zero; accepted: wait: seconds at the first of them, or after: seconds",
+                where=task.where(i + 1),
             )
-            raise task.locate(error, i + 1)
     ends = task.zero_acceleration_points
     for i, why in ends.items():
         if unknowns.speed[i] != "given":
@@ -161,7 +159,7 @@ def find_segments(task: TimingTask) -> list[TimingSegment]:
             if i in unknowns.ways and i + 1 in unknowns.ways:
                 accepted += ", or velocity: free between ways of equal options without times"
             message = f"the velocity is chosen, but {why} here; accepted: {accepted}"
-            raise task.locate(InputError(message), i)
+            raise InputError(message, where=task.where(i))
     closed.update(i for path in scenario.paths for i in range(path.first, path.last))
     last = len(scenario.waypoints) - 1
     segments: list[TimingSegment] = []
@@ -207,21 +205,15 @@ def timing_problem(
     velocity = waypoints.velocity[rows].copy()
     kinds = [unknowns.speed[i] for i in segment.waypoints]
     velocity[[kind == "free" for kind in kinds]] = np.nan
-    limits = TimingLimits(
-        velocity=space.limits["velocity"],
-        acceleration=space.limits["acceleration"],
-        jerk=jerk_limits(space),
-        effort=space.limits["effort"] if space.robot is not None else None,  # type: ignore[arg-type]
-        lower=space.lower_position_limit,
-        upper=space.upper_position_limit,
-        tool_speed=task.scenario.motion_limits.tool_speed or np.inf,
-        margin=task.scenario.task.limits.margin,
-    )
+    limits = replace(space.limits, jerk=jerk_limits(space))
+    if space.robot is None:  # no dynamics are known
+        limits = replace(limits, effort=np.full(len(space.joint_names), np.inf))
+    tool_speed = task.scenario.motion_limits.tool_speed or np.inf
     duration = task.scenario.durations[inner]
     if np.isnan(duration).any() and total is None:
         _check_limits(task.scenario, space, limits)
     effort = bool(np.isfinite(limits.effort).any() or objective.effort)
-    moved_by_force = effort or np.isfinite(limits.tool_speed)
+    moved_by_force = effort or np.isfinite(tool_speed)
     return TimingProblem(
         space.joint_names,
         waypoints.position[rows],
@@ -235,6 +227,7 @@ def timing_problem(
         duration=duration,
         at_least=unknowns.at_least[inner],
         total=total,
+        tool_speed=tool_speed,
         objective=objective,
         dynamics=task.dynamics(segment.waypoints[0]) if moved_by_force else None,
         units=task.scenario.units,
@@ -276,7 +269,7 @@ def _accelerations(task: TimingTask, segment: TimingSegment) -> FloatArray:
     return accelerations
 
 
-def _check_limits(scenario: Scenario, space: JointSpace, limits: TimingLimits) -> None:
+def _check_limits(scenario: Scenario, space: JointSpace, limits: JointLimits) -> None:
     """Refuse a joint with unbounded acceleration."""
     bounded, reason = np.isfinite(limits.acceleration), "no acceleration limit is given"
     if space.robot is not None:
