@@ -19,7 +19,7 @@ from knotwork.verification.brief import (
     without_utilisation,
     worst_failures,
 )
-from knotwork.verification.verdict import CheckedMotion
+from knotwork.verification.report import CheckedMotion
 from knotwork.view.joint_plots import plot_joints
 from knotwork.view.page import Page, asset, iframe, render_template, scene_page
 from knotwork.view.picture_files import inline_svg, night_colours
