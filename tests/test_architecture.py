@@ -202,7 +202,6 @@ IMPORTED_BY_TESTS = {
         "robot.joint_axes",
         "robot.joint_tree",
         "scene",
-        "planning.timing.timing_problem",
         "verification.bounds",
         "view.curves",
         "planning.ways.configurations",
