@@ -24,6 +24,7 @@ from knotwork.verification.limits import (
     limit_finding,
     slowing_remedy,
 )
+from knotwork.verification.motion import Motion
 
 if TYPE_CHECKING:
     from knotwork.verification.bounds import Bound
