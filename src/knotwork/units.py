@@ -67,7 +67,7 @@ def readable(value: float, form: str = ".4g") -> str:
 
 
 def rounded_up(value: float, digits: int = 6) -> float:
-    """Round a number up to n digits.
+    """Round a number up to significant digits; it is taken as exact to 1e-12 of it.
 
     >>> rounded_up(1.3833333), rounded_up(2.0)
     (1.38334, 2.0)
@@ -76,7 +76,7 @@ def rounded_up(value: float, digits: int = 6) -> float:
 
 
 def rounded_down(value: float, digits: int = 6) -> float:
-    """Round a number down to n digits.
+    """Round a number down to significant digits; it is taken as exact to 1e-12 of it.
 
     >>> rounded_down(1.3833333, 3), rounded_down(0.0)
     (1.38, 0.0)
