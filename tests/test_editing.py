@@ -18,9 +18,9 @@ from knotwork.view.editing import session as sessions
 from knotwork.view.editing.draft import Draft
 from knotwork.view.editing.handles import handles, move_handle
 from knotwork.view.editing.session import Session, draft_of, unplanned_scene
-from plans import arm
 from shipped import SCENARIO_FILES
 from sweeps import mostly_exhaustive
+from texts import written
 
 UNITS = {"m": 1.0, "mm": 1e-3, "rad": 1.0, "deg": np.pi / 180}
 
@@ -115,8 +115,7 @@ def test_what_another_program_writes_is_not_overwritten(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"])
 def test_lines_end_as_they_did_and_a_byte_order_mark_stays(mark: bytes, tmp_path: Path) -> None:
-    file = tmp_path / "task.yaml"
-    file.write_bytes(mark + b"rate: 100 # Hz\r\nwaypoints: []\r\n")
+    file = written(tmp_path / "task.yaml", mark + b"rate: 100 # Hz\r\nwaypoints: []\r\n")
     draft = Draft(file)
     draft.apply([{"at": ["rate"], "value": 200}])
     draft.save()
@@ -135,7 +134,7 @@ def test_waypoint_is_added_at_arm(name: str, time: float, what: str, tmp_path: P
     session = session_in(tmp_path, name)
     assert session.replan() is not None
     assert session.plan is not None
-    robot, before = arm(session.plan), session.plan
+    robot, before = session.plan.space.robot, session.plan
     pose = robot.forward(before.trajectory.position(time))
     add = session.server.actions["add"]
     _, *place = add({"what": what, "time": time})["at"]

@@ -14,6 +14,7 @@ from PIL import Image
 import knotwork as kw
 from browser import new_tab
 from command_line import Command
+from texts import written
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -123,8 +124,7 @@ def test_recipe_for_a_urdf_works_as_written(
     assert ":hidden:" not in urdf
     monkeypatch.chdir(tmp_path)
     for name, text in re.findall(r"```{file} (\S+)\n(.*?)```", urdf, re.DOTALL):
-        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / name).write_text(text, encoding="utf-8")
+        written(tmp_path / name, text)
     (commands,) = re.findall(r"```{run}\n(.*?)```", urdf, re.DOTALL)
     for command in commands.splitlines():
         ran = knotwork(*command.split()[1:])

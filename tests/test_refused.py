@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
 
 import knotwork as kw
 from cases import cases
@@ -22,6 +21,7 @@ from command_line import Command
 from knotwork import plan
 from knotwork.errors import CheckFailedError, KnotworkError
 from shipped import ROBOT_FILES
+from texts import written
 
 TABLES = {
     path.stem: cases(path, ROBOT_FILES=ROBOT_FILES)
@@ -54,9 +54,7 @@ def write(folder: Path, name: str, change: dict[str, Any]) -> Path:
     task = copy.deepcopy(table["task"])
     for place, value in change.items():
         put(task, place, value)
-    path = folder / "task.yaml"
-    path.write_text(yaml.safe_dump(task, sort_keys=False, allow_unicode=True), encoding="utf-8")
-    return path
+    return written(folder / "task.yaml", task)
 
 
 @pytest.mark.parametrize("name", TABLES)
@@ -82,8 +80,7 @@ def test_a_wrong_command_writes_nothing_but_why(
     line: str, knotwork: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for name, text in COMMANDS["files"].items():
-        (tmp_path / name).parent.mkdir(exist_ok=True)
-        (tmp_path / name).write_text(text, encoding="utf-8")
+        written(tmp_path / name, text)
     monkeypatch.chdir(tmp_path)
     ran = knotwork(*shlex.split(line))
     assert (ran.code, ran.out) == (2, ""), ran.out + ran.err

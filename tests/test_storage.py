@@ -21,6 +21,7 @@ from knotwork.errors import InputError
 from knotwork.files import storage
 from plans import assert_same_bits
 from sweeps import examples
+from texts import written
 
 FORMAT = "knotwork." + "trajectory"  # of files, which packages do not rename
 FILES = ["report.json", "samples.csv", "trajectory.json"]
@@ -42,9 +43,7 @@ def read(folder: Path) -> dict[str, Any]:
 
 
 def edited(folder: Path, tmp_path: Path, change: dict[str, Any]) -> Path:
-    path = tmp_path / "edited.json"
-    path.write_text(json.dumps({**read(folder), **change}))
-    return path
+    return written(tmp_path / "edited.json", {**read(folder), **change})
 
 
 # What is in the files
@@ -193,8 +192,7 @@ def without(key: str, data: dict[str, Any]) -> dict[str, Any]:
 def test_a_malformed_file_names_file_and_field(
     change: Any, says: str, stored: Path, tmp_path: Path, knotwork: Command
 ) -> None:
-    path = tmp_path / "edited.json"
-    path.write_text(json.dumps(change(read(stored))))
+    path = written(tmp_path / "edited.json", change(read(stored)))
     ran = knotwork("check", path, "--scenario", "ur5_deburring")
     assert ran.code == 2
     assert str(path) in ran.err
@@ -215,8 +213,7 @@ def test_a_malformed_file_names_file_and_field(
     ],
 )
 def test_locates_errors_of_json(text: str, says: str, tmp_path: Path, knotwork: Command) -> None:
-    path = tmp_path / "broken.json"
-    path.write_text(text)
+    path = written(tmp_path / "broken.json", text)
     ran = knotwork("check", path, "--scenario", "ur5_deburring")
     assert ran.code == 2
     assert "broken.json" in ran.err

@@ -11,6 +11,7 @@ from robot_logs import record, write
 
 from command_line import Command
 from knotwork import Plan
+from texts import written
 
 
 @pytest.fixture
@@ -47,8 +48,7 @@ def test_without_option_log_file_is_checked_exactly(knotwork: Command, log: Path
 
 
 def test_proposes_log_for_headings_of_logs(knotwork: Command, tmp_path: Path) -> None:
-    strange = tmp_path / "rtde.csv"
-    strange.write_text("time,actual_q_0\n0,0\n0.008,0\n", encoding="utf-8")
+    strange = written(tmp_path / "rtde.csv", "time,actual_q_0\n0,0\n0.008,0\n")
     ran = knotwork("check", strange, "--scenario", "ur5_deburring")
     assert ran.code == 2
     assert "is neither time nor a joint" in ran.err

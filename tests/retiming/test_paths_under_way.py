@@ -11,7 +11,7 @@ import pytest
 import knotwork as kw
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.retiming import approximate_by_cubics
-from plans import arm, planned
+from plans import planned
 
 GEOMETRY = {"path_deviation", "path_orientation", "path_progress"}
 
@@ -27,7 +27,7 @@ def on_paths(plan: kw.Plan) -> dict[str, set[str]]:
 
 def furthest_from_chords(plan: kw.Plan, start: float, end: float) -> float:
     """Largest distance of the tool from the straight line between its ends [m], by samples."""
-    robot = arm(plan)
+    robot = plan.space.robot
     at = np.array([robot.forward(plan.trajectory(t)).translation for t in np.linspace(start, end)])
     along = (at[-1] - at[0]) / np.linalg.norm(at[-1] - at[0])
     off = at - at[0] - np.outer((at - at[0]) @ along, along)

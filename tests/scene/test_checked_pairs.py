@@ -7,12 +7,12 @@ from typing import Any
 
 import pytest
 import trimesh
-import yaml
 
 import knotwork as kw
 import urdfs
 from command_line import Command
 from knotwork.verification import Finding
+from texts import written
 from urdfs import collision, limits, link, visual
 
 Vector = tuple[float, float, float]
@@ -42,9 +42,8 @@ ELBOW = joint("elbow", "upper", "forearm", (0.4, 0, 0.1))
 
 def robot(folder: Path, parts: list[str], **more: Any) -> str:
     """Write a URDF and a robot file."""
-    (folder / "arm.urdf").write_text(urdfs.robot(*parts))
-    (folder / "arm.yaml").write_text(yaml.safe_dump({"urdf": "arm.urdf", **more}))
-    return str(folder / "arm.yaml")
+    written(folder / "arm.urdf", urdfs.robot(*parts))
+    return str(written(folder / "arm.yaml", {"urdf": "arm.urdf", **more}))
 
 
 def turn(arm: str, start: list[float], end: list[float], **more: Any) -> kw.Report:
@@ -160,8 +159,7 @@ def half(mesh: trimesh.Trimesh) -> str:
 
 def run(knotwork: Command, folder: Path, objects: str) -> str:
     """What `plan` says of a task that can't be planned."""
-    path = folder / "task.yaml"
-    path.write_text(TASK.format(objects=objects))
+    path = written(folder / "task.yaml", TASK.format(objects=objects))
     ran = knotwork("plan", path)
     assert ran.code == 2, ran.out + ran.err
     return " ".join(ran.err.split())

@@ -14,6 +14,7 @@ from tasks import LIFT
 
 import knotwork as kw
 from command_line import Command
+from texts import written
 
 
 def rows_of(vary: dict[str, Any], document: Any = None, **options: Any) -> list[tuple[Any, ...]]:
@@ -115,8 +116,7 @@ def test_what_is_refused(vary: Any, options: dict[str, Any], message: str | None
     ],
 )
 def test_files_of_rows_that_are_refused(tmp_path: Path, text: str, message: str) -> None:
-    file = tmp_path / "rows.csv"
-    file.write_text(text, encoding="utf-8")
+    file = written(tmp_path / "rows.csv", text)
     with pytest.raises(kw.InputError) as raised:
         kw.sweep(LIFT, rows=file, workers=0)
     assert str(file) in str(raised.value)
@@ -136,9 +136,7 @@ waypoints:
 def task(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A task in an empty folder."""
     monkeypatch.chdir(tmp_path)
-    file = tmp_path / "lift.yaml"
-    file.write_text(TASK, encoding="utf-8")
-    return file
+    return written(tmp_path / "lift.yaml", TASK)
 
 
 def test_a_study_is_made_shown_drawn_and_frozen(knotwork: Command, task: Path) -> None:

@@ -18,6 +18,7 @@ from knotwork.errors import InputError
 from knotwork.view import plot_joints, plot_tool, save_figure
 from shipped import SCENARIO_FILES
 from sweeps import first_of, mostly_exhaustive
+from texts import written
 
 START = {".png": b"\x89PNG", ".svg": b"<?xml", ".pdf": b"%PDF"}
 """First bytes of pictures by suffix."""
@@ -88,8 +89,7 @@ def figure(paper_case: Plan) -> Figure:
 def test_pictures_have_named_type_and_replace_others(
     suffix: str, figure: Figure, tmp_path: Path
 ) -> None:
-    path = tmp_path / f"a{suffix}"
-    path.write_text("old")
+    path = written(tmp_path / f"a{suffix}", "old")
     assert save_figure(figure, str(path)) == path
     assert path.read_bytes().startswith(START[suffix])
     mask = os.umask(0)

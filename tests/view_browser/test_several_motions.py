@@ -15,7 +15,7 @@ from serving import READY, needs_signals, serve
 import knotwork as kw
 from drawn import scene
 from knotwork.view import view_trajectory
-from plans import arm, planned
+from plans import planned
 from shipped import SCENARIO_FILES
 
 
@@ -40,7 +40,7 @@ def test_motions_share_one_clock(tabs: Any, knotwork: Any, tmp_path: Path, barri
     assert tab.locator("h1").all_inner_texts() == names
     plans = [planned("planar2_closed_form"), kw.plan(other)]
     first, second = plans
-    robot, at = arm(first), 0.5 * first.trajectory.duration
+    robot, at = first.space.robot, 0.5 * first.trajectory.duration
     tab.evaluate("at => seek(at)", at)
     for inner in tab.frames[1:]:
         inner.wait_for_function("at => Math.abs(knotwork.time() - at) < 0.01", arg=at)
