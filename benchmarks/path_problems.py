@@ -15,6 +15,7 @@ import pinocchio as pin
 import yaml
 
 import knotwork as kw
+from knotwork.task.scenario import Scenario
 
 FOLDER = Path(__file__).parent / "cppflow"
 SPEED = 0.05
@@ -94,7 +95,7 @@ def scenario(name: str, given: Any, path: str, arm: Arm) -> dict[str, Any]:
     }
 
 
-def dome(folder: Path, *, free: bool) -> Any:
+def dome(folder: Path, *, free: bool) -> Scenario:
     """The shipped dome, or one whose points have rotations, so that nothing is free."""
     shipped = kw.load_scenario("ur5_dome")
     if free or shipped.source is None:
@@ -116,7 +117,7 @@ def dome(folder: Path, *, free: bool) -> Any:
     return kw.load_scenario(folder / "dome.yaml")
 
 
-def measured(case: str, task: Any) -> dict[str, Any]:
+def measured(case: str, task: Scenario | dict[str, Any]) -> dict[str, Any]:
     """A plan: what is proved of its path [mm, deg], what its last joint does there, CPU seconds."""
     task = kw.load_scenario(task) if isinstance(task, dict) else task
     begun = time.process_time()

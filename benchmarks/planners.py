@@ -62,7 +62,7 @@ CONTENDERS: dict[str, tuple[str, PlannerOptions]] = {
     "trapezoidal": ("trapezoidal", PlannerOptions()),
 }
 NO_LIMIT = np.array([np.inf])
-FIGURES: dict[str, Callable[[Any, JointWaypoints], float]] = {
+FIGURES: dict[str, Callable[[JointTrajectory, JointWaypoints], float]] = {
     "peak velocity": lambda t, w: metrics.peak(t, 1, NO_LIMIT).value,
     "peak accel.": lambda t, w: metrics.peak(t, 2, NO_LIMIT).value,
     "peak jerk": lambda t, w: metrics.peak(t, 3, NO_LIMIT).value,

@@ -20,7 +20,7 @@ import time
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 import numpy as np
@@ -28,6 +28,10 @@ from rich.console import Console
 
 import results
 from results import Table
+
+if TYPE_CHECKING:  # its import is measured
+    from knotwork import Robot
+    from knotwork.waypoints import FloatArray
 
 ROOT = Path(__file__).parents[1]
 WAYPOINTS = 10
@@ -53,7 +57,7 @@ CASES: dict[str, tuple[str, float | None]] = {
 MOST_STARTS = 2.2
 
 
-def poses(robot: Any, n: int) -> list[dict[str, Any]]:
+def poses(robot: Robot, n: int) -> list[dict[str, Any]]:
     """Waypoints at poses along a smooth way around home, passed at 54 mm/s."""
     import pinocchio as pin
 
@@ -88,7 +92,7 @@ def tasks() -> dict[str, Callable[[], object]]:
 
         return run
 
-    def solved(robot: Any) -> Callable[[], object]:
+    def solved(robot: Robot) -> Callable[[], object]:
         low = np.maximum(robot.lower_position_limit, -3.0)
         high = np.minimum(robot.upper_position_limit, 3.0)
         asked = [robot.forward(rng.uniform(low, high)) for _ in range(20)]
@@ -129,7 +133,7 @@ def cost(task: Callable[[], object], runs: int) -> float:
     return float(least)
 
 
-def waypoints(n: int) -> tuple[Any, Any, Any]:
+def waypoints(n: int) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Times, positions and velocities of random waypoints."""
     rng = np.random.default_rng(n)
     x = np.concatenate(([0.0], np.cumsum(rng.uniform(0.5, 1.5, n - 1))))

@@ -17,7 +17,6 @@ import os
 import time
 import tracemalloc
 from collections.abc import Callable, Mapping
-from typing import Any
 
 import click
 import numpy as np
@@ -30,7 +29,7 @@ from knotwork.waypoints import FloatArray
 
 JOINTS = 6
 OURS = "ModifiedHermiteSpline"
-Task = Callable[[], Any]
+Task = Callable[[], object]
 
 
 def waypoints(n: int, joints: int) -> tuple[FloatArray, FloatArray, FloatArray]:

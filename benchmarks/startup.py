@@ -15,11 +15,16 @@ from collections.abc import Callable
 from contextlib import redirect_stdout
 from importlib import import_module
 from io import StringIO
-from typing import Any
+from typing import TYPE_CHECKING, TypeVar
 
 import click
 from rich.console import Console
 from rich.table import Table
+
+if TYPE_CHECKING:  # its import is measured
+    from knotwork import Report
+
+Result = TypeVar("Result")
 
 # What reads YAML, checks a schema, knows the robot, parses the command line and prints tables.
 NEEDED = """
@@ -56,13 +61,13 @@ def stages(scenario: str) -> list[tuple[str, float]]:
     """Time of each stage of a plan in one fresh process [s], imports included."""
     rows: list[tuple[str, float]] = []
 
-    def timed(name: str, action: Callable[[], Any]) -> Any:
+    def timed(name: str, action: Callable[[], Result]) -> Result:
         start = time.perf_counter()
         result = action()
         rows.append((name, time.perf_counter() - start))
         return result
 
-    def imported(*names: str) -> Callable[[], Any]:
+    def imported(*names: str) -> Callable[[], object]:
         return lambda: [import_module(name) for name in names]
 
     timed("import numpy", imported("numpy"))
@@ -74,7 +79,6 @@ def stages(scenario: str) -> list[tuple[str, float]]:
     )
     from knotwork.cli.short_report import print_short
     from knotwork.curves.interpolation import get_planner
-    from knotwork.planning import Plan
     from knotwork.planning.planner_options import planner_options
     from knotwork.planning.task_to_joint import solve_task
     from knotwork.task.scenario import load_scenario
@@ -87,12 +91,11 @@ def stages(scenario: str) -> list[tuple[str, float]]:
     options = planner_options(task, space)
     trajectory = timed("interpolate", lambda: get_planner(task.task.planner)(waypoints, options))
     report = timed("check", lambda: check(trajectory, task, space=space))
-    plan = Plan(task, space, waypoints, trajectory, report)
-    timed("print", lambda: _printed(print_short, plan.report))
+    timed("print", lambda: _printed(print_short, report))
     return rows
 
 
-def _printed(show: Callable[[Any], None], report: Any) -> None:
+def _printed(show: Callable[[Report], None], report: Report) -> None:
     with redirect_stdout(StringIO()):
         show(report)
 

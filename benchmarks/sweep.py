@@ -22,6 +22,7 @@ from typing import Any
 
 import click
 import psutil
+from loky.backend import popen_loky_posix
 from rich.console import Console
 
 import knotwork as kw
@@ -70,7 +71,7 @@ def usage() -> tuple[float, float, float]:
     for process in (own, *own.children(recursive=True)):
         try:
             times, used = process.cpu_times(), process.memory_info().rss / 1e6
-            plans = "knotwork.planning.sweeps.child" in process.cmdline()
+            plans = popen_loky_posix.__name__ in process.cmdline()
         except psutil.Error:
             continue
         memory += used
@@ -81,7 +82,13 @@ def usage() -> tuple[float, float, float]:
     return planning, others, memory
 
 
-def measured(vary: dict[str, str], folder: Path, **by: Any) -> Run:
+def measured(
+    vary: dict[str, str],
+    folder: Path,
+    *,
+    workers: int | None = None,
+    scheduler: str | None = None,
+) -> Run:
     """Make the study by some workers, and measure from its first finished row to its last."""
     run, begin = Run(), (0.0, 0.0, 0.0)
 
@@ -98,7 +105,9 @@ def measured(vary: dict[str, str], folder: Path, **by: Any) -> Run:
             run.rows = at.total - 1
             run.memory.append(memory)
 
-    kw.sweep("ur5_deburring", vary, out=folder, progress=watch, **by)
+    kw.sweep(
+        "ur5_deburring", vary, out=folder, progress=watch, workers=workers, scheduler=scheduler
+    )
     run.size = (folder / "rows.jsonl").stat().st_size
     return run
 

@@ -41,6 +41,7 @@ from rich.progress import track
 import knotwork as kw
 import results
 from knotwork.errors import InputError
+from knotwork.planning.timing import Progress
 from knotwork.waypoints import FloatArray
 from motion_bench import FOLDER, KINDS, Problem, problems
 from toppra_peer import toppra_duration
@@ -74,7 +75,9 @@ def links() -> Any:
     """Meshes of the links as the URDF has them."""
     robot = arm()
     folders = [str(urdf_folder())]
-    return pin.buildGeomFromUrdf(robot.model, str(robot.urdf), pin.GeometryType.COLLISION, folders)
+    return pin.buildGeomFromUrdf(
+        robot.model, str(robot.urdf), pin.GeometryType.COLLISION, package_dirs=folders
+    )
 
 
 def judged(problem: Problem, motion: Motion) -> dict[str, Any]:
@@ -118,7 +121,7 @@ def knotwork(problem: Problem, row: dict[str, Any], peers: bool) -> Motion | Non
     first: list[float] = []
     begun = clock.process_time()
 
-    def progress(step: Any) -> None:
+    def progress(step: Progress) -> None:
         if step.duration is not None:  # a proved motion exists
             first.append(clock.process_time() - begun)
 

@@ -38,21 +38,31 @@ class InputError(KnotworkError, ValueError):
     ... except InputError as error:
     ...     print(str(error).partition("?")[0])
     unknown robot 'ur6'; did you mean 'ur5'
+
+    Attributes:
+        where: Location of the fault, for example a field of a file; empty if unknown.
+        others: Errors found together with this one, one per line of its text.
+        hint: Possible cause, at the end of its text.
     """
 
-    def locate(self, where: str) -> None:
-        """Prefix the message with the location of the fault, for example a field of a file."""
-        self.args = (f"{where}: {self}", *self.args[1:])
+    where: str = ""
+    others: Sequence[InputError] = ()
+    hint: str = ""
 
-    def add(self, hint: str) -> None:
-        """Append a possible cause to the message."""
-        self.args = (f"{self}; {hint}", *self.args[1:])
+    def __str__(self) -> str:
+        message = super().__str__()
+        located = f"{self.where}: {message}" if self.where else message
+        text = "\n".join(dict.fromkeys((located, *map(str, self.others))))
+        return f"{text}; {self.hint}" if self.hint else text
+
+    def locate(self, where: str) -> None:
+        """Put a location around the present one."""
+        self.where = f"{where}: {self.where}" if self.where else where
 
 
 def merge_errors(errors: Sequence[AnyInputError]) -> AnyInputError:
-    """Return the first of several errors, with the messages of all of them, one per line."""
-    first = errors[0]
-    first.args = ("\n".join(dict.fromkeys(map(str, errors))), *first.args[1:])
+    """Return the first of several errors, with all others."""
+    first, *first.others = errors
     return first
 
 
@@ -119,9 +129,9 @@ class UnknownNameError(InputError):
     """
 
     def __init__(self, kind: str, name: str, available: Iterable[str], *, where: str = "") -> None:
-        self.kind, self.name, self.available, self.where = kind, name, tuple(available), where
-        prefix = f"{where}: " if where else ""
-        super().__init__(f"{prefix}unknown {kind} {name!r}; {suggest_name(name, self.available)}")
+        self.kind, self.name, self.available = kind, name, tuple(available)
+        message = f"unknown {kind} {name!r}; {suggest_name(name, self.available)}"
+        super().__init__(message, where=where)
 
 
 @dataclass(frozen=True)

@@ -31,11 +31,10 @@ class TaskError(InputError):
         waypoint: Name of the waypoint.
     """
 
-    def __init__(self, waypoint: str, message: str, *, where: str = "", **data: Any) -> None:
-        self.waypoint, self.where = waypoint, where
-        prefix = f"{where}: " if where else ""
+    def __init__(self, waypoint: str, message: str, **data: Any) -> None:
+        self.waypoint = waypoint
         named = f"{waypoint_text(waypoint)}: " if waypoint else ""
-        super().__init__(f"{prefix}{named}{message}", **data)
+        super().__init__(f"{named}{message}", **data)
 
 
 class OutOfReachError(TaskError):
@@ -164,7 +163,7 @@ class SingularityError(TaskError):
             smallest_singular_value: The attribute.
             residual: The attribute.
             units: Units of speeds.
-            data: Other attributes, and `where`, the location of its definition.
+            data: Other attributes.
         """
         smallest = f"smallest singular value {smallest_singular_value:.3g}"
         along = _name_axes(direction)

@@ -95,9 +95,8 @@ def geometry_error(text: str, **values: float | FloatArray) -> PathError:
         text: The message, with the names of the values in braces.
         values: Points [m], shape (3,), and lengths [m].
     """
-    error = PathError(text=text, values=values)
-    error.args = (error.in_units(lambda length: f"{length:.9g} m", point_text),)
-    return error
+    message = PathError(text=text, values=values).in_units("{:.9g} m".format, point_text)
+    return PathError(message, text=text, values=values)
 
 
 def point_text(point: FloatArray) -> str:

@@ -200,10 +200,10 @@ def _infeasible_speed_error(task: TimingTask, error: NoSpeedsError) -> InputErro
     """The error for a path without feasible speeds, with accepted changes."""
     path, stretch, limit = error.path, error.stretch, error.limit
     if limit == NOTHING:
-        unbounded = InputError(
-            "nothing bounds the speed along it; accepted: speed: {at_most: a speed}, or limits"
+        return InputError(
+            "nothing bounds the speed along it; accepted: speed: {at_most: a speed}, or limits",
+            where=task.where(path.first + 1 + stretch, "speed"),
         )
-        return task.locate(unbounded, path.first + 1 + stretch, "speed")
     return _path_error(task, path, stretch, limit)
 
 
@@ -248,11 +248,11 @@ def _path_error(
         excess = f"reaches {rounded_up(utilisation, 4):.4g} times" if utilisation else "exceeds"
         joint = repr(limit.joint) if limit.joint else "the tool"
         reason = f"{joint} {excess} its limit of {limit.quantity}"
-    error = InputError(
+    return InputError(
         f"{speed} along the path from {start!r} to {end!r}: {reason}; accepted: {accepted}, or a "
-        "higher limit"
+        "higher limit",
+        where=task.where(waypoint, _key(task, waypoint)),
     )
-    return task.locate(error, waypoint, _key(task, waypoint))
 
 
 def _key(task: TimingTask, waypoint: int) -> str:

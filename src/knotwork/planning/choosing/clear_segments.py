@@ -132,22 +132,18 @@ def _bodies(task: TimingTask, segment: TimingSegment) -> CollisionModel:
     first, *later = (bodies_at(task.collision_model, i + 0.5) for i in segment.waypoints[:-1])
     for model, i in zip(later, segment.waypoints[1:-1], strict=True):
         if model.pairs != first.pairs:
-            raise task.locate(
-                InputError(
-                    "the velocity is chosen, but a body comes or goes here; accepted: stop, or a "
-                    "velocity"
-                ),
-                i,
+            raise InputError(
+                "the velocity is chosen, but a body comes or goes here; accepted: stop, or a "
+                "velocity",
+                where=task.where(i),
             )
     joints = task.space.robot.model.njoints if task.space.robot is not None else 0
     bodies = (first.bodies[k] for pair in first.pairs for k in (pair.first, pair.second))
     if moving := dict.fromkeys(body.name.split("/")[0] for body in bodies if body.joint >= joints):
-        raise task.locate(
-            InputError(
-                f"does not support moving obstacles ({', '.join(moving)}); "
-                "accepted: no way here, and waypoints around them with times or after: fastest"
-            ),
-            segment.waypoints[-1],
+        raise InputError(
+            f"does not support moving obstacles ({', '.join(moving)}); "
+            "accepted: no way here, and waypoints around them with times or after: fastest",
+            where=task.where(segment.waypoints[-1]),
         )
     return first
 
@@ -206,7 +202,7 @@ def _stretch_to_time(
             f"a motion of {duration:g} s is infeasible with the velocities at its ends; "
             "accepted: no time, or a stop at both ends"
         )
-    raise task.locate(InputError(message), segment.waypoints[-1])
+    raise InputError(message, where=task.where(segment.waypoints[-1]))
 
 
 def _located_error(
@@ -248,12 +244,12 @@ def _located_error(
                 reason += f", and none of {no_way.solutions} solutions is clear"
             slower = "a lower velocity or " if no_way.moving else ""
             accepted = f"{slower}another pose there, a smaller scene.margin, or objects elsewhere"
-    error = NoWayFoundError(
+    return NoWayFoundError(
         f"no collision-free motion from {names[0]!r} to {names[-1]!r}{reason}; "
         f"accepted: {accepted}",
         end=end,
         names=bodies,
         depth=no_way.depth,
         waypoints=segment.waypoints if single else None,
+        where=task.where(segment.waypoints[-1 if k is None else k]),
     )
-    return task.locate(error, segment.waypoints[-1 if k is None else k])

@@ -74,14 +74,13 @@ def fix_arrival_times(scenario: Scenario, choose: Choose) -> Scenario:
             return scenario
         chosen = choose(scenario)
     waypoint = max(arrivals, key=lambda i: abs(times[i] - expected[i]))
-    error = TimingError(
+    raise TimingError(
         f"{scenario.waypoints[waypoint].name!r} moves, and after {MAX_ARRIVAL_ROUNDS} iterations "
         f"the arrival at {times[waypoint]:.6g} s is still based on {expected[waypoint]:.6g} s; "
         "accepted: time or after [s] here and before",
         limit="rounds",
+        where=scenario.where("waypoints", scenario.task_index[waypoint]),
     )
-    error.locate(scenario.where("waypoints", scenario.task_index[waypoint]))
-    raise error
 
 
 def _with_expected_times(
@@ -111,7 +110,7 @@ def _first_choice(scenario: Scenario, choose: Choose) -> tuple[Scenario, ChosenT
             guessed = _with_expected_times(scenario, scenario.given, expected)
             return guessed, choose(guessed)
         except (OutOfReachError, FollowingError) as error:
-            error.add(
+            error.hint = (
                 "frames are taken at their expected times: after: {fastest: true, "
                 "at_least: seconds} delays the arrival until they are in reach"
             )

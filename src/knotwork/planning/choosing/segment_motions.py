@@ -82,8 +82,8 @@ def solve_segments(
     try:
         return _motions(task, segments, objective, budget, totals)
     except NoMotionsError as failure:
-        error = failure.combined_error()
-        error.add(f"the shortest motion that was found lasts {sufficient_duration(shortest):.6g} s")
+        error, duration = failure.combined_error(), sufficient_duration(shortest)
+        error.hint = f"the shortest motion that was found lasts {duration:.6g} s"
         raise error from None
 
 
@@ -132,14 +132,13 @@ def _total_too_short(task: TimingTask, shortest: float, *, stopped: bool) -> Tim
         shortest: Duration of that motion [s].
         stopped: Whether the budget ended before a shorter one could be found.
     """
-    error = TimingError(
+    return TimingError(
         f"{task.unknowns.total:g} s is shorter than the minimum time found within the limits, "
         f"{rounded_up(shortest):.6g} s; accepted: {sufficient_duration(shortest):.6g} s or more"
         f"{', or a larger budget' if stopped else ''}",
         limit="budget" if stopped else "duration",
+        where=task.scenario.where("duration"),
     )
-    error.locate(task.scenario.where("duration"))
-    return error
 
 
 def located_in_segment(
@@ -147,8 +146,7 @@ def located_in_segment(
 ) -> list[TimingError]:
     """Add the locations in the file to errors of a segment."""
     for error in errors:
-        if error.waypoint is None:
-            error.locate(task.scenario.name)
-        else:
-            task.locate(error, segment.waypoints[error.waypoint + error.interval])
+        error.where = task.scenario.name
+        if error.waypoint is not None:
+            error.where = task.where(segment.waypoints[error.waypoint + error.interval])
     return errors

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,8 +21,6 @@ from knotwork.waypoints import FloatArray, IndexArray, JointWaypoints
 if TYPE_CHECKING:
     from knotwork.planning.timing import Dynamics
     from knotwork.scene.collision_model import CollisionModel
-
-ErrorT = TypeVar("ErrorT", bound=InputError)
 
 MIN_RAMP_TIME = 0.01
 """Minimum time from zero to the maximum acceleration if there is no jerk limit [s]."""
@@ -105,12 +103,11 @@ class TimingTask:
         times = np.arange(len(self.scenario.waypoints), dtype=float)
         return bodies_and_pairs(self.scenario, self.space, self.space.robot, times)
 
-    def locate(self, error: ErrorT, i: int, *key: str) -> ErrorT:
-        """Locate an error at a key of waypoint i of the scenario, and return it."""
+    def where(self, i: int, *key: str) -> str:
+        """Location of a key of waypoint i of the scenario, for messages."""
         k = self.scenario.task_index[i]
         location: tuple[str | int, ...] = ("waypoints", k) if k >= 0 else ("start",)
-        error.locate(self.scenario.where(*location, *key))
-        return error
+        return self.scenario.where(*location, *key)
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,11 +137,11 @@ def find_segments(task: TimingTask) -> list[TimingSegment]:
     for i in closed:
         if unknowns.duration[i]:
             names = (scenario.waypoints[k].name for k in (i, i + 1))
-            error = InputError(
+            raise InputError(
                 f"{' and '.join(map(repr, names))} are the same stop, so the minimum time between "
-                "them is zero; accepted: wait: seconds at the first of them, or after: seconds"
+                "them is zero; accepted: wait: seconds at the first of them, or after: seconds",
+                where=task.where(i + 1),
             )
-            raise task.locate(error, i + 1)
     ends = task.zero_acceleration_points
     for i, why in ends.items():
         if unknowns.speed[i] != "given":
@@ -152,7 +149,7 @@ def find_segments(task: TimingTask) -> list[TimingSegment]:
             if i in unknowns.ways and i + 1 in unknowns.ways:
                 accepted += ", or velocity: free between ways of equal options without times"
             message = f"the velocity is chosen, but {why} here; accepted: {accepted}"
-            raise task.locate(InputError(message), i)
+            raise InputError(message, where=task.where(i))
     closed.update(i for path in scenario.paths for i in range(path.first, path.last))
     last = len(scenario.waypoints) - 1
     segments: list[TimingSegment] = []
