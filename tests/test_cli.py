@@ -202,9 +202,6 @@ def test_robots_lists_all_and_shows_one(knotwork: Command) -> None:
     ran = knotwork("robots", urdf)
     assert ran.code == 0
     assert "slide" in ran.out
-    ran = knotwork("robots", "ur6")
-    assert ran.code == 2
-    assert "did you mean 'ur" in ran.err
 
 
 def test_scenarios_lists_all(knotwork: Command) -> None:

@@ -50,7 +50,7 @@ def put(task: Any, place: str, value: Any) -> None:
 def write(folder: Path, name: str, change: dict[str, Any]) -> Path:
     table = TABLES[name]
     for file, text in table.get("files", {}).items():
-        (folder / file).write_text(text, encoding="utf-8")
+        written(folder / file, text)
     task = copy.deepcopy(table["task"])
     for place, value in change.items():
         put(task, place, value)

@@ -220,13 +220,3 @@ def test_a_report_of_a_trajectory_needs_its_scenario(run: Command) -> None:
         assert ran.code == 2
         assert words in ran.err
     assert not Path("a.html").exists()
-
-
-@pytest.mark.parametrize("command", ["check", "plot"])
-def test_an_unknown_kind_of_file_is_refused(command: str, run: Command) -> None:
-    Path("arm.urdf").write_text("<robot name='a'/>", encoding="utf-8")
-    ran = run(command, "arm.urdf", "-s", SCENARIO)
-    assert ran.code == 2
-    assert "arm.urdf: not a trajectory" in ran.err
-    assert ".json, .csv, .tsv, .txt, .yaml, .yml" in ran.err
-    assert "valid JSON" not in ran.err

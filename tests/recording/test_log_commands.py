@@ -11,7 +11,6 @@ from robot_logs import record, write
 
 from command_line import Command
 from knotwork import Plan
-from texts import written
 
 
 @pytest.fixture
@@ -45,14 +44,6 @@ def test_without_option_log_file_is_checked_exactly(knotwork: Command, log: Path
     ran = knotwork("check", log, "--scenario", "ur5_deburring")
     assert ran.code != 0
     assert "recording of a robot, which has noise, use --log" in ran.err
-
-
-def test_proposes_log_for_headings_of_logs(knotwork: Command, tmp_path: Path) -> None:
-    strange = written(tmp_path / "rtde.csv", "time,actual_q_0\n0,0\n0.008,0\n")
-    ran = knotwork("check", strange, "--scenario", "ur5_deburring")
-    assert ran.code == 2
-    assert "is neither time nor a joint" in ran.err
-    assert "use --log" in ran.err
 
 
 def test_log_against_plan_needs_no_scenario(

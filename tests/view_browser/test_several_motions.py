@@ -88,20 +88,6 @@ def test_motions_share_one_clock(tabs: Any, knotwork: Any, tmp_path: Path, barri
     assert not barriers(tab)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("planar2_closed_form", "--beside", "z1_pick"), "z1_pick"),
-        (("planar2_closed_form", "--beside", "ur5_deburring"), "only motions of one robot"),
-        (("planar2_closed_form", "--beside", "planar2_closed_form", "--watch"), "--watch"),
-    ],
-)
-def test_refuses_these_together(arguments: tuple[str, ...], words: str, knotwork: Any) -> None:
-    ran = knotwork("view", *arguments, "--no-open")
-    assert ran.code == 2
-    assert words in ran.err
-
-
 @needs_signals
 @pytest.mark.exhaustive
 def test_a_click_on_the_map_shows_a_motion_or_why_there_is_none(tabs: Any, tmp_path: Path) -> None:

@@ -51,21 +51,10 @@ def test_a_stored_trajectory_is_shown_with_its_scenario_or_robot(run: Any, tmp_p
 
 
 def test_joints_alone_are_plots_only(run: Any, tmp_path: Path) -> None:
-    ran = run("view", "paper_case", "--no-open")
-    assert ran.code == 2
-    assert "only plots" in ran.err
     ran = run("report", "paper_case", "--html", "new/report.html")
     assert ran.code == 0
     assert "names no robot" in ran.err
     assert (tmp_path / "new" / "report.html").is_file()
-
-
-@pytest.mark.parametrize("command", ["view", "report"])
-def test_reports_unwritable_page_first(command: str, run: Any, tmp_path: Path) -> None:
-    ran = run(command, "no_such_scenario", "--html", "page.pdf")
-    assert ran.code == 2
-    assert "give .html, .htm" in ran.err
-    assert not list(tmp_path.iterdir())
 
 
 def test_a_port_in_use_is_reported(run: Any) -> None:
