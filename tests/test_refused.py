@@ -65,9 +65,7 @@ def test_the_task_that_is_changed_is_right(name: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(("name", "index"), CASES)
 def test_refuses_with_line(name: str, index: int, knotwork: Command, tmp_path: Path) -> None:
     case = TABLES[name]["cases"][index]
-    ran = knotwork("plan", write(tmp_path, name, case["with"]))
-    output = " ".join(ran.err.split())
-    assert (ran.code, ran.out) == (2, ""), output
+    output = knotwork("plan", write(tmp_path, name, case["with"])).refused()
     assert re.search(r"task\.yaml: line \d+: ", output), output
     wanted = case.get("says", [])
     for words in [wanted] if isinstance(wanted, str) else wanted:
@@ -82,10 +80,7 @@ def test_a_wrong_command_writes_nothing_but_why(
     for name, text in COMMANDS["files"].items():
         written(tmp_path / name, text)
     monkeypatch.chdir(tmp_path)
-    ran = knotwork(*shlex.split(line))
-    assert (ran.code, ran.out) == (2, ""), ran.out + ran.err
-    assert COMMANDS["refused"][line] in " ".join(ran.err.split())
-    assert not re.search("Traceback|internal error:", ran.err)
+    assert COMMANDS["refused"][line] in knotwork(*shlex.split(line)).refused()
     left = {str(one.relative_to(tmp_path)) for one in tmp_path.rglob("*") if one.is_file()}
     assert left == set(COMMANDS["files"])
     assert (tmp_path / "there.yaml").read_text(encoding="utf-8") == "mine"

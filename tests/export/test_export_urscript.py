@@ -167,8 +167,7 @@ def test_an_arm_pushed_off_its_motion_is_stopped() -> None:
 
 def test_the_command_writes_the_program(knotwork: Command, tmp_path: Path) -> None:
     file = tmp_path / "motion.script"
-    ran = knotwork("export", "ur5_deburring", "--format", "urscript", "-o", file)
-    assert ran.code == 0
+    knotwork("export", "ur5_deburring", "--format", "urscript", "-o", file).done()
     plan = planned("ur5_deburring")
     assert file.read_text() == plan.trajectory.to_urscript(robot=plan.space.robot)
     assert "set_tcp(p[0.0, 0.0, 0.18, 0.0, 0.0, 0.0])" in file.read_text()

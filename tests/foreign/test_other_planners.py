@@ -200,9 +200,8 @@ def test_every_command_reads_every_kind_of_file(name: str, run: Command) -> None
 def test_files_of_other_tools_need_the_names_of_joints(name: str, run: Command) -> None:
     source = file_of(name, run)
     for command in (("plot", "-o", "a.png"), ("view", "--html", "a.html")):
-        ran = run(command[0], source, *command[1:])
-        assert ran.code == 2
-        assert ran.err.startswith(f"error: {source} needs its scenario: give --scenario")
+        err = run(command[0], source, *command[1:]).refused()
+        assert err.startswith(f"error: {source} needs its scenario: give --scenario")
     # The robot says as much as the scenario about the joints, but not what is required of them.
     ran = run("view", source, "--robot", "planar2", "--html", "a.html")
     assert (ran.code, ran.out) == (0, "wrote a.html\n"), ran.err
@@ -216,7 +215,5 @@ def test_a_report_of_a_trajectory_needs_its_scenario(run: Command) -> None:
         ((SCENARIO, "-s", SCENARIO), "leave out --scenario"),
         ((source, "-s", SCENARIO, "--planner", "cubic"), "leave out --planner"),
     ):
-        ran = run("report", *line, "--html", "a.html")
-        assert ran.code == 2
-        assert words in ran.err
+        assert words in run("report", *line, "--html", "a.html").refused()
     assert not Path("a.html").exists()
