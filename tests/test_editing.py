@@ -74,7 +74,6 @@ def test_only_what_rests_where_poses_are_has_handles() -> None:
     """Seen from a turntable its stand moves, and the drum on it does not."""
     scenario = kw.load_scenario("ur5_turntable_rim")
     robot = joint_space(scenario).robot
-    assert robot is not None
     found = {(one.name, one.kind): one.pose.translation for one in handles(scenario, robot)}
     assert ("stand", "object") not in found
     assert found["drum", "frame"] == pytest.approx([0.0, 0.0, 0.15])
@@ -133,7 +132,6 @@ def test_waypoint_is_added_at_arm(name: str, time: float, what: str, tmp_path: P
     """The motion leads through the pose that the arm had, and all checks pass as before."""
     session = session_in(tmp_path, name)
     assert session.replan() is not None
-    assert session.plan is not None
     robot, before = session.plan.space.robot, session.plan
     pose = robot.forward(before.trajectory.position(time))
     add = session.server.actions["add"]
@@ -239,7 +237,6 @@ def test_an_overtaken_plan_is_dropped(tmp_path: Path, monkeypatch: pytest.Monkey
 def test_before_a_task_is_planned_the_robot_stands_in_its_scene(name: str) -> None:
     scenario = SCENARIOS[name]
     robot = joint_space(scenario).robot
-    assert robot is not None
     scene = unplanned_scene(scenario, robot)
     drawn = {one.get("of") for one in scene["things"]}
     assert drawn >= set(scenario.given.scene.objects)

@@ -224,7 +224,6 @@ def test_normals_go_on_from_line(tmp_path: Path) -> None:
 def test_normals_give_axis_and_free_turn(tmp_path: Path) -> None:
     plan = kw.plan(written(tmp_path / "task.yaml", dome(tmp_path)))
     assert plan.report.ok
-    assert plan.scenario.paths[0].freedom is not None
     motion = plan.scenario.paths[0].motion
     times = np.linspace(motion.start_time, motion.end_time, 400)
     for pose in tool_poses(plan, times):

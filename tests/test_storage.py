@@ -37,9 +37,7 @@ def stored(deburring: Plan, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def read(folder: Path) -> dict[str, Any]:
-    data = json.loads((folder / "trajectory.json").read_text(encoding="utf-8"))
-    assert isinstance(data, dict)
-    return data
+    return json.loads((folder / "trajectory.json").read_text(encoding="utf-8"))
 
 
 def edited(folder: Path, tmp_path: Path, change: dict[str, Any]) -> Path:
@@ -91,7 +89,6 @@ def test_the_report_in_the_file_is_the_report(deburring: Plan, stored: Path) -> 
     assert data["ok"] is True
     solutions = data.pop("solutions")
     assert data == deburring.report.to_dict()
-    assert deburring.solution is not None
     assert [c["waypoint"] for c in solutions["choices"]] == [
         choice.waypoint for choice in deburring.solution.choices
     ]

@@ -133,7 +133,6 @@ def test_a_message_names_the_option_that_allows_the_folder(
     urdf: Path, tmp_path: Path, knotwork: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("ROS_PACKAGE_PATH", "/nowhere")
     (tmp_path / "task.yaml").write_text(
         "robot: {urdf: arm/urdf/arm.urdf, tool_frame: b}\n"
         "scene: {objects: {wall: {box: [1, 1, 1], position: [0, 0, 5]}}}\n"
@@ -141,6 +140,7 @@ def test_a_message_names_the_option_that_allows_the_folder(
         encoding="utf-8",
     )
     for command, shape in ((["plan"], collision), (["view", "--html", "a.html"], visual)):
+        monkeypatch.setenv("ROS_PACKAGE_PATH", "/nowhere")  # which the option adds to
         base = link("a", shape('<mesh filename="../../secret/s.stl"/>'))
         urdf.write_text(robot(base, link("b"), joint("j", "a", "b")), encoding="utf-8")
         ran = knotwork(*command, "task.yaml")

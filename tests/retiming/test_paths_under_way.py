@@ -41,8 +41,6 @@ def test_slower_motion_is_checked_on_paths(deburring: kw.Plan) -> None:
     assert slow.report.ok
     assert not slow.report.select(quantity="path")
     for one in slow.report.select(quantity="path_deviation"):
-        assert one.interval is not None
-        assert one.value is not None
         if one.name.startswith("edge"):
             assert furthest_from_chords(slow, *one.interval) < one.value + one.excess + 1e-9
     poses = [one.name for one in deburring.report.select(group="Tool at the waypoints")]

@@ -256,8 +256,6 @@ def test_faults_in_planning_are_a_row(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_plans_of_many() -> None:
     tasks = [LIFT, {**LIFT, "waypoints": []}, {**LIFT, "limits": {}}]
     first, wrong, last = kw.plan_many(tasks, workers=1)
-    assert isinstance(first, kw.Plan)
-    assert isinstance(last, kw.Plan)
     assert isinstance(wrong, kw.InputError)
     assert not first.report.ok
     assert last.report.ok

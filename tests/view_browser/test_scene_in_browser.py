@@ -66,7 +66,6 @@ def is_red(shown: Picture) -> NDArray[np.bool_]:
 def tool_position(tab: Any, plan: kw.Plan) -> NDArray[np.float64]:
     """Where the page has the tool centre point, in the axes of the URDF's root [m]."""
     robot = plan.space.robot
-    assert robot.tcp_frame_id is not None
     x, y, z = tab.evaluate(
         """(tip) => {
           const data = JSON.parse(document.getElementById("data").textContent);
