@@ -13,7 +13,7 @@ import yaml
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
-from knotwork.errors import DocumentError, KnotworkError
+from knotwork.errors import DocumentError, KnotworkError, Problem
 from knotwork.files import documents
 from knotwork.task import Task
 from knotwork.task.scenario import Scenario, load_scenario
@@ -309,6 +309,8 @@ def test_many_problems_are_reported_in_few_lines() -> None:
     lines = str(caught.value).splitlines()
     assert len(lines) == 51
     assert lines[-1] == "(given in Python): and at least 950 more problems"
+    problems = [Problem(None, "", "")] * 51
+    assert str(DocumentError("a.yaml", problems)).endswith("\na.yaml: and 1 more problem")
 
 
 def test_a_file_of_more_values_than_are_read_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:

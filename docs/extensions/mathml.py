@@ -7,6 +7,7 @@ or a tag 30 shows as (30), the number of the equation in the paper.
 from __future__ import annotations
 
 import re
+import unicodedata
 from typing import Any
 from xml.etree import ElementTree
 
@@ -17,7 +18,6 @@ from sphinx.application import Sphinx
 from sphinx.util import logging
 
 MATHML = "http://www.w3.org/1998/Math/MathML"
-ITALIC_A = 0x1D44E
 COMBINING_DOT = "\N{COMBINING DOT ABOVE}"
 logger = logging.getLogger(__name__)
 
@@ -54,8 +54,14 @@ def _dots_above(text: str) -> str:
                 target = ElementTree.SubElement(node, "")
                 node.extend(index)
             target.tag = f"{{{MATHML}}}mi"
-            target.text = chr(ord(letter.text or "") - ord("a") + ITALIC_A) + COMBINING_DOT
+            target.text = _italic(letter.text or "") + COMBINING_DOT
     return ElementTree.tostring(root, encoding="unicode")
+
+
+def _italic(letter: str) -> str:
+    """Return the mathematical italic of a Latin or Greek letter."""
+    name = unicodedata.name(letter).replace(" LETTER", "").split(maxsplit=1)[1]
+    return unicodedata.lookup(f"MATHEMATICAL ITALIC {name}")
 
 
 def visit_inline(translator: Any, node: nodes.math) -> None:

@@ -33,14 +33,14 @@ TITLES = {
     "Frame": "frames",
     "FrameMotion": "moves of a frame",
     "Grid": "grid of a frame",
-    "PoseWaypoint": "A waypoint by pose",
-    "PathWaypoint": "The end of a tool path",
+    "PoseWaypoint": "waypoints: pose",
+    "PathWaypoint": "waypoints: along",
     "AlongArc": "along: arc",
     "Arc": "arc",
     "AlongPoints": "along: points",
     "Weave": "weave",
-    "JointWaypoint": "A waypoint by joints",
-    "Repeat": "Waypoints that are repeated",
+    "JointWaypoint": "waypoints: joints",
+    "Repeat": "waypoints: repeat",
     "PlacesFile": "over: a file",
     "Action": "do",
     "Fastest": "after: fastest",
@@ -227,7 +227,7 @@ def _inline(text: str, kind: str) -> Iterator[nodes.Node]:
             yield nodes.literal(part, part.strip("`"))
         elif part.startswith("{"):
             name = part.strip("{}")
-            title = TITLES[name].replace("A waypoint", "a waypoint")
+            title = TITLES[name]
             code = re.fullmatch(r"[a-z_]+", title)
             shown = nodes.literal(title, title) if code else nodes.Text(title)
             yield nodes.reference("", "", shown, refuri=f"#{kind}-{name.lower()}", internal=True)

@@ -44,8 +44,11 @@ class Units:
         >>> Units("mm", "deg").text(3.14159, "rad/s²", ".4g")
         '180 deg/s²'
         """
-        shown, name = self.shown(value, unit)
-        return f"{readable(shown, form)} {name}".rstrip()
+        return f"{self.number(value, unit, form)} {self.shown(value, unit)[1]}".rstrip()
+
+    def number(self, value: float | None, unit: str, form: str = ".4g") -> str:
+        """Text of an SI value in these units, without its unit; empty for `None`."""
+        return "" if value is None else readable(self.shown(value, unit)[0], form)
 
 
 def readable(value: float, form: str = ".4g") -> str:
@@ -64,7 +67,7 @@ def readable(value: float, form: str = ".4g") -> str:
 
 
 def rounded_up(value: float, digits: int = 6) -> float:
-    """Round a number up to n digits.
+    """Round a number up to significant digits; it is taken as exact to 1e-12 of it.
 
     >>> rounded_up(1.3833333), rounded_up(2.0)
     (1.38334, 2.0)
@@ -73,7 +76,7 @@ def rounded_up(value: float, digits: int = 6) -> float:
 
 
 def rounded_down(value: float, digits: int = 6) -> float:
-    """Round a number down to n digits.
+    """Round a number down to significant digits; it is taken as exact to 1e-12 of it.
 
     >>> rounded_down(1.3833333, 3), rounded_down(0.0)
     (1.38, 0.0)

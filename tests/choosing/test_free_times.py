@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
+import yaml
 
 import knotwork as kw
-from knotwork.errors import InputError
+from knotwork.errors import InputError, OptionError
 from knotwork.planning.timing import timed_motion
 from knotwork.planning.timing.timed_motion import Budget
 from knotwork.task.scenario import load_scenario
@@ -173,6 +174,7 @@ def test_a_frozen_scenario_keeps_its_comments_and_gives_the_same_motion(tmp_path
     comments = [line.partition("#")[2] for line in FILE.splitlines() if "#" in line]
     assert [line.partition("#")[2] for line in text.splitlines() if "#" in line] == comments
     assert "fastest" not in text
+    assert "room" not in text
     again = kw.plan(tmp_path / "frozen.yaml")
     assert again.chosen is None
     assert again.scenario.unknowns is None
@@ -180,7 +182,17 @@ def test_a_frozen_scenario_keeps_its_comments_and_gives_the_same_motion(tmp_path
     assert np.array_equal(again.trajectory.polynomial.c, plan.trajectory.polynomial.c)
     assert kw.check(plan.trajectory, load_scenario(tmp_path / "frozen.yaml")).ok
     plan.save(tmp_path / "out")
-    assert (tmp_path / "out" / "scenario.yaml").read_text() == text + "name: swing\n"
+    saved = tmp_path / "out" / "scenario.yaml"
+    assert saved.read_text() == text + "name: swing\n"
+    again.scenario.source.rename(saved)
+    kw.plan(saved).save(tmp_path / "out")
+    assert saved.read_text() == text
+    saved.write_text(FILE)
+    with pytest.raises(InputError, match=r"out/scenario.yaml: would be replaced .* another folder"):
+        kw.plan(saved).save(tmp_path / "out")
+    assert saved.read_text() == FILE
+    with pytest.raises(OptionError, match=r"chosen: planner 'quintic': .* a motion that was"):
+        kw.plan({**yaml.safe_load(text), "planner": "quintic"})
 
 
 def test_paths_in_a_frozen_file_hold_from_its_own_folder(tmp_path: Path) -> None:

@@ -103,7 +103,7 @@ def test_no_spikes_at_stops(
     try:
         motion = kw.follow_path(ARM, path, speed, acceleration=acceleration)
     except FollowingError as error:  # the joints would have to be faster than they can
-        if "would have to turn at" not in str(error):
+        if "would have to move at" not in str(error):
             raise
         reject()
     profile = tp.speed_profile(

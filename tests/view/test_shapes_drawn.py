@@ -13,7 +13,16 @@ from scipy.spatial import cKDTree
 
 import knotwork as kw
 from command_line import Command
-from drawn import at_rest, faces, scene, shape_warnings, tower, vertices
+from drawn import (
+    at_rest,
+    beside_an_arm,
+    faces,
+    scene,
+    shape_warnings,
+    thing,
+    tower,
+    vertices,
+)
 from shipped import SCENARIO_FILES
 from sweeps import mostly_exhaustive
 from texts import written
@@ -185,3 +194,10 @@ def test_a_tool_goes_on_from_what_carries_it(name: str) -> None:
     for i, part in enumerate(parts[1:], 1):
         gap = min(tree.query(part)[0].min() for tree in trees[:i])
         assert gap < GAP, f"part {i} is {1e3 * gap:.1f} mm from what carries it"
+
+
+@pytest.mark.parametrize("kind", ["cylinder", "cone", "capsule", "sphere"])
+def test_thin_objects_have_their_size(kind: str) -> None:
+    size = 5e-5 if kind == "sphere" else {"radius": 5e-5, "length": 1e-4}
+    corners = vertices(thing(scene(beside_an_arm({kind: size})), "objects"))
+    assert np.ptp(corners, axis=0)[:2] == pytest.approx(1e-4, rel=0.05)

@@ -13,7 +13,7 @@ from knotwork.cli.short_report import describe_left_out
 from knotwork.cli.tables import console, plain_table, print_entry, print_table, print_wrapped
 from knotwork.cli.terminal import cell
 from knotwork.task.scenario import Scenario
-from knotwork.units import Units, readable
+from knotwork.units import Units
 from knotwork.verification import Finding, Report
 
 if TYPE_CHECKING:
@@ -80,11 +80,8 @@ def print_report(
     ):
         for finding in findings:
             print_wrapped(str(finding), head, REPORT_INDENT if style else "    ", style)
-    met, required = report.counts
     verdict = "[bold green]PASSED[/]" if report.ok else "[bold red]FAILED[/]"
-    failed = f", {required - met} failed" if required > met else ""
-    failed += report.reservations
-    out.print(f"{verdict} {cell(report.scenario)}: {met} of {required} requirements met{failed}")
+    out.print(f"{verdict} {cell(report.scenario)}: {report.result}")
 
 
 def _is_sentence(finding: Finding) -> bool:
@@ -96,9 +93,6 @@ def _findings_table(title: str, findings: Sequence[Finding], units: Units) -> Ta
     """One row for each finding, by quantity; of those without a limit only the largest."""
     table = plain_table(title, ["", "value", "limit", "margin", "at [s]", "", "off by\nat most"])
     table.columns[0].no_wrap = False
-
-    def number(value: float | None, form: str = ".4g") -> str:
-        return "" if value is None else readable(units.shown(value, finding.unit)[0], form)
 
     for quantity in dict.fromkeys(finding.title for finding in findings):
         items = [finding for finding in findings if finding.title == quantity]
@@ -112,16 +106,19 @@ def _findings_table(title: str, findings: Sequence[Finding], units: Units) -> Ta
         for finding in (*limited, *largest):
             name = cell(finding.name or finding.subject)
             prefix = "most: " if len(unlimited) > 1 and finding in largest else ""
-            value = number(finding.value)
-            bounded = finding.proof == "bounded"
+            value, limit, margin = (
+                units.number(number, finding.unit)
+                for number in (finding.value, finding.limit, finding.margin)
+            )
+            excess = units.number(finding.excess, finding.unit, ".1g")
             table.add_row(
                 Padding(prefix + name, (0, 0, 0, 2)),
                 value if finding.ok else f"[bold red]{value}[/]",
-                number(finding.limit) or "none",
-                number(finding.margin),
+                limit or "none",
+                margin,
                 finding.when,
                 MARKS[finding.verdict],
-                number(finding.excess, ".1g") if bounded else finding.proof,
+                excess if finding.proof == "bounded" else finding.proof,
             )
     return table
 

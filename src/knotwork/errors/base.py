@@ -185,7 +185,8 @@ class DocumentError(InputError):
         lines = [f"{name}: {problem}" for problem in self.problems[:MAX_PRINTED_PROBLEMS]]
         if len(self.problems) > MAX_PRINTED_PROBLEMS:
             more = len(self.problems) - MAX_PRINTED_PROBLEMS
-            lines.append(f"{name}: and {'' if complete else 'at least '}{more} more problems")
+            least, plural = "" if complete else "at least ", "" if more == 1 else "s"
+            lines.append(f"{name}: and {least}{more} more problem{plural}")
         super().__init__("\n".join(lines))
 
 

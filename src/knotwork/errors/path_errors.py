@@ -125,7 +125,7 @@ class LimitingConstraint(NamedTuple):
             return f"{self.joint} reaches its limit {bound}; it would have to move to {value}"
         is_near = self.smallest_singular_value < NEARLY_SINGULAR
         near = f" (close to a singularity, {smallest})" if is_near else ""
-        return f"{self.joint} would have to turn at {value}, and its limit is {bound}{near}"
+        return f"{self.joint} would have to move at {value}, and its limit is {bound}{near}"
 
 
 class FollowingError(TaskError):

@@ -110,11 +110,22 @@ class Plan(CheckedMotion):
         target = Path(path)
         return storage.write_file(target, frozen_text(self.chosen.scenario, target.parent))
 
-    def _scenario_file(self, folder: Path) -> str:
-        """Name of a shipped scenario, or its relative path from a folder."""
+    def _given_file(self, folder: Path) -> str | None:
+        """Name of a shipped scenario, or its path from a folder; `None` if no file has its times.
+
+        Raises:
+            InputError: `save` would replace the file by one with its times.
+        """
         source = self.scenario.source
-        if self.chosen is not None or source is None:
-            return "scenario.yaml"
+        if source is None:
+            return None
+        if self.chosen is not None:
+            if source.resolve() == (folder / "scenario.yaml").resolve():
+                raise InputError(
+                    f"{source}: would be replaced by the scenario with its chosen times; accepted: "
+                    "another folder"
+                )
+            return None
         if source.parent == resources.folder("scenarios"):
             return source.stem
         return Path(os.path.relpath(source, folder)).as_posix()
@@ -134,7 +145,8 @@ class Plan(CheckedMotion):
             Paths of the files.
 
         Raises:
-            InputError: The folder can't be written to, or the rate makes too many samples.
+            InputError: The folder can't be written to, has the scenario itself where times were
+                chosen, or the rate makes too many samples.
 
         >>> import tempfile
         >>> with tempfile.TemporaryDirectory() as folder:
@@ -148,7 +160,8 @@ class Plan(CheckedMotion):
             "trajectory.json": storage.to_json(storage.trajectory_to_dict(self.trajectory)),
             "samples.csv": to_csv(self.trajectory, rate=rate),
         }
-        if self._scenario_file(Path(folder)) == "scenario.yaml":
+        scenario_file = self._given_file(Path(folder))
+        if scenario_file is None:
             from knotwork.planning.choosing import saved_text
 
             # a task without a name would take that of scenario.yaml
@@ -157,7 +170,7 @@ class Plan(CheckedMotion):
             files["scenario.yaml"] = saved_text(named, Path(folder))
         report = {
             **self.report_to_dict(),
-            "scenario_file": self._scenario_file(Path(folder)),
+            "scenario_file": scenario_file or "scenario.yaml",
             "files": storage.digests(files),
         }
         return storage.write_files(folder, {**files, "report.json": storage.to_json(report)})

@@ -13,14 +13,13 @@ from knotwork.joint_quantities import rate_unit
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.verification.checked_motion import Motion
-from knotwork.verification.finding import Finding
+from knotwork.verification.finding import Finding, Subject
 from knotwork.verification.limits import (
     LIMIT_SLACK,
     SINGULARITY,
     TOOL_LIMITS,
-    WorstValue,
+    LimitedValue,
     add_slack,
-    bounded_value,
     joint_finding,
     jumps_below,
     limit_finding,
@@ -52,14 +51,14 @@ def check_tool_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> 
         order = 2 if quantity == "tool_acceleration" else 1
         compute_bound = tool_speed_bound if order == 1 else tool_acceleration_bound
         bound = compute_bound(robot, motion.trajectory, frame=frame, limit=float(add_slack(limit)))
-        worst = bounded_value(bound)
+        worst = LimitedValue.from_bound(bound, limit)
         jumps = jumps_below(motion.curve, 2) if order == 2 else {}
         if jumps:
-            worst = WorstValue(np.inf, min(jumps.values())[0])
-        kind, label = ("tool", "tool") if frame is None else ("link", f"link {frame!r}")
+            worst = LimitedValue(np.inf, min(jumps.values())[0], limit)
+        label = "tool" if frame is None else f"link {frame!r}"
         finding = limit_finding(
-            (TOOL_LIMITS, kind, frame or ""), quantity, f"{label}: {quantity.partition('_')[2]}",
-            worst, limit, 1.0, rate_unit("m", order), scenario.units,
+            (TOOL_LIMITS, "tool" if frame is None else "link", frame or ""), quantity,
+            f"{label}: {quantity.partition('_')[2]}", worst, rate_unit("m", order), scenario.units,
         )  # fmt: skip
         yield replace(finding, remedy=slowing_remedy(finding, order, scenario))
 
@@ -73,18 +72,18 @@ def check_singularity(motion: Motion, scenario: Scenario, space: JointSpace) -> 
     limit = scenario.motion_limits.singular_value
     allowed = None if limit is None else limit * (1.0 - LIMIT_SLACK)
     bound = singular_value_bound(space.robot, motion.trajectory, limit=allowed)
-    worst, subject = bounded_value(bound), (SINGULARITY, "tool", "")
+    worst = LimitedValue.from_bound(bound, math.inf if limit is None else limit, -1.0)
+    subject: tuple[str, Subject, str] = (SINGULARITY, "tool", "")
     quantity = "smallest_singular_value"
     label = "tool: the smallest singular value (metres and radians mixed)"
     if limit is not None:
-        yield limit_finding(
-            subject, quantity, label, worst, limit, -1.0, "", scenario.units, ok=bound.ok
-        )
+        yield limit_finding(subject, quantity, label, worst, "", scenario.units, ok=bound.ok)
         return
     brief = f"almost singular: smallest singular value {bound.value:.4g} at {bound.time:.3f} s"
     yield Finding(
         *subject, quantity, "information", f"{label} is {bound.value:.4g} at {bound.time:.6g} s",
-        **worst._asdict(), brief=brief if bound.value < ALMOST_SINGULAR else "",
+        bound.value, time=bound.time, proof=worst.proof, excess=worst.excess,
+        brief=brief if bound.value < ALMOST_SINGULAR else "",
     )  # fmt: skip
 
 
@@ -107,8 +106,8 @@ def check_effort_limits(motion: Motion, scenario: Scenario, space: JointSpace) -
     for i, bounds in enumerate(zip(*parts, strict=True)):
         bound = _worst_bound(bounds)
         side, jump = math.copysign(1.0, bound.value), jumps.get(i, next(iter(jumps.values()), None))
-        limit = side * float(limits[i])
-        yield joint_finding(space, i, "effort", bounded_value(bound), limit, side, jump)
+        worst = LimitedValue.from_bound(bound, side * float(limits[i]), side)
+        yield joint_finding(space, i, "effort", worst, jump)
 
 
 def _worst_bound(bounds: Sequence[Bound]) -> Bound:

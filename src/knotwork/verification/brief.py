@@ -7,7 +7,7 @@ import textwrap
 from collections.abc import Mapping, Sequence
 
 from knotwork.errors.plain_text import to_one_line
-from knotwork.units import Units, readable
+from knotwork.units import Units
 from knotwork.verification.finding import Finding
 
 MAX_TEXTS = 9
@@ -125,7 +125,7 @@ def describe(finding: Finding, units: Units) -> str:
     if limit:
         allowed = units.text(limit, finding.unit, ".4g")
         from_below = (finding.margin or 0.0) > 0.0 and abs(value) > abs(limit)
-        bare = readable(units.shown(value, finding.unit)[0])
+        bare = units.number(value, finding.unit)
         number = f"{number}, at least {allowed}," if from_below else f"{bare} of {allowed}"
     parts = to_one_line(finding.name), finding.title, number, _moment(finding)
     return " ".join(filter(None, parts))
@@ -211,7 +211,7 @@ def group_alike(findings: Sequence[Finding]) -> list[list[Finding]]:
     """
     kinds: dict[tuple[str, str, str], list[Finding]] = {}
     for finding in findings:
-        kinds.setdefault((finding.group, finding.subject, finding.quantity), []).append(finding)
+        kinds.setdefault(finding.kind, []).append(finding)
     for kind in kinds.values():
         worst = max(
             kind, key=lambda finding: (finding.utilisation or 0.0, -(finding.margin or 0.0))

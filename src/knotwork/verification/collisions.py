@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from knotwork.verification.bounds.clearance import Clearance
 
 COLLISIONS = "Collisions"
-CLEARANCE = "clearance"
 
 MINIMUM_PRECISION = 2e-4
 """Precision of the clearance from another robot, see `nearest_to` [m]."""
@@ -119,7 +118,7 @@ def _pair_finding(pair: Clearance, scenario: Scenario, robot: Robot, *, detail: 
         group=COLLISIONS,
         subject="pair",
         name=f"{pair.second.name}, {pair.first.name}",
-        quantity=CLEARANCE,
+        quantity="clearance",
         verdict="met" if clear else "failed",
         fact=_message(pair, points, scenario),
         value=pair.distance,
@@ -199,8 +198,4 @@ def _vector_text(vector: FloatArray) -> str:
 
 def failed_pairs(findings: Iterable[Finding]) -> list[Finding]:
     """Findings of pairs that collide or are undecided."""
-    return [
-        finding
-        for finding in findings
-        if finding.group == COLLISIONS and finding.quantity == CLEARANCE and not finding.ok
-    ]
+    return [finding for finding in findings if finding.subject == "pair" and not finding.ok]

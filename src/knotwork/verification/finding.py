@@ -9,6 +9,11 @@ from typing import Any, Literal, get_args
 
 from knotwork.errors import InputError, format_value
 
+Subject = Literal[
+    "waypoint", "joint", "tool", "link", "pair", "path", "wait", "event", "segment", "cycle",
+    "motion",
+]  # fmt: skip
+"""Kind of subject of a finding; a pair is one of bodies."""
 Verdict = Literal["met", "failed", "undecided", "warning", "information"]
 Proof = Literal["exact", "bounded", "sampled"]
 
@@ -37,8 +42,7 @@ class Finding:
 
     Attributes:
         group: Heading in the report, for example `"Joint limits"`.
-        subject: Kind of subject: `"waypoint"`, `"joint"`, `"tool"`, `"link"`, `"pair"` (of bodies),
-            `"path"`, `"wait"`, `"event"`, `"segment"`, `"cycle"` or `"motion"`.
+        subject: Kind of subject, for example `"joint"`.
         name: Name of the subject, for example of the joint; empty if there is only one.
         quantity: Quantity, for example `"velocity"`.
         verdict: `"met"` or `"failed"` for a requirement; `"undecided"` for a requirement that can't
@@ -69,7 +73,7 @@ class Finding:
     """
 
     group: str
-    subject: str
+    subject: Subject
     name: str
     quantity: str
     verdict: Verdict
@@ -119,7 +123,7 @@ class Finding:
     def at_most(
         cls,
         group: str,
-        subject: str,
+        subject: Subject,
         name: str,
         quantity: str,
         fact: str,
@@ -171,6 +175,11 @@ class Finding:
     def title(self) -> str:
         """Text of the quantity."""
         return self.quantity.replace("_", " ")
+
+    @property
+    def kind(self) -> tuple[str, str, str]:
+        """Group, subject and quantity. Of findings of a kind, short reports name the worst."""
+        return self.group, self.subject, self.quantity
 
     @property
     def at(self) -> float | None:

@@ -12,7 +12,7 @@ from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.units import Units
 from knotwork.verification.bounds.free_turn import free_angles, open_ranges
 from knotwork.verification.checked_motion import Motion
-from knotwork.verification.finding import Finding
+from knotwork.verification.finding import Finding, Subject
 from knotwork.verification.path_checks import join_paths
 from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
 
@@ -37,7 +37,7 @@ class FreedomUse(NamedTuple):
         bounds: Minimum and maximum allowed of each.
     """
 
-    subject: str
+    subject: Subject
     name: str
     time: FloatArray
     values: dict[tuple[str, str], FloatArray]
@@ -85,7 +85,7 @@ def _covers(motion: Motion, times: FloatArray) -> bool:
 
 
 def _freedom_use(
-    subject: str,
+    subject: Subject,
     name: str,
     freedom: PoseFreedom,
     times: FloatArray,
@@ -157,12 +157,12 @@ def _external_axis_findings(motion: Motion, scenario: Scenario, robot: Robot) ->
 
 
 def _sampled_finding(
-    subject: str, name: str, quantity: str, text: str, value: float, unit: str, times: FloatArray
+    subject: Subject, name: str, quantity: str, text: str, value: float, unit: str, time: FloatArray
 ) -> Finding:
     fact = f"{name}: {text}"
     return Finding(
         FREEDOM, subject, name, quantity, "information", fact, value=value, unit=unit,
-        interval=(float(times[0]), float(times[-1])), proof="sampled", brief=fact,
+        interval=(float(time[0]), float(time[-1])), proof="sampled", brief=fact,
     )  # fmt: skip
 
 

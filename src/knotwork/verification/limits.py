@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
+from itertools import starmap
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -17,7 +19,7 @@ from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.units import Units, rounded_up
 from knotwork.verification.checked_motion import Motion, describe_time
 from knotwork.verification.continuity import CONTINUITY_GROUP
-from knotwork.verification.finding import Finding, Proof, verdict_on
+from knotwork.verification.finding import Finding, Proof, Subject, verdict_on
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
@@ -79,14 +81,12 @@ def check_derivative_limits(space: JointSpace, curve: PiecewisePolynomial) -> It
     for order, quantity in enumerate(DERIVATIVES):
         extrema, jumps = curve.extrema(order), jumps_below(curve, order)
         lower, upper = space.bounds(quantity)
-        for i in range(len(space.joint_names)):
-            highest = WorstValue(float(extrema.maximum[i]), float(extrema.maximum_time[i]))
-            lowest = WorstValue(float(extrema.minimum[i]), float(extrema.minimum_time[i]))
-            side, worst, limit = min(
-                ((1.0, highest, float(upper[i])), (-1.0, lowest, float(lower[i]))),
-                key=lambda row: (row[0] * (row[2] - row[1].value), -abs(row[1].value)),
-            )
-            yield joint_finding(space, i, quantity, worst, limit, side, jumps.get(i))
+        highest = np.transpose([extrema.maximum, extrema.maximum_time, upper]).tolist()
+        lowest = np.transpose([extrema.minimum, extrema.minimum_time, lower]).tolist()
+        from_below = starmap(partial(LimitedValue, side=-1.0), lowest)
+        for i, sides in enumerate(zip(starmap(LimitedValue, highest), from_below, strict=True)):
+            worst = min(sides, key=lambda side: (side.margin, -abs(side.value)))
+            yield joint_finding(space, i, quantity, worst, jumps.get(i))
 
 
 def find_absurd_limit(curve: PiecewisePolynomial, space: JointSpace) -> str:
@@ -110,27 +110,37 @@ def find_absurd_limit(curve: PiecewisePolynomial, space: JointSpace) -> str:
     return ""
 
 
-class WorstValue(NamedTuple):
-    """The value with the smallest margin to a limit.
+class LimitedValue(NamedTuple):
+    """The worst value of a quantity, and its limit.
 
     Attributes:
         value: Value in SI; infinite at a jump.
         time: Time of the value [s].
+        limit: The limit with the sign of that side; infinite if none is given.
+        side: 1 for an upper limit, -1 for a lower one.
         proof: Kind of proof.
         excess: Maximum difference between the true worst value and `value`.
     """
 
     value: float
     time: float
+    limit: float
+    side: float = 1.0
     proof: Proof = "exact"
     excess: float = 0.0
 
+    @classmethod
+    def from_bound(cls, bound: Bound, limit: float, side: float = 1.0) -> LimitedValue:
+        """Convert a bound to a value with its excess, if that is proved."""
+        if not bound.proved:
+            return cls(bound.value, bound.time, limit, side, "sampled")
+        return cls(bound.value, bound.time, limit, side, "bounded", bound.excess)
 
-def bounded_value(bound: Bound) -> WorstValue:
-    """Convert a bound to a value with its excess, if that is proved."""
-    if not bound.proved:
-        return WorstValue(bound.value, bound.time, "sampled")
-    return WorstValue(bound.value, bound.time, "bounded", bound.excess)
+    @property
+    def margin(self) -> float:
+        """Proved distance to the limit; beyond it, that of the value itself."""
+        margin = self.side * (self.limit - self.value)
+        return margin - self.excess if margin >= 0.0 else margin
 
 
 def add_slack(limit: ArrayLike) -> FloatArray:
@@ -144,18 +154,17 @@ def keeps_limit(margin: float, limit: float) -> bool:
     return bool(margin >= -LIMIT_SLACK * max(1.0, abs(limit)))
 
 
-def compare_text(worst: WorstValue, limit: float, unit: str, units: Units) -> str:
-    """Text that compares a value with a limit, and states what is not proved.
+def compare_text(worst: LimitedValue, unit: str, units: Units) -> str:
+    """Text that compares a value with its limit, and states what is not proved.
 
     Args:
         worst: The value.
-        limit: The limit, in SI.
-        unit: SI unit of both.
+        unit: Its SI unit.
         units: Units of the text.
     """
-    allowed = f"limit {units.text(limit, unit)}"
-    if limit and 1.0 < worst.value / limit < np.inf:
-        percent = 100.0 * worst.value / limit
+    allowed = f"limit {units.text(worst.limit, unit)}"
+    if worst.limit and 1.0 < worst.value / worst.limit < np.inf:
+        percent = 100.0 * worst.value / worst.limit
         allowed += f" ({percent:.0f} %)" if percent >= 101.0 else ""
     if np.isinf(worst.value):
         text = f"is infinite at the jump at {worst.time:.6g} s, {allowed}"
@@ -169,12 +178,10 @@ def compare_text(worst: WorstValue, limit: float, unit: str, units: Units) -> st
 
 
 def limit_finding(
-    subject: tuple[str, str, str],
+    subject: tuple[str, Subject, str],
     quantity: str,
     label: str,
-    worst: WorstValue,
-    limit: float,
-    side: float,
+    worst: LimitedValue,
     unit: str,
     units: Units,
     *,
@@ -187,21 +194,17 @@ def limit_finding(
         quantity: Name of the quantity.
         label: Text of subject and quantity.
         worst: The worst value.
-        limit: The limit with the sign of that side; infinite if none is given.
-        side: 1 for an upper limit, -1 for a lower one.
         unit: SI unit.
         units: Units of the text.
         ok: Whether the limit is kept, by default within rounding.
     """
-    required = bool(np.isfinite(limit))
-    text = compare_text(worst, limit, unit, units) if required else "has no limit given"
-    margin = side * (limit - worst.value)
-    margin -= worst.excess if margin >= 0.0 else 0.0  # beyond the limit, the value itself counts
-    ok = keeps_limit(margin, limit) if ok is None else ok
+    required = bool(np.isfinite(worst.limit))
+    text = compare_text(worst, unit, units) if required else "has no limit given"
+    ok = keeps_limit(worst.margin, worst.limit) if ok is None else ok
     return Finding(
-        *subject, quantity, verdict_on(ok, required=required), f"{label} {text}",
-        limit=limit if required else None, margin=margin if required else None, unit=unit,
-        **worst._asdict(),
+        *subject, quantity, verdict_on(ok, required=required), f"{label} {text}", worst.value,
+        limit=worst.limit if required else None, margin=worst.margin if required else None,
+        unit=unit, time=worst.time, proof=worst.proof, excess=worst.excess,
     )  # fmt: skip
 
 
@@ -209,9 +212,7 @@ def joint_finding(
     space: JointSpace,
     i: int,
     quantity: str,
-    worst: WorstValue,
-    limit: float,
-    side: float,
+    worst: LimitedValue,
     jump: tuple[float, float] | None = None,
 ) -> Finding:
     """Make the finding of the worst value of a quantity of joint `i`, see `limit_finding`.
@@ -221,16 +222,15 @@ def joint_finding(
         i: Index of the joint.
         quantity: Name of the quantity.
         worst: The worst value.
-        limit: The limit with the sign of that side; infinite if none is given.
-        side: 1 for an upper limit, -1 for a lower one.
         jump: Time [s] and sign of a jump, at which the quantity is infinite.
     """
-    if jump is not None and np.isfinite(limit):
+    if jump is not None and np.isfinite(worst.limit):
         time, side = jump
-        worst, limit = WorstValue(side * np.inf, time), side * abs(limit)
+        worst = LimitedValue(side * np.inf, time, side * abs(worst.limit), side)
     name, unit = space.joint_names[i], JOINT_QUANTITIES[quantity].units[space.joint_units[i]]
-    subject, label = (JOINT_LIMITS, "joint", name), f"joint {name!r}: {quantity}"
-    return limit_finding(subject, quantity, label, worst, limit, side, unit, space.shown_in)
+    label = f"joint {name!r}: {quantity}"
+    subject: tuple[str, Subject, str] = (JOINT_LIMITS, "joint", name)
+    return limit_finding(subject, quantity, label, worst, unit, space.shown_in)
 
 
 def jumps_below(curve: PiecewisePolynomial, order: int) -> dict[int, tuple[float, float]]:

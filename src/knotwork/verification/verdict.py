@@ -185,9 +185,9 @@ class Report:
             for finding in self.findings
             if finding.verdict == "met" and finding.utilisation is not None and not finding.detail
         ]
-        worst: dict[tuple[str, str], Finding] = {}
+        worst: dict[tuple[str, str, str], Finding] = {}
         for finding in sorted(met, key=lambda finding: -(finding.utilisation or 0.0)):
-            worst.setdefault((finding.subject, finding.quantity), finding)
+            worst.setdefault(finding.kind, finding)
         return tuple(worst.values())
 
     @property
@@ -196,6 +196,13 @@ class Report:
         undecided = sum(finding.verdict == "undecided" for finding in self.findings)
         counted = {"undecided": undecided, "sampled only": len(self.sampled)}
         return "".join(f", {count} {word}" for word, count in counted.items() if count)
+
+    @property
+    def result(self) -> str:
+        """Text of the numbers of requirements: met, of all, failed, undecided and sampled."""
+        met, required = self.counts
+        failed = f", {required - met} failed" if required > met else ""
+        return f"{met} of {required} requirements met{failed}{self.reservations}"
 
     @property
     def summary(self) -> str:
@@ -217,11 +224,9 @@ class Report:
         Args:
             width: Width of the lines in characters, exceeded only by longer words.
         """
-        met, required = self.counts
-        failed = f", {required - met} failed" if required > met else ""
         verdict = (
-            f"{'PASSED' if self.ok else 'FAILED'} {self.scenario}: {met} of {required} "
-            f"requirements met{failed}{self.reservations}; {self.end_time - self.start_time:.5g} s"
+            f"{'PASSED' if self.ok else 'FAILED'} {self.scenario}: {self.result}; "
+            f"{self.end_time - self.start_time:.5g} s"
         )
         lines = wrap(verdict, width, BRIEF_INDENT)
         for mark, findings, max_kinds in (

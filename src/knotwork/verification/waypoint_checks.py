@@ -68,8 +68,8 @@ def motion_finding(quantity: str, message: str, *, ok: bool) -> Finding:
 
 def check_tool_poses(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Compare the tool's pose and velocity with the waypoints', by forward kinematics (eq 1)."""
-    for waypoint, time, _ in _timed_waypoints(motion, scenario, space):
-        yield from _tool_findings(waypoint, time, motion, scenario, space)
+    for i, time in _passing_times(motion, scenario).items():
+        yield from _tool_findings(i, scenario.waypoints[i], time, motion, scenario, space)
 
 
 def check_tool_at_arrivals(
@@ -87,7 +87,7 @@ def check_tool_at_arrivals(
         waypoint, rate = scenario.waypoints[i], float(execution.clock(time, 1))
         if isinstance(waypoint, CartesianWaypoint):
             passed = replace(waypoint, time=time, twist=waypoint.twist * rate)
-            yield from _tool_findings(passed, time, motion, scenario, space)
+            yield from _tool_findings(i, passed, time, motion, scenario, space)
 
 
 def check_joint_values(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -95,12 +95,13 @@ def check_joint_values(motion: Motion, scenario: Scenario, space: JointSpace) ->
 
     If the tool must stop, all joints must stop, because self-motion would not move the tool.
     """
-    passed = list(_timed_waypoints(motion, scenario, space))
-    times = np.array([time for _, time, _ in passed])
+    passed = _passing_times(motion, scenario)
+    times = np.array([*passed.values()])
     achieved = [motion.curve(times, order) for order in (0, 1)]  # all waypoints at once, for speed
-    for i, (waypoint, time, state) in enumerate(passed):
-        for order, requested in _joint_requirements(waypoint, state, space):
-            reached = achieved[order][i]
+    for row, (i, time) in enumerate(passed.items()):
+        waypoint = scenario.waypoints[i]
+        for order, requested in _joint_requirements(waypoint, space.targets[i], space):
+            reached = achieved[order][row]
             yield _joint_finding(waypoint.name, time, order, requested, reached, scenario, space)
     if space.end_acceleration is not None:
         ends = (scenario.waypoints[0], scenario.waypoints[-1])
@@ -125,25 +126,35 @@ def _time_slack(motion: Motion) -> float:
     return float(max(min(TIME_ROUNDING * largest, MAX_TIME_SLACK), 8.0 * np.spacing(largest)))
 
 
-def _timed_waypoints(
-    motion: Motion, scenario: Scenario, space: JointSpace
-) -> Iterator[tuple[ScenarioWaypoint, float, JointState | None]]:
-    """Waypoints within the motion's time, with their times in the motion [s] and joint states."""
+def _passing_times(motion: Motion, scenario: Scenario) -> dict[int, float]:
+    """Times in the motion [s] of the waypoints within its time, by index."""
     start, end, slack = motion.start_time, motion.end_time, _time_slack(motion)
-    for waypoint, state in zip(scenario.waypoints, space.targets, strict=True):
-        if start - slack <= waypoint.time <= end + slack:
-            yield waypoint, min(max(waypoint.time, start), end), state
+    return {
+        i: min(max(waypoint.time, start), end)
+        for i, waypoint in enumerate(scenario.waypoints)
+        if start - slack <= waypoint.time <= end + slack
+    }
 
 
 def _tool_findings(
-    waypoint: ScenarioWaypoint, time: float, motion: Motion, scenario: Scenario, space: JointSpace
+    i: int,
+    waypoint: ScenarioWaypoint,
+    time: float,
+    motion: Motion,
+    scenario: Scenario,
+    space: JointSpace,
 ) -> Iterator[Finding]:
-    """Compare the tool at a time [s] with a waypoint given by a pose."""
+    """Compare the tool at a time [s] with waypoint i, if it is given by a pose.
+
+    Its speeds may be those of another clock.
+    """
     if space.robot is None or not isinstance(waypoint, CartesianWaypoint):
         return
     import pinocchio as pin
 
-    velocity_freedom = _velocity_freedom(waypoint, scenario)
+    # the velocity has the freedom of the path that starts there, if any
+    from_there = (path.freedom for path in scenario.paths if path.first == i and path.freedom)
+    velocity_freedom = next(from_there, waypoint.freedom)
     robot, joints = space.robot.in_frame(in_world_frame=waypoint.in_world_frame)
     q, v = motion.curve(time)[joints], motion.curve(time, 1)[joints]
     pose, twist = robot.forward(q), robot.twist(q, v)
@@ -177,14 +188,6 @@ def _tool_findings(
             achieved=achieved, error=error, tolerance=getattr(scenario.task.tolerances, quantity),
             unit=unit, units=scenario.units,
         )  # fmt: skip
-
-
-def _velocity_freedom(waypoint: CartesianWaypoint, scenario: Scenario) -> PoseFreedom | None:
-    """Freedom of the velocity at a waypoint: that of the path that starts there, or its own."""
-    for path in scenario.paths:
-        if scenario.waypoints[path.first].name == waypoint.name and path.freedom is not None:
-            return path.freedom
-    return waypoint.freedom
 
 
 def _excess_rotation(freedom: PoseFreedom, requested: FloatArray, reached: FloatArray) -> float:

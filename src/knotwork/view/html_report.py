@@ -4,21 +4,23 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from knotwork.files.documents import read_text
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
-from knotwork.units import Units, readable
+from knotwork.units import Units
 from knotwork.verification import Finding, Report
 from knotwork.verification.brief import (
     NOTABLE_UTILISATION,
     brief_texts_by_group,
+    describe,
     without_utilisation,
     worst_failures,
 )
+from knotwork.verification.finding import TRIED
 from knotwork.verification.verdict import CheckedMotion
 from knotwork.view.joint_plots import plot_joints
 from knotwork.view.page import Page, asset, iframe, render_template, scene_page
@@ -75,10 +77,10 @@ def report_page(plan: CheckedMotion) -> Page:
         facts=brief_texts_by_group(report.groups),
         failures=failures(report, scenario),
         most_use=MAX_USE,
-        tightest=[_in_units(finding, report.units) for finding in _tightest(report)],
+        tightest=_tightest(report),
         verdicts=_VERDICTS,
-        number=_number,
-        vector=_vector,
+        units=report.units,
+        number=partial(_number, report.units),
         groups=_groups(report),
         gauges=_gauges(plan, [figure for _, figure in plots]),
         plots=[(name, _picture(figure)) for name, figure in plots],
@@ -97,19 +99,17 @@ def _tightest(report: Report) -> list[Finding]:
         if (finding.utilisation or 0.0) >= NOTABLE_UTILISATION
     ]
     unused = [finding for group in report.groups.values() for finding in without_utilisation(group)]
-    rows: dict[tuple[str, str], Finding] = {}
+    rows: dict[tuple[str, str, str], Finding] = {}
     for finding in (*failing, *tight[:MAX_ROWS], *unused):
-        rows.setdefault((finding.subject, finding.quantity), finding)
-    failed = {(finding.subject, finding.quantity) for finding in failing}
-    return [*failing, *(finding for key, finding in rows.items() if key not in failed)]
+        rows.setdefault(finding.kind, finding)
+    return list(rows.values())
 
 
 def _groups(report: Report) -> list[dict[str, Any]]:
-    """Findings by group, in the displayed units, without those at the top of the page."""
-    at_top = report.tried if report.failures else ()
+    """Findings by group, without those at the top of the page."""
     groups = []
     for title, findings in report.groups.items():
-        shown = [_in_units(finding, report.units) for finding in findings if finding not in at_top]
+        shown = [finding for finding in findings if finding.quantity != TRIED]
         if not shown:
             continue
         numbers = [finding for finding in shown if finding.value is not None]
@@ -122,31 +122,11 @@ def _groups(report: Report) -> list[dict[str, Any]]:
             "met": f"{met} of {len(required)} met" if required else "",
             "ok": all(finding.ok for finding in shown),
             "vectors": any(finding.requested is not None for finding in rows),
-            "free": [_free_text(finding) for finding in numbers if finding not in rows],
+            "free": [describe(finding, report.units) for finding in numbers if finding not in rows],
             "sentences": [str(finding) for finding in shown if finding.value is None],
         }
         groups.append(group)
     return groups
-
-
-def _free_text(finding: Finding) -> str:
-    """A finding without a limit, such as the maximum jerk of a joint."""
-    at = f" at {finding.when} s" if finding.when else ""
-    value = f"{_number(finding.value)} {finding.unit}".strip()
-    return f"{finding.name} {finding.title} {value}{at}".strip()
-
-
-def _in_units(finding: Finding, units: Units) -> Finding:
-    """A finding with its numbers in the displayed units, with the names of these units."""
-    factor, unit = units.shown(1.0, finding.unit)
-    changed: dict[str, Any] = {"unit": unit}
-    for name in ("value", "limit", "margin", "excess"):
-        value = getattr(finding, name)
-        changed[name] = None if value is None else factor * value
-    for name in () if finding.form else ("requested", "achieved"):
-        values = getattr(finding, name)
-        changed[name] = None if values is None else tuple(factor * value for value in values)
-    return replace(finding, **changed)
 
 
 def _picture(figure: Figure) -> dict[str, str]:
@@ -197,9 +177,5 @@ def _gauges(plan: CheckedMotion, figures: Sequence[Figure]) -> dict[str, Any]:
     return {"joints": joints, "kinds": list(kinds), "tool": tool}
 
 
-def _vector(values: tuple[float, ...] | None) -> str:
-    return ", ".join("0" if abs(value) < 5e-10 else _number(value) for value in values or ())
-
-
-def _number(value: float | None) -> str:
-    return "" if value is None else readable(value).replace("-", "\u2212")
+def _number(units: Units, value: float | None, unit: str) -> str:
+    return units.number(value, unit).replace("-", "\u2212")

@@ -24,19 +24,20 @@ def solid(kind: str, size: Sequence[float], colour: Sequence[float], sides: int 
     """
     from trimesh import creation
 
-    radius, length = size[0], size[-1]
+    # of radius 1, since trimesh leaves out triangles with sides below 10 nm
+    radius, length = size[0], size[-1] / size[0]
     if kind == "box":
-        shape = creation.box(extents=size)
-    elif kind == "sphere":
-        shape = creation.uv_sphere(radius=radius, count=[sides // 2, sides // 2])
+        return from_triangles(creation.box(extents=size).triangles, colour)
+    if kind == "sphere":
+        shape = creation.uv_sphere(radius=1.0, count=[sides // 2, sides // 2])
     elif kind == "capsule":
-        shape = creation.capsule(radius=radius, height=length, count=[sides, sides // 2])
+        shape = creation.capsule(radius=1.0, height=length, count=[sides, sides // 2])
     elif kind == "cylinder":
-        shape = creation.cylinder(radius=radius, height=length, sections=sides)
+        shape = creation.cylinder(radius=1.0, height=length, sections=sides)
     else:
-        shape = creation.cone(radius=radius, height=length, sections=sides)
+        shape = creation.cone(radius=1.0, height=length, sections=sides)
         shape.apply_translation([0.0, 0.0, -length / 2])
-    return from_triangles(shape.triangles, colour)
+    return from_triangles(radius * shape.triangles, colour)
 
 
 def sphere(radius: float, colour: Sequence[float], sides: int = 24) -> Mesh:

@@ -243,5 +243,5 @@ def task_without_requirements(name: str) -> Scenario:
 
 def nearest_around(findings: Sequence[Finding]) -> Finding | None:
     """The finding on the pair with the surroundings that is nearest to its margin."""
-    pairs = [pair for pair in findings if pair.quantity == "clearance" and pair.involves_scene]
+    pairs = [pair for pair in findings if pair.involves_scene]
     return min(pairs, key=lambda pair: (pair.value or 0.0) - (pair.limit or 0.0), default=None)

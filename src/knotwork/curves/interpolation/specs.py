@@ -164,6 +164,7 @@ _OPTION_WORDS = {
     "knots": "a choice of knots",
     "end_acceleration": "end accelerations",
     "accelerations": "accelerations at waypoints",
+    "chosen": "a motion that was chosen before",
 }
 
 

@@ -125,9 +125,10 @@ def _chosen_motion(
         if task.unknowns.speed[i] != "given"
     }
     extra: dict[str, Any] = {"velocities": velocities, "way": motion.tries}
+    if motion.extra_clearance is not None:
+        extra["room"] = motion.extra_clearance / length
     return ChosenMotion(
         times=times.tolist(),
-        room=None if motion.extra_clearance is None else motion.extra_clearance / length,
         accelerations=by_joint(task.space, motion.trajectory.acceleration(x), length, angle),
         **{key: value for key, value in extra.items() if value},
     )

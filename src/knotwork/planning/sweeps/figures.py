@@ -73,8 +73,8 @@ def _deviation(plan: Plan) -> float | None:
 
 def _clearance(involves_scene: bool, plan: Plan) -> float | None:
     """Minimum clearance to the surroundings, or of the robot and held objects to itself."""
-    pairs = plan.report.select(quantity="clearance", subject="pair")
-    values = (pair.value for pair in pairs if pair.involves_scene == involves_scene)
+    pairs = plan.report.select(subject="pair", involves_scene=involves_scene)
+    values = (pair.value for pair in pairs)
     return min((value for value in values if value is not None), default=None)
 
 

@@ -17,7 +17,6 @@ from knotwork.robot.kinematics.geometry.configuration_flags import (
 from knotwork.robot.kinematics.sequence.step_costs import OVERSPEED_FACTOR
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.scenario import ScenarioWaypoint
-from knotwork.units import readable
 from knotwork.verification import Finding
 from knotwork.waypoints import FloatArray
 
@@ -107,8 +106,7 @@ def _velocity_finding(
         margin=limit - speed,
         unit=unit,
         time=None if end is not None else start.time,
-        label=f"{to_one_line(joint)} needs {readable(scenario.units.shown(speed, unit)[0])} of "
-        f"{allowed} {why}",
+        label=f"{to_one_line(joint)} needs {scenario.units.number(speed, unit)} of {allowed} {why}",
         remedy=remedy,
         interval=None if end is None else (start.time, end.time),
     )

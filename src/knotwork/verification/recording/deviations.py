@@ -15,7 +15,7 @@ from knotwork.curves.polynomial.two_point import raise_degree
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.joint_quantities import rate_unit
 from knotwork.units import SI, Units
-from knotwork.verification import Finding
+from knotwork.verification.finding import Finding, Subject
 from knotwork.verification.recording.alignment import Alignment
 from knotwork.verification.recording.log_delays import delay_text
 
@@ -159,7 +159,7 @@ def _tool_findings(
 
 
 def _deviation(
-    subject: str,
+    subject: Subject,
     name: str,
     quantity: str,
     fact: str,
