@@ -135,6 +135,19 @@ def test_given_velocity_keeps_fixed_components() -> None:
     assert not checked(plan.trajectory, passing("none")).ok
 
 
+def test_turn_of_a_circle_stays_off_its_limits() -> None:
+    """At a limit of its turn the arm could not follow the path."""
+    circle = {"along": {"arc": {"centre": [400, 250, 300], "normal": [0, 0, 1]}}, "speed": 60}
+    place, free = {"position": [400, 200, 300]}, {"free": {"turn": [-350, 350]}}
+    task = seams.task(
+        {"name": "a", "pose": {**place, "rpy": [180, 0, 30]}, "after": 3, "stop": True},
+        {"name": "b", "pose": place, **circle, "orientation": "tangent", **free, "stop": True},
+        robot="xarm7",
+        tool={"offset": {"position": [0, 0, 80]}},
+    )
+    kw.plan(task).report.raise_if_failed()
+
+
 def test_bounded_turn_along_path_is_checked_at_all_times() -> None:
     task = with_stops(arch({"turn": [-100, 10]}))
     plan = kw.plan(task)

@@ -80,7 +80,7 @@ def test_a_part_of_a_cloud_inside_a_closed_mesh_is_found(tmp_path: Path) -> None
 def test_refuses_too_many_cells(tmp_path: Path) -> None:
     points = np.insert(np.mgrid[0:400, 0:400], 2, 0, axis=0).reshape(3, -1).T
     with pytest.raises(InputError, match=r"fills 160000 cells of 0\.03 m, and at most 100000 are"):
-        cloud(tmp_path / "many.csv", EDGE * points)
+        cloud(tmp_path / "many.csv", EDGE * (points + 0.5))
 
 
 def test_detects_cloud_in_path_and_free_space_next_to_it(knotwork: Command, tmp_path: Path) -> None:
