@@ -20,10 +20,30 @@ IndexArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]
 
 
+def read_numbers(
+    values: ArrayLike, shape: tuple[int, ...], subject: str, kind: type = float
+) -> Any:
+    """Copy values into a read-only array of the given shape and type; infinity and NaN are numbers.
+
+    Raises:
+        WaypointDataError: The values are not numbers or have a wrong shape.
+    """
+    try:
+        array: NDArray[Any] = np.array(values, dtype=kind)
+    except (TypeError, ValueError) as error:
+        message = f"{subject} must be numbers, not {values!r}"
+        raise WaypointDataError(message, value=values) from error
+    if array.shape != shape:
+        message = f"{subject} must have shape {shape}, not {array.shape}"
+        raise WaypointDataError(message, value=array)
+    array.setflags(write=False)
+    return array
+
+
 def read_only(
     values: ArrayLike, shape: tuple[int, ...], subject: str, *, unknown: bool = False
 ) -> FloatArray:
-    """Copy values into a read-only array of floats of the given shape.
+    """Copy values into a read-only array of finite floats of the given shape.
 
     Args:
         values: Numbers, as for NumPy.
@@ -34,14 +54,7 @@ def read_only(
     Raises:
         WaypointDataError: The values are not numbers, not finite or have a wrong shape.
     """
-    try:
-        array = np.array(values, dtype=float)
-    except (TypeError, ValueError) as error:
-        message = f"{subject} must be numbers, not {values!r}"
-        raise WaypointDataError(message, value=values) from error
-    if array.shape != shape:
-        message = f"{subject} must have shape {shape}, not {array.shape}"
-        raise WaypointDataError(message, value=array)
+    array: FloatArray = read_numbers(values, shape, subject)
     wrong = np.isinf(array) if unknown else ~np.isfinite(array)
     if wrong.any():
         index = tuple(int(i) for i in np.argwhere(wrong)[0])
@@ -51,7 +64,6 @@ def read_only(
             waypoint=index[0] if index else None,
             value=array[index],
         )
-    array.setflags(write=False)
     return array
 
 

@@ -70,6 +70,16 @@ def test_stop_keeps_state_limits_and_path(deburring: kw.Plan, at: float, on_path
         assert now.duration <= deburring.stop(at).trajectory.duration * (1 + 1e-9)
 
 
+@pytest.mark.parametrize("profile", [{0: 0.7}, {0: 0.7, 3 / 0.7: 0.7}])
+def test_override_may_change_where_motion_ends(profile: dict[float, float]) -> None:
+    """Two breaks of the clock once were equal within rounding, and no motion was found."""
+    joints = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": 3}]
+    slow = kw.plan({"limits": LIMITS, "waypoints": joints}).scaled(profile)
+    assert slow.report.ok
+    assert slow.trajectory.duration == pytest.approx(3 / 0.7)
+    assert [one.name for one in slow.scenario.waypoints] == ["waypoint 1", "waypoint 2"]
+
+
 def test_override_above_1_fails_beyond_limit(deburring: kw.Plan) -> None:
     fast = deburring.scaled({0: 2.5})
     assert fast.trajectory.duration == pytest.approx(deburring.trajectory.duration / 2.5)

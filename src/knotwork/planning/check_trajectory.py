@@ -13,18 +13,13 @@ from knotwork.errors import InputError
 from knotwork.files import documents
 from knotwork.files.documents import Document, validate
 from knotwork.files.foreign import read_trajectory
+from knotwork.planning.replanning import SCENE_KEYS
 from knotwork.task import OtherRobot, Task
 from knotwork.task.scenario import Scenario, resolve_task
 from knotwork.task.scenario.joint_space import JointSpace, by_joint, joint_space, moved_robot
 from knotwork.task.task_source import read_document
 from knotwork.verification import Finding, Report, check
 from knotwork.verification.collisions import nearest_to
-
-SCENE_KEYS = (
-    *("units", "robot", "tool", "gravity", "frames", "scene", "collisions", "limits"),
-    *("continuity", "tolerances"),
-)
-"""Keys of a scenario file that apply to a motion without its waypoints."""
 
 
 def check_alone(

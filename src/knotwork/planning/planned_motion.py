@@ -198,7 +198,7 @@ class Plan(CheckedMotion):
         >>> slow.trajectory.duration > plan.trajectory.duration, slow.report.ok
         (True, True)
         """
-        return Plan(**vars(scaled_motion(self, profile)))
+        return scaled_motion(self, profile)
 
     def stop(self, at: float, *, on_path: bool = True) -> Plan:
         """Stop as soon as the limits of acceleration and jerk allow.
@@ -223,7 +223,7 @@ class Plan(CheckedMotion):
         >>> stop.report.ok, bool(stop.trajectory.duration < 0.5)
         (True, True)
         """
-        return Plan(**vars(stopped_motion(self, at, on_path=on_path)))
+        return stopped_motion(self, at, on_path=on_path)
 
     def view(self) -> Page:
         """Show the motion of the arm in 3D.

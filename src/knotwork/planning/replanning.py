@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.curves.trajectory.motion_events import signals_on_at
@@ -20,9 +20,13 @@ from knotwork.task.scenario.repetitions import expand_repeats
 from knotwork.task.scenario.waypoint_reader import START
 from knotwork.task.scene_shapes import SHAPES
 from knotwork.task.task_part import plain
+from knotwork.verification.verdict import CheckedMotion
 
-if TYPE_CHECKING:
-    from knotwork.robot import Robot
+SCENE_KEYS = (
+    *("units", "robot", "tool", "gravity", "frames", "scene", "collisions", "limits"),
+    *("continuity", "tolerances"),
+)
+"""Keys of a scenario file that apply to a motion without its waypoints."""
 
 
 def scenario_from(
@@ -110,26 +114,20 @@ def on_moving_frames(task: PlainTask) -> list[int]:
     return [i for i, name in enumerate(frames) if task.is_moving_frame(name)]
 
 
-def scene_from(
-    scenario: Scenario,
-    robot: Robot | None,
-    motion: JointTrajectory,
-    span: tuple[float, float],
-    ends: tuple[str, str],
+def task_with_scene_from(
+    plan: CheckedMotion, span: tuple[float, float], ends: tuple[str, str]
 ) -> Task:
-    """The task with its scene from a time on, which becomes time 0.
+    """The task of a plan with its scene from a time on, which becomes time 0.
 
     Objects that are held at that time are held from the first waypoint on. Objects released before
     or taken later belong to the scene. Moving frames and robots continue.
 
     Args:
-        scenario: The scenario of the motion.
-        robot: Its robot.
-        motion: The planned motion.
+        plan: The planned motion.
         span: Time interval of the planned motion that is executed [s].
         ends: Names of the waypoints at these times.
     """
-    task, (first, last) = scenario.given, span
+    scenario, task, (first, last) = plan.scenario, plan.scenario.given, span
     times = [waypoint.time for waypoint in scenario.waypoints]
     holds: dict[str, Any] = {}
     objects: dict[str, Any] = {}
@@ -144,20 +142,17 @@ def scene_from(
     for item in scenario.scene.objects:
         objects[item.name] = shift_appearance(task.scene.objects[item.name], item.appears)
     for held in scenario.scene.held:
-        take, leave = held.take, held.leave
-        grasp = task.tool.holds[held.name]  # type: ignore[union-attr]  # it holds something
-        if times[take] < last - SAME_WAYPOINT_TIME and first < times[leave]:
+        take, leave = times[held.take], times[held.leave]
+        if take < last - SAME_WAYPOINT_TIME and first < leave:
+            grasp = task.tool.holds[held.name]  # type: ignore[union-attr]  # it holds something
             holds[held.name] = shift_appearance(grasp, held.appears).replace(
-                take=grasp.take if first < times[take] else ends[0],
-                leave=grasp.leave if times[leave] <= last else ends[1],
+                take=grasp.take if first < take else ends[0],
+                leave=grasp.leave if leave <= last else ends[1],
             )
-            continue
-        waypoint = take if last - SAME_WAYPOINT_TIME <= times[take] else leave
-        before, after = max(waypoint - 1, 0), min(waypoint + 1, len(times) - 1)
-        near = times[before] <= last and first <= times[after]
-        pose = robot.forward(motion(times[waypoint]))  # type: ignore[union-attr]
-        put_down = _put_down(scenario, held, waypoint, pose, near=near)
-        objects[held.name] = shift_appearance(put_down, held.appears)
+        else:
+            waypoint = held.take if last - SAME_WAYPOINT_TIME <= take else held.leave
+            put_down = _put_down(plan, held, waypoint, span)
+            objects[held.name] = shift_appearance(put_down, held.appears)
     tool = None if task.tool is None else task.tool.replace(holds=holds or None)
     present = {name: item for name, item in objects.items() if item}
     robots = {
@@ -183,22 +178,34 @@ def _frames_from(task: Task, start: float) -> dict[str, Any]:
 
 
 def _put_down(
-    scenario: Scenario, held: GraspedObject, waypoint: int, pose: Any, *, near: bool
+    plan: CheckedMotion, held: GraspedObject, waypoint: int, span: tuple[float, float]
 ) -> SceneObject:
-    """A held object where the tool takes or releases it, at a waypoint by index in the scenario."""
-    task, carrier = scenario.given, held.carriers[waypoint == held.leave]
-    grasp = task.tool.holds[held.name]  # type: ignore[union-attr]
-    placed, parent = pose * held.shape.placement, "base"
+    """A held object where the tool takes or releases it, which the tool may touch near it.
+
+    Args:
+        plan: The planned motion.
+        held: The object.
+        waypoint: Index in the scenario of the waypoint where it is taken or released.
+        span: Time interval of the planned motion that is executed [s].
+    """
+    scenario, task = plan.scenario, plan.scenario.given
+    carrier = held.carriers[waypoint == held.leave]
+    near = [neighbour.time for neighbour in scenario.waypoints[max(waypoint - 1, 0) : waypoint + 2]]
+    time = scenario.waypoints[waypoint].time
+    placed = plan.space.robot.forward(plan.trajectory(time)) * held.shape.placement  # type: ignore[union-attr]
+    parent = "base"
     if carrier is not None:
         requested = task.waypoints[scenario.task_index[waypoint]]
         parent = getattr(requested, "frame", None) or task.frame or "base"
-        placed = carrier.placement_at(scenario.waypoints[waypoint].time).actInv(placed)
+        placed = carrier.placement_at(time).actInv(placed)
+    grasp = task.tool.holds[held.name]  # type: ignore[union-attr]
     shape = {key: getattr(grasp, key) for key in (*SHAPES, "scale", "exact")}
     place = plain(placed)
     place["position"] = (placed.translation / task.units.in_si[0]).tolist()
+    is_near = near[0] <= span[1] and span[0] <= near[-1]
     return SceneObject(
         **{key: value for key, value in shape.items() if value is not None},
         **place,
         parent=parent,
-        allow=[*held.allow, *(["tool"] if near else [])],
+        allow=[*held.allow, *(["tool"] if is_near else [])],
     )

@@ -80,7 +80,7 @@ def check_derivative_limits(space: JointSpace, curve: PiecewisePolynomial) -> It
     """
     for order, quantity in enumerate(DERIVATIVES):
         extrema, jumps = curve.extrema(order), jumps_below(curve, order)
-        lower, upper = space.bounds(quantity)
+        lower, upper = space.limits.bounds(quantity)
         highest = np.transpose([extrema.maximum, extrema.maximum_time, upper]).tolist()
         lowest = np.transpose([extrema.minimum, extrema.minimum_time, lower]).tolist()
         from_below = starmap(partial(LimitedValue, side=-1.0), lowest)
@@ -99,11 +99,11 @@ def find_absurd_limit(curve: PiecewisePolynomial, space: JointSpace) -> str:
     Returns:
         Text of the limit; empty for other motions.
     """
-    lower, upper = space.bounds("position")
+    lower, upper = space.limits.bounds("position")
     position, velocity = curve.extrema(0), curve.extrema(1)
     excess = np.maximum(lower - position.minimum, position.maximum - upper)
     outside = excess > np.maximum(upper - lower, ABSURD_DISTANCE)
-    fast = ~(velocity.peak <= ABSURD_FACTOR * space.bounds("velocity")[1])
+    fast = ~(velocity.peak <= ABSURD_FACTOR * space.limits.bounds("velocity")[1])
     for quantity, exceeded in (("velocity", fast), ("position", outside)):
         for i in np.flatnonzero(exceeded).tolist():
             return f"the {quantity} of joint {space.joint_names[i]!r} is far beyond its limit"

@@ -161,7 +161,7 @@ def _gauges(plan: CheckedMotion, figures: Sequence[Figure]) -> dict[str, Any]:
     joints: dict[str, dict[tuple[str, str], dict[str, Any]]] = {name: {} for name in names}
     kinds: dict[tuple[str, str], None] = {}
     for order, quantity in enumerate(DERIVATIVES):
-        for name, *limits in zip(names, *plan.space.bounds(quantity), strict=True):
+        for name, *limits in zip(names, *plan.space.limits.bounds(quantity), strict=True):
             joint_unit = trajectory.joint_units[trajectory.joint_names.index(name)]
             factor, unit = plan.scenario.units.shown(1.0, rate_unit(joint_unit, order))
             bounds = (factor * np.array(limits)).tolist() if np.isfinite(limits).all() else None

@@ -12,7 +12,7 @@ import numpy as np
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
-from knotwork.joint_quantities import DERIVATIVES, MAGNITUDES
+from knotwork.joint_quantities import DERIVATIVES, JointLimits
 from knotwork.robot import Robot
 from knotwork.scene.collision_model import CollisionModel, find_joint_of_frame
 from knotwork.task import PlainTask
@@ -83,17 +83,14 @@ class ShownMotion:
         """
         names, units = robot.joint_names, robot.joint_units
         ordered = trajectory.reordered(names, units, owner=f"robot {robot.name!r}")
-        range_limits = robot.lower_position_limit, robot.upper_position_limit
-        space = JointSpace(names, units, *range_limits, robot.limits, robot=robot)
+        space = JointSpace(names, units, robot.limits, robot=robot)
         return cls(ordered, task_without_requirements(f"{robot.name}: stored trajectory"), space)
 
     @classmethod
     def of_joints(cls, trajectory: JointTrajectory) -> ShownMotion:
         """A motion of joints without known limits."""
         names, units = trajectory.joint_names, trajectory.joint_units
-        endless = np.full(len(names), np.inf)
-        limits = dict.fromkeys(MAGNITUDES, endless)
-        space = JointSpace(names, units, -endless, endless, limits)
+        space = JointSpace(names, units, JointLimits(np.full(len(names), np.inf)))
         return cls.of_trajectory(trajectory, task_without_requirements(""), space)
 
     @property
@@ -165,7 +162,7 @@ class ShownMotion:
     def bounds(self, joint: str, quantity: str) -> tuple[float, float]:
         """Lower and upper limit of a quantity of a joint, infinite without a limit."""
         i = self.space.joint_names.index(joint)
-        lower, upper = self.space.bounds(quantity)
+        lower, upper = self.space.limits.bounds(quantity)
         return float(lower[i]), float(upper[i])
 
     @property

@@ -17,6 +17,9 @@ from knotwork.errors import InputError
 from knotwork.errors.arguments import require_number, require_type
 from knotwork.waypoints import FloatArray
 
+SAME_TIME = 1e-12
+"""Relative difference of times within rounding."""
+
 
 def make_rate_curve(times: FloatArray, rates: FloatArray) -> PiecewisePolynomial:
     """Make the rate over time (C1 smooth): two parabolas between values, with zero slope at each.
@@ -60,7 +63,10 @@ class Profile(NamedTuple):
             times, rates = np.append(times, end), np.append(rates, rates[-1])
         clock = make_rate_curve(times, rates).antiderivative()
         if float(clock(times[-1])) > duration:
-            clock = cut_curve(clock, 0.0, float(first_times(clock, np.array([duration]))[0]))
+            end = float(first_times(clock, np.array([duration]))[0])
+            near = float(clock.x[np.abs(clock.x - end).argmin()])
+            # a break within rounding of the end would leave a piece without a duration
+            clock = cut_curve(clock, 0.0, near if abs(near - end) < SAME_TIME * end else end)
         c = np.array(clock.c)
         c[-1] += start
         return PiecewisePolynomial(c, clock.x)

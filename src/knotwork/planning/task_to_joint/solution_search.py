@@ -66,7 +66,7 @@ def home(space: JointSpace) -> FloatArray:
     robot = space.robot
     if robot is not None and HOME_CONFIGURATION in robot.configurations:
         return np.array(robot.configurations[HOME_CONFIGURATION])
-    return range_middles((space.lower_position_limit, space.upper_position_limit))
+    return range_middles(space.limits.bounds("position"))
 
 
 class SolutionSearch:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -91,6 +92,20 @@ def resolve_task(
         scene=read_scene(source, waypoints, task_index),
         locations=locations,
     )
+
+
+def change_task(
+    scenario: Scenario, task: PlainTask, expected: Mapping[int, float] | None = None
+) -> Scenario:
+    """A scenario with another task, from the same file and in continuation of the same motion.
+
+    Args:
+        scenario: The scenario.
+        task: The changed task, repeats written out.
+        expected: Expected times of waypoints with a chosen time [s], by index in the task.
+    """
+    resolved = resolve_task(task, scenario.locations, expected)
+    return replace(resolved, continued_motion=scenario.continued_motion)
 
 
 NEEDING_ROBOT = {
