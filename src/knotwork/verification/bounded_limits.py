@@ -93,7 +93,7 @@ def check_effort_limits(motion: Motion, scenario: Scenario, space: JointSpace) -
         if space.robot is not None and space.robot.base_moves:
             name = space.robot.base_frame
             message = f"efforts are not judged, as {name}, which carries the poses, moves"
-            yield Finding("Motion", "motion", "", "efforts", "warning", message)
+            yield Finding.of_motion("Motion", "efforts", message, "warning")
         return
     from knotwork.verification.bounds import torque_bound
 

@@ -272,7 +272,7 @@ def report_unlimited(motion: Motion, scenario: Scenario, space: JointSpace) -> I
     if parts:
         brief = ", ".join(parts)
         fact = f"no limit is known for {space.robot.name} of {brief}"
-        yield Finding(NO_LIMIT, "motion", "", "missing_limits", "information", fact, brief=brief)
+        yield Finding.of_motion(NO_LIMIT, "missing_limits", fact, brief=brief)
 
 
 def check_accelerations(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:

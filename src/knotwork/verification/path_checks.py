@@ -106,7 +106,7 @@ def check_path_geometry(
         names = scenario.waypoints[path.first].name, scenario.waypoints[path.last].name
         kind = "woven" if path.motion.seam_carrier is None else "in a moving frame"
         fact = f"the tool path from {names[0]!r} to {names[1]!r} is {kind} and is not checked"
-        yield Finding("Warnings", "motion", "", "path", "warning", fact)
+        yield Finding.of_motion("Warnings", "path", fact, "warning")
     yield from check_tool_paths(motion, scenario, space, execution)
 
 

@@ -29,7 +29,6 @@ from knotwork.verification.brief import (
 from knotwork.verification.checked_motion import Motion
 from knotwork.verification.checks import CHECKS
 from knotwork.verification.finding import TRIED, Finding
-from knotwork.verification.waypoint_checks import motion_finding
 from knotwork.waypoints import JointWaypoints
 
 REPORT_VERSION = 2
@@ -80,7 +79,7 @@ def check(
         )
     space = space if space is not None else joint_space(scenario)
     motion = Motion(trajectory, space)
-    faults = [motion_finding("defect", message, ok=False) for message in defects]
+    faults = [Finding.of_motion("Motion", "defect", message, "failed") for message in defects]
     by_check = (judge(motion, scenario, space) for judge in CHECKS.values())
     return Report(
         scenario=scenario.name,

@@ -125,7 +125,7 @@ class ShownMotion:
     @property
     def failure_text(self) -> str:
         """The worst failure in one line, or an empty text."""
-        return worst_short_text(self.failures, self.scenario.units) if self.failures else ""
+        return worst_short_text(self.failures, self.scenario.units)
 
     @cached_property
     def joint_limit_findings(self) -> dict[tuple[str, str], Finding]:
