@@ -30,8 +30,9 @@ import results
 from knotwork.curves.interpolation import BalancedKnots, PlannerOptions, get_planner
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
+from knotwork.joint_quantities import JointLimits
 from knotwork.planning.choosing.segments import MAX_JERK
-from knotwork.planning.timing import Objective, TimingLimits, TimingProblem, solve
+from knotwork.planning.timing import Objective, TimingProblem, solve
 from knotwork.verification import metrics
 from knotwork.waypoints import ChosenSection, JointWaypoints
 from planner_tables import KINDS, RATIOS, rounded, tables
@@ -124,7 +125,7 @@ def optimal(waypoints: JointWaypoints, options: PlannerOptions) -> JointTrajecto
         waypoints.joint_names,
         waypoints.position,
         waypoints.velocity,
-        TimingLimits(none, none, np.full_like(none, MAX_JERK)),
+        JointLimits(none, none, np.full_like(none, MAX_JERK)),
         duration=np.diff(waypoints.time),
         objective=Objective(time=0.0, jerk=1.0),
     )

@@ -49,10 +49,10 @@ import results
 from knotwork.curves.interpolation.modified_hermite_spline import ModifiedHermiteSpline
 from knotwork.errors import InputError
 from knotwork.files.documents import resources
+from knotwork.joint_quantities import JointLimits
 from knotwork.planning.timing import (
     Dynamics,
     TimedMotion,
-    TimingLimits,
     TimingProblem,
     solve,
     solving,
@@ -98,7 +98,7 @@ def tasks(count: int, seed: int) -> Iterator[tuple[str, TimingProblem]]:
         else:
             v[1:-1] = np.clip(y[2:] - y[:-2], -0.5 * V, 0.5 * V)
         names = tuple(f"joint {i}" for i in range(d))
-        yield kind, TimingProblem(names, y, v, TimingLimits(V, A, J))
+        yield kind, TimingProblem(names, y, v, JointLimits(V, A, J))
 
 
 def ruckig_duration(problem: TimingProblem, i: int, a: FloatArray) -> float:
@@ -200,7 +200,7 @@ def random_motion(rng: np.random.Generator, n: int) -> TimingProblem:
     v = np.zeros((n, 6))
     v[1:-1] = rng.uniform(-0.3, 0.3, (n - 2, 6)) * V
     names = tuple(f"joint {i}" for i in range(6))
-    return TimingProblem(names, y, v, TimingLimits(V, A, A * rng.uniform(5.0, 100.0, 6)))
+    return TimingProblem(names, y, v, JointLimits(V, A, A * rng.uniform(5.0, 100.0, 6)))
 
 
 def solved_in(problem: TimingProblem) -> tuple[TimedMotion, float]:
@@ -238,9 +238,9 @@ def torques(seed: int) -> list[dict[str, Any]]:
         v[1:-1] = rng.uniform(-0.3, 0.3, (6, 6))
         A, J, V = np.full(6, acceleration), np.full(6, 400.0), robot.velocity_limit
         names = tuple(robot.joint_names)
-        limits = TimingLimits(V, A, J, effort=part * effort)
+        limits = JointLimits(V, A, J, effort=part * effort)
         motion, seconds = solved_in(TimingProblem(names, q, v, limits, dynamics=dynamics))
-        free = solve(TimingProblem(names, q, v, TimingLimits(V, A, J)))
+        free = solve(TimingProblem(names, q, v, JointLimits(V, A, J)))
         binds = sum(one.share or 0.0 for one in motion.binding if one.quantity == "effort")
         rows.append(
             {
@@ -305,7 +305,7 @@ def shipped_row(name: str, scenario: Scenario, given: float | None) -> dict[str,
     ruckig, ours = 0.0, 0.0
     for run in chosen.segments:
         q = run.trajectory.position(run.time)
-        bound = TimingLimits(limits["velocity"], limits["acceleration"], jerk)
+        bound = JointLimits(limits["velocity"], limits["acceleration"], jerk)
         ruckig += chained(TimingProblem(run.trajectory.joint_names, q, run.velocity, bound)).sum()
         ours += run.duration
     fair = np.isfinite(limits["acceleration"]).all() and np.isfinite(ruckig)

@@ -48,6 +48,7 @@ MODULES = {
         "UnreachablePoseError",
         "WaypointDataError",
     ),
+    "knotwork.joint_quantities": ("JointLimits",),
     "knotwork.curves.trajectory": ("Continuity", "Jump", "Knots", "Samples"),
     "knotwork.task.scenario.joint_space": ("JointSpace", "joint_space"),
     "knotwork.planning.task_to_joint": (

@@ -1,10 +1,18 @@
-"""Quantities of a joint over time, with units and limits: position, its derivatives, effort."""
+"""Quantities of a joint over time: position, its derivatives, effort; and `JointLimits` on them."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from knotwork.errors import WaypointDataError
+from knotwork.errors.arguments import require_number
+from knotwork.units import Units
+from knotwork.waypoints import FloatArray, ReadOnlyArrays, read_numbers
 
 
 @dataclass(frozen=True)
@@ -58,3 +66,89 @@ DERIVATIVES = tuple(quantity.name for quantity in _ALL if quantity.order is not 
 
 MAGNITUDES = tuple(quantity.name for quantity in _ALL if quantity.limit == "magnitude")
 """Names of the quantities that are limited to the same magnitude on both sides."""
+
+_UNLIMITED: Any = None
+
+
+@dataclass(frozen=True, eq=False)
+class JointLimits(ReadOnlyArrays, Mapping[str, FloatArray]):
+    """Limits of joints in SI; infinite where there is none.
+
+    It maps the name of each of `MAGNITUDES` to its limits. All arrays have shape (d,).
+
+    Attributes:
+        velocity: Velocity limits [rad/s or m/s], positive.
+        acceleration: Acceleration limits [rad/s² or m/s²], positive; by default infinite.
+        jerk: Jerk limits [rad/s³ or m/s³], positive; by default infinite.
+        effort: Effort limits [N m or N], positive; by default infinite.
+        lower: Lower position limits [rad or m]; by default -infinite.
+        upper: Upper position limits [rad or m]; by default infinite.
+        margin: Factor that is already applied to the limits of magnitudes. Errors name it, and
+            propose limits without it.
+
+    Raises:
+        WaypointDataError: Values are not numbers, or a magnitude is not positive.
+        InputError: The margin is not a positive number.
+
+    >>> limits = JointLimits([2.0, 2.0], jerk=[40.0, 40.0])
+    >>> limits.acceleration, limits["jerk"]
+    (array([inf, inf]), array([40., 40.]))
+    """
+
+    velocity: FloatArray
+    acceleration: FloatArray = _UNLIMITED
+    jerk: FloatArray = _UNLIMITED
+    effort: FloatArray = _UNLIMITED
+    lower: FloatArray = _UNLIMITED
+    upper: FloatArray = _UNLIMITED
+    margin: float = 1.0
+
+    def __post_init__(self) -> None:
+        d = np.size(self.velocity)
+        for name in (*MAGNITUDES, "lower", "upper"):
+            limit = getattr(self, name)
+            if limit is None:
+                limit = np.full(d, -np.inf if name == "lower" else np.inf)
+            array = read_numbers(limit, (d,), f"{name} limit")
+            if name in MAGNITUDES and not (array > 0.0).all():
+                raise WaypointDataError(f"{name} limits are {array.tolist()}; give positive ones")
+            object.__setattr__(self, name, array)
+        require_number(self.margin, "margin", positive=True)
+
+    def __getitem__(self, quantity: str) -> FloatArray:
+        if quantity not in MAGNITUDES:
+            raise KeyError(quantity)
+        return np.asarray(getattr(self, quantity))
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(MAGNITUDES)
+
+    def __len__(self) -> int:
+        return len(MAGNITUDES)
+
+    def bounds(self, quantity: str) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper limit of a quantity of `JOINT_QUANTITIES`, shape (d,) each."""
+        if JOINT_QUANTITIES[quantity].limit == "range":
+            return self.lower, self.upper
+        return -self[quantity], self[quantity]
+
+    def scaled(self, margin: float) -> JointLimits:
+        """The limits with a margin: a factor on the magnitudes, in addition to an earlier one."""
+        magnitudes: dict[str, Any] = {name: margin * limit for name, limit in self.items()}
+        return replace(self, margin=margin * self.margin, **magnitudes)
+
+    def text(self, limit: float, unit: str, units: Units) -> str:
+        """Text of a limit of a magnitude, with its value before the margin.
+
+        >>> JointLimits([1.8], margin=0.9).text(1.8, "rad/s", Units())
+        '1.8 rad/s, 0.9 of 2 rad/s (margin)'
+        """
+        shown = units.text(limit, unit)
+        if self.margin == 1.0:
+            return shown
+        return f"{shown}, {self.margin:g} of {units.text(limit / self.margin, unit)} (margin)"
+
+    @property
+    def margin_note(self) -> str:
+        """Clause after limits that are reported without the margin; empty if there is none."""
+        return "" if self.margin == 1.0 else f" (the margin leaves {self.margin:g} of each limit)"

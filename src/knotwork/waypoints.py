@@ -20,10 +20,30 @@ IndexArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]
 
 
+def read_numbers(
+    values: ArrayLike, shape: tuple[int, ...], subject: str, kind: type = float
+) -> Any:
+    """Copy values into a read-only array of the given shape and type; infinity and NaN are numbers.
+
+    Raises:
+        WaypointDataError: The values are not numbers or have a wrong shape.
+    """
+    try:
+        array: NDArray[Any] = np.array(values, dtype=kind)
+    except (TypeError, ValueError) as error:
+        message = f"{subject} must be numbers, not {values!r}"
+        raise WaypointDataError(message, value=values) from error
+    if array.shape != shape:
+        message = f"{subject} must have shape {shape}, not {array.shape}"
+        raise WaypointDataError(message, value=array)
+    array.setflags(write=False)
+    return array
+
+
 def read_only(
     values: ArrayLike, shape: tuple[int, ...], subject: str, *, unknown: bool = False
 ) -> FloatArray:
-    """Copy values into a read-only array of floats of the given shape.
+    """Copy values into a read-only array of finite floats of the given shape.
 
     Args:
         values: Numbers, as for NumPy.
@@ -34,14 +54,7 @@ def read_only(
     Raises:
         WaypointDataError: The values are not numbers, not finite or have a wrong shape.
     """
-    try:
-        array = np.array(values, dtype=float)
-    except (TypeError, ValueError) as error:
-        message = f"{subject} must be numbers, not {values!r}"
-        raise WaypointDataError(message, value=values) from error
-    if array.shape != shape:
-        message = f"{subject} must have shape {shape}, not {array.shape}"
-        raise WaypointDataError(message, value=array)
+    array: FloatArray = read_numbers(values, shape, subject)
     wrong = np.isinf(array) if unknown else ~np.isfinite(array)
     if wrong.any():
         index = tuple(int(i) for i in np.argwhere(wrong)[0])
@@ -51,7 +64,6 @@ def read_only(
             waypoint=index[0] if index else None,
             value=array[index],
         )
-    array.setflags(write=False)
     return array
 
 
@@ -283,8 +295,8 @@ class JointWaypoints(ReadOnlyArrays):
         joint_units: `"rad"` or `"m"` for each joint; by default all `"rad"`.
         acceleration: Known joint accelerations, for example along a tool path or during a wait
             [rad/s² or m/s²], shape (n, d), NaN where unknown; or `None`.
-        task_rows: Rows of the task's waypoints, in order; the other rows were inserted along tool
-            paths. By default all.
+        waypoint_rows: Row of each waypoint of the scenario, in order; the other rows were inserted
+            along tool paths. By default all.
 
     Raises:
         WaypointDataError: Shapes do not match, values are not finite, times not increasing,
@@ -301,7 +313,7 @@ class JointWaypoints(ReadOnlyArrays):
     names: tuple[str, ...] = ()
     joint_units: tuple[str, ...] = ()
     acceleration: FloatArray | None = None
-    task_rows: tuple[int, ...] = ()
+    waypoint_rows: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         def put(attribute: str, value: Any) -> None:
@@ -315,7 +327,7 @@ class JointWaypoints(ReadOnlyArrays):
         put("position", read_only(self.position, shape, "position"))
         put("velocity", read_only(self.velocity, shape, "velocity"))
         put("names", tuple(self.names) or tuple(str(i) for i in range(shape[0])))
-        put("task_rows", tuple(self.task_rows) or tuple(range(shape[0])))
+        put("waypoint_rows", tuple(self.waypoint_rows) or tuple(range(shape[0])))
         if len(self.names) != shape[0]:
             raise WaypointDataError(f"names must have length {shape[0]}")
         if self.acceleration is not None:
@@ -330,8 +342,8 @@ class ChosenSection(ReadOnlyArrays):
     Attributes:
         times: Knot times [s], including its waypoints', shape (m,), m >= 4.
         acceleration: Accelerations at the knots [rad/s² or m/s²], shape (m, d).
-        velocity: Chosen joint velocities [rad/s or m/s], shape (d,), by index of the task's
-            waypoint.
+        velocity: Chosen joint velocities [rad/s or m/s], shape (d,), by index of the
+            scenario's waypoint.
 
     Raises:
         WaypointDataError: Shapes do not match, values are not finite, or times not increasing.

@@ -11,11 +11,11 @@ import pytest
 from timing_cases import assert_kept, random_problem
 
 from knotwork.errors import TimingError
+from knotwork.joint_quantities import JointLimits
 from knotwork.planning.timing import (
     Objective,
     Progress,
     TimedMotion,
-    TimingLimits,
     TimingProblem,
     solve,
 )
@@ -107,7 +107,7 @@ def test_weights_trade_time_for_jerk(problem: TimingProblem, fastest: TimedMotio
 
 
 def test_positions_stay_inside_their_limits() -> None:
-    limits = TimingLimits([2.0], [1.0], [3.0])
+    limits = JointLimits([2.0], [1.0], [3.0])
     free = TimingProblem(("a",), [[0], [1], [0]], [[0], [1], [0]], limits)
     reached = float(solve(free).trajectory.extrema("position").maximum[0])
     limits = replace(limits, lower=[-5.0], upper=[0.9 * reached + 0.1 * 1.5])
@@ -118,7 +118,7 @@ def test_positions_stay_inside_their_limits() -> None:
 
 def test_passes_waypoint_at_limits() -> None:
     """A velocity exactly at its limit and a position exactly at one leave the solver no room."""
-    limits = TimingLimits([1.0, 1.0], [1.0, 1.0], [5.0, 5.0], lower=[0, 0], upper=[2.0, 0.5])
+    limits = JointLimits([1.0, 1.0], [1.0, 1.0], [5.0, 5.0], lower=[0, 0], upper=[2.0, 0.5])
     other = TimingProblem(("a", "b"), [[0, 0], [1, 0.5], [2, 0]], [[0, 0], [1, 0], [0, 0]], limits)
     assert_kept(other, solve(other))
 

@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 from timing_cases import assert_kept, random_problem
 
 import knotwork as kw
-from knotwork.planning.timing import Dynamics, TimingLimits, TimingProblem, lower_bound, solve
-from knotwork.planning.timing.timing_problem import part_of
+from knotwork.errors import TimingError
+from knotwork.joint_quantities import JointLimits
+from knotwork.planning.timing import Dynamics, TimingProblem, lower_bound, solve
 from knotwork.robot.payload import Payload
 from sweeps import examples
 
@@ -53,7 +54,7 @@ def test_move_between_stops_matches_slowest_joint(seed: int, d: int) -> None:
     V, A = rng.uniform(1.0, 4.0, d), rng.uniform(3.0, 20.0, d)
     J = A * 10.0 ** rng.uniform(0.5, 2.5, d)
     names, still = tuple(f"joint {k}" for k in range(d)), np.zeros((2, d))
-    limits = TimingLimits(V, A, J)
+    limits = JointLimits(V, A, J)
     problem = TimingProblem(names, [0.0 * move, move], still, limits, acceleration=still)
     motion = solve(problem)
     assert_kept(problem, motion)
@@ -65,7 +66,7 @@ def test_move_between_stops_matches_slowest_joint(seed: int, d: int) -> None:
 def test_idle_joint_stays_at_rest() -> None:
     """It could swing out between the stops, and be no slower for it."""
     position = [[0.0, 0.5], [2.0, 1.5], [4.0, 1.5], [5.0, 0.5]]
-    limits = TimingLimits([2.0, 2.0], [4.0, 4.0], [40.0, 40.0])
+    limits = JointLimits([2.0, 2.0], [4.0, 4.0], [40.0, 40.0])
     ends = np.full((4, 2), np.nan)
     ends[[0, -1]] = 0.0
     problem = TimingProblem(("a", "b"), position, np.zeros((4, 2)), limits, acceleration=ends)
@@ -77,7 +78,7 @@ def test_idle_joint_stays_at_rest() -> None:
         ("a",),
         np.array(position)[:, :1],
         np.zeros((4, 1)),
-        TimingLimits([2.0], [4.0], [40.0]),
+        JointLimits([2.0], [4.0], [40.0]),
         acceleration=ends[:, :1],
     )
     assert motion.duration < (1 + 1e-5) * solve(one).duration
@@ -97,7 +98,7 @@ def test_no_motion_is_sooner(parts: list[tuple[float, float]], start: float, sca
         q += v * h + 0.5 * a * h * h
         v += a * h
         peak, duration = max(peak, abs(v)), duration + h
-    limits = TimingLimits([scale * peak + 1e-9], [scale])
+    limits = JointLimits([scale * peak + 1e-9], [scale])
     for known in (slice(0, 2), slice(0, 1), slice(1, 2), slice(0, 0)):
         velocity = np.full((2, 1), np.nan)
         velocity[known] = scale * np.array([[start], [v]])[known]
@@ -116,7 +117,7 @@ def test_no_motion_is_sooner(parts: list[tuple[float, float]], start: float, sca
     ],
 )
 def test_lower_bounds_by_hand(move: float, ends: tuple[float, float], least: float) -> None:
-    limits = TimingLimits([2.0], [1.0])
+    limits = JointLimits([2.0], [1.0])
     problem = TimingProblem(("a",), [[0.0], [move]], [[ends[0]], [ends[1]]], limits)
     assert lower_bound(problem) == pytest.approx(least)
 
@@ -142,14 +143,15 @@ def test_symbolic_efforts_are_those_of_pinocchio(name: str) -> None:
         assert float(speed(*state[:2])) == pytest.approx(linear, abs=1e-12)
 
 
-def swing(**limits: Any) -> TimingProblem:
+def swing(**options: Any) -> TimingProblem:
     robot = kw.load_robot("planar2").with_gravity([0.0, -9.81, 0.0])
     return TimingProblem(
         robot.joint_names,
         [[-1.0, 0.5], [0.0, 0.8], [0.6, -0.4]],
         np.zeros((3, 2)),
-        TimingLimits([3.0, 3.0], [12.0, 12.0], [300.0, 300.0], **limits),
+        JointLimits([3.0, 3.0], [12.0, 12.0], [300.0, 300.0]),
         dynamics=Dynamics(robot),
+        **options,
     )
 
 
@@ -159,14 +161,29 @@ def swing(**limits: Any) -> TimingProblem:
         ({"margin": 0}, "margin is 0; it must be a positive"),
         ({"margin": float("nan")}, "margin is nan"),
         ({"margin": "a"}, "margin is 'a'"),
-        ({"tool_speed": "a"}, "tool speed limit must be numbers, not 'a'"),
-        ({"tool_speed": float("nan")}, "tool speed limit is nan; give a positive one"),
-        ({"tool_speed": [1.0]}, r"tool speed limit must have shape \(\)"),
+        ({"jerk": "a"}, "jerk limit must be numbers, not 'a'"),
+        ({"jerk": [float("nan")]}, r"jerk limits are \[nan\]; give positive ones"),
+        ({"upper": 1.0}, r"upper limit must have shape \(1,\)"),
     ],
 )
 def test_refuses_meaningless_limits(wrong: dict[str, Any], says: str) -> None:
     with pytest.raises(kw.InputError, match=says):
-        TimingLimits([2.0], **wrong)
+        JointLimits([2.0], **wrong)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "says"),
+    [
+        ({"tool_speed": "a"}, "tool speed limit must be numbers, not 'a'"),
+        ({"tool_speed": float("nan")}, "tool speed limit is nan; give a positive one"),
+        ({"tool_speed": [1.0]}, r"tool speed limit must have shape \(\)"),
+        ({"limits": JointLimits([1.0], lower=[2], upper=[2])}, "each lower one must be below"),
+    ],
+)
+def test_refuses_limits_that_no_motion_can_keep(wrong: dict[str, Any], says: str) -> None:
+    given = {"limits": JointLimits([2.0]), **wrong}
+    with pytest.raises(kw.InputError, match=says):
+        TimingProblem(("a",), [[0], [1]], [[0], [0]], **given)
 
 
 def test_keeps_effort_limits_all_the_time() -> None:
@@ -196,7 +213,7 @@ def test_stopping_motion_is_as_fast_as_its_parts() -> None:
     holding = np.abs(free.required_dynamics.effort(free.position, still, still)).max(axis=0)
     other = replace(free, limits=replace(free.limits, effort=1.1 * holding))
     parts = [
-        solve(replace(part_of(other, i, i + 1), acceleration=still[:2])).duration for i in range(2)
+        solve(replace(other.section(i, i + 1), acceleration=still[:2])).duration for i in range(2)
     ]
     assert solve(other).duration < 1.02 * sum(parts)
 
@@ -209,3 +226,11 @@ def test_keeps_tool_speed_limit_all_the_time() -> None:
     assert bound.ok
     assert bound.proved
     assert any(one.quantity == "tool speed" for one in motion.binding)
+
+
+def test_sufficient_duration_is_not_for_the_speed_of_a_longer_interval() -> None:
+    position = [[-1.0, 0.5], [-0.99, 0.5], [0.6, -0.4]]
+    problem = replace(swing(tool_speed=0.8), position=position, duration=[0.03, 20.0])
+    with pytest.raises(TimingError, match="is enough for a motion that stops") as caught:
+        solve(problem)
+    assert caught.value.bound < 0.11

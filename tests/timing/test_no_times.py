@@ -14,14 +14,15 @@ from timing_cases import assert_kept, random_problem
 
 import knotwork as kw
 from knotwork.errors import InputError, TimingError
-from knotwork.planning.timing import Objective, TimingLimits, TimingProblem, solve
+from knotwork.joint_quantities import JointLimits
+from knotwork.planning.timing import Objective, TimingProblem, solve
 from knotwork.units import Units
 
-LIMITS = TimingLimits([2.0], [1.0], [100.0])
+LIMITS = JointLimits([2.0], [1.0], [100.0])
 
 
 def one_joint(
-    position: Any, velocity: Any, limits: TimingLimits = LIMITS, **given: Any
+    position: Any, velocity: Any, limits: JointLimits = LIMITS, **given: Any
 ) -> TimingProblem:
     column = [np.reshape(x, (-1, 1)) for x in (position, velocity)]
     return TimingProblem(("elbow",), *column, limits, names=tuple("abcd"[: len(position)]), **given)
@@ -61,7 +62,7 @@ NARROW = replace(LIMITS, lower=[-1.0], upper=[0.5])
             (3.0, 4.0),
             "takes more than 4 s",
         ),
-        (one_joint(*REST, TimingLimits([1.0])), (None, "acceleration"), (None, None), "'elbow'"),
+        (one_joint(*REST, JointLimits([1.0])), (None, "acceleration"), (None, None), "'elbow'"),
         (one_joint([0, 0, 1], [0, 0, 0]), (0, "duration"), (None, None), "no joint moves"),
     ],
 )
@@ -142,7 +143,7 @@ def test_reports_all_infeasible_waypoints_at_once() -> None:
 
 def test_reports_duration_beyond_gap_of_feasible_ones() -> None:
     """At these velocities the joint arrives early, or it stops and goes back."""
-    limits = TimingLimits([2.0], [0.1], [100.0])
+    limits = JointLimits([2.0], [0.1], [100.0])
     error = failure(one_joint([0, 1], [1, 1], limits, duration=[20.0]))
     assert error.bound > 38.98
     for possible in (0.98, error.bound):
@@ -183,9 +184,15 @@ def test_resting_motion_takes_rounding_of_velocity_as_rest() -> None:
     assert_kept(problem, replace(motion, status="optimal"))
 
 
+@pytest.mark.parametrize("given", [5e3, 1e5])
+def test_time_next_to_a_far_longer_one_is_least(given: float) -> None:
+    problem = one_joint([0, 1, 2], [0, 0, 0], duration=[given, np.nan])
+    assert solve(problem).duration - given < 2.02  # bang-bang is 2 s
+
+
 def test_effort_needs_dynamics() -> None:
     with pytest.raises(InputError, match="need dynamics"):
-        one_joint([0, 1], [0, 0], TimingLimits([1.0], [1.0], effort=[1.0]))
+        one_joint([0, 1], [0, 0], JointLimits([1.0], [1.0], effort=[1.0]))
 
 
 def test_reports_short_times_together() -> None:

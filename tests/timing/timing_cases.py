@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from knotwork.planning.timing import TimedMotion, TimingLimits, TimingProblem
+from knotwork.joint_quantities import JointLimits
+from knotwork.planning.timing import TimedMotion, TimingProblem
 
 
 def random_problem(seed: int, n: int, d: int) -> TimingProblem:
@@ -15,7 +16,7 @@ def random_problem(seed: int, n: int, d: int) -> TimingProblem:
     V, A = rng.uniform(1.0, 4.0, d), rng.uniform(3.0, 20.0, d)
     velocity = np.zeros((n, d))
     velocity[1:-1] = rng.uniform(-0.3, 0.3, (n - 2, d)) * V
-    limits = TimingLimits(V, A, A * rng.uniform(5.0, 100.0, d))
+    limits = JointLimits(V, A, A * rng.uniform(5.0, 100.0, d))
     return TimingProblem(tuple(f"joint {k}" for k in range(d)), position, velocity, limits)
 
 

@@ -25,9 +25,9 @@ from knotwork.task.scenario.joint_space import by_joint, joint_space
 from knotwork.task.scenario.waypoint_reader import START
 from knotwork.task.task_source import with_moved_paths
 from knotwork.verification import Finding, Motion, check
-from knotwork.verification.checked_motion import Execution
+from knotwork.verification.motion import Execution
 from knotwork.verification.path_checks import check_path_geometry
-from knotwork.verification.verdict import CheckedMotion
+from knotwork.verification.report import CheckedMotion
 from knotwork.verification.waypoint_checks import check_tool_at_arrivals
 from knotwork.waypoints import JointWaypoints
 

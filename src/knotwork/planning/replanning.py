@@ -20,7 +20,7 @@ from knotwork.task.scenario.repetitions import expand_repeats
 from knotwork.task.scenario.waypoint_reader import START
 from knotwork.task.scene_shapes import SHAPES
 from knotwork.task.task_part import plain
-from knotwork.verification.verdict import CheckedMotion
+from knotwork.verification.report import CheckedMotion
 
 SCENE_KEYS = (
     *("units", "robot", "tool", "gravity", "frames", "scene", "collisions", "limits"),

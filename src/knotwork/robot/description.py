@@ -62,9 +62,11 @@ class Description:
         gravity: Gravity in the axes of the base frame [m/s²], or `None` for 9.81 along -z of the
             root.
         locked: Positions of the joints that the description locks [rad or m].
-        rest: Positions of other joints that are not planned, 0 by default [rad or m].
+        rest: Positions of other joints that are not planned, by default nearest to 0 within their
+            limits [rad or m].
         configurations: Name to joint to position [rad or m].
         limits: Limits that override the URDF's.
+        limit_margin: Fraction of the limits of magnitudes that is used.
         package_paths: Additional folders with meshes.
         ignored_pairs: Pairs of links that are not checked for collisions.
         srdf: SRDF file with more such pairs, or `None`.
@@ -87,6 +89,7 @@ class Description:
     rest: Mapping[str, float] = field(default_factory=dict)
     configurations: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     limits: LimitTables = field(default_factory=dict)
+    limit_margin: float = 1.0
     package_paths: tuple[Path, ...] = ()
     ignored_pairs: tuple[tuple[str, str], ...] = ()
     srdf: Path | None = None

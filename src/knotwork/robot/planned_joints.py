@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
 from knotwork.errors import RobotError
-from knotwork.joint_quantities import MAGNITUDES
+from knotwork.joint_quantities import MAGNITUDES, JointLimits
 from knotwork.robot.description import Description
 from knotwork.waypoints import FloatArray, read_only
 
@@ -24,8 +25,7 @@ class PlannedJoints:
         names: Names of the d joints.
         units: `"rad"` or `"m"` for each joint.
         virtual: Whether each joint is a virtual one, shape (d,).
-        lower, upper: Position limits [rad or m], shape (d,).
-        limits: Other limits by name of the quantity, shape (d,).
+        limits: Their limits.
         weights: Weight of each joint's motion, shape (d,).
         configurations: Named configurations with all joints [rad or m], shape (d,).
     """
@@ -37,8 +37,7 @@ class PlannedJoints:
         self.names = (*names, *(joint.name for joint in extra))
         self.units = (*units, *(joint.unit for joint in extra))
         self.virtual = np.array([False] * len(names) + [True] * len(extra))
-        self.lower, self.upper, limits = _collect_limits(description, names)
-        self.limits = MappingProxyType(limits)
+        self.limits = _collect_limits(description, names)
         weights = [description.weights.get(name, 1.0) for name in self.names]
         self.weights = read_only(weights, (len(weights),), "weights")
         at_zero = [0.0] * len(extra)  # virtual joints
@@ -65,10 +64,8 @@ class PlannedJoints:
         return self.configurations[name]
 
 
-def _collect_limits(
-    description: Description, names: Sequence[str]
-) -> tuple[FloatArray, FloatArray, dict[str, FloatArray]]:
-    """Collect the limits of a chain's joints: lower, upper, and magnitudes by quantity.
+def _collect_limits(description: Description, names: Sequence[str]) -> JointLimits:
+    """Collect the limits of a chain's joints.
 
     A velocity or effort limit of zero in the URDF means that it is not given. Virtual joints have
     only position limits. Without a tool frame, no joint is planned, so none needs a range.
@@ -79,8 +76,11 @@ def _collect_limits(
     urdf, tables, virtual = description.urdf, description.limits, description.virtual
     full = urdf.model
     from_urdf = {"velocity": full.velocityLimit, "effort": full.effortLimit}
-    position = np.array([[-np.inf], [np.inf]]).repeat(len(names), axis=1)
-    magnitudes = {kind: np.full(len(names) + len(virtual), np.inf) for kind in MAGNITUDES}
+    count = len(names) + len(virtual)
+    position = np.array([[-np.inf], [np.inf]]).repeat(count, axis=1)
+    ranges = np.array([(joint.lower, joint.upper) for joint in virtual])
+    position[:, len(names) :] = ranges.reshape(-1, 2).T
+    magnitudes: dict[str, Any] = {kind: np.full(count, np.inf) for kind in MAGNITUDES}
     for i, name in enumerate(names):
         joint = full.joints[full.getJointId(name)]
         if name in tables.get("position", {}):
@@ -98,11 +98,8 @@ def _collect_limits(
                 array[i] = from_urdf[kind][joint.idx_v]
     if description.world_frame is not None:  # efforts are unknown where the base moves
         magnitudes["effort"][:] = np.inf
-    virtual_ranges = np.reshape([(joint.lower, joint.upper) for joint in virtual], (-1, 2))
-    position = np.hstack((position, virtual_ranges.T))
-    for array in (position, *magnitudes.values()):
-        array.setflags(write=False)
-    return position[0], position[1], magnitudes
+    limits = JointLimits(**magnitudes, lower=position[0], upper=position[1])
+    return limits.scaled(description.limit_margin)
 
 
 def _empty_range_error(robot: str, joint: str, lower: float, upper: float) -> RobotError:

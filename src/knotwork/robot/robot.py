@@ -56,7 +56,7 @@ class Robot:
             are none.
         velocity_limit, acceleration_limit, jerk_limit, effort_limit: Other limits [rad/s or m/s, …;
             N m or N], infinite where not given.
-        limits: These other limits by name of the quantity.
+        limits: All of these as `JointLimits`.
         weights: Weight of each joint's motion.
         virtual: Whether each joint is a virtual one.
         virtual_joints: The virtual joints, which are the last joints.
@@ -109,11 +109,11 @@ class Robot:
         self.joint_names, self.joint_units = joints.names, joints.units
         self.dof, self.weights = len(joints.names), joints.weights
         self.virtual, self.virtual_joints = joints.virtual, description.virtual
-        self.lower_position_limit, self.upper_position_limit = joints.lower, joints.upper
-        self.limits, self.configurations = joints.limits, joints.configurations
-        self.velocity_limit = joints.limits["velocity"]
-        self.acceleration_limit = joints.limits["acceleration"]
-        self.jerk_limit, self.effort_limit = joints.limits["jerk"], joints.limits["effort"]
+        self.configurations, self.limits = joints.configurations, joints.limits
+        limits = joints.limits
+        self.lower_position_limit, self.upper_position_limit = limits.lower, limits.upper
+        self.velocity_limit, self.acceleration_limit = limits.velocity, limits.acceleration
+        self.jerk_limit, self.effort_limit = limits.jerk, limits.effort
 
     @property
     def carrying_joints(self) -> dict[str, frozenset[str]]:
@@ -271,6 +271,10 @@ class Robot:
         """
         limits = {"position": position, **magnitudes}
         return Robot(self._description.with_limits(limits, self.joint_names))
+
+    def with_limit_margin(self, margin: float) -> Robot:
+        """Use only a fraction of every limit but those of position."""
+        return Robot(replace(self._description, limit_margin=margin))
 
     def with_tool(
         self, frame: str | None = None, offset: Any = None, payload: Payload | None = None

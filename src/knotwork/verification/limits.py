@@ -17,9 +17,9 @@ from knotwork.joint_quantities import DERIVATIVES, JOINT_QUANTITIES, MAGNITUDES,
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.units import Units, rounded_up
-from knotwork.verification.checked_motion import Motion, describe_time
 from knotwork.verification.continuity import CONTINUITY_GROUP
 from knotwork.verification.finding import Finding, Proof, Subject, verdict_on
+from knotwork.verification.motion import Motion, describe_time
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
@@ -80,7 +80,7 @@ def check_derivative_limits(space: JointSpace, curve: PiecewisePolynomial) -> It
     """
     for order, quantity in enumerate(DERIVATIVES):
         extrema, jumps = curve.extrema(order), jumps_below(curve, order)
-        lower, upper = space.bounds(quantity)
+        lower, upper = space.limits.bounds(quantity)
         highest = np.transpose([extrema.maximum, extrema.maximum_time, upper]).tolist()
         lowest = np.transpose([extrema.minimum, extrema.minimum_time, lower]).tolist()
         from_below = starmap(partial(LimitedValue, side=-1.0), lowest)
@@ -99,11 +99,11 @@ def find_absurd_limit(curve: PiecewisePolynomial, space: JointSpace) -> str:
     Returns:
         Text of the limit; empty for other motions.
     """
-    lower, upper = space.bounds("position")
+    lower, upper = space.limits.bounds("position")
     position, velocity = curve.extrema(0), curve.extrema(1)
     excess = np.maximum(lower - position.minimum, position.maximum - upper)
     outside = excess > np.maximum(upper - lower, ABSURD_DISTANCE)
-    fast = ~(velocity.peak <= ABSURD_FACTOR * space.bounds("velocity")[1])
+    fast = ~(velocity.peak <= ABSURD_FACTOR * space.limits.bounds("velocity")[1])
     for quantity, exceeded in (("velocity", fast), ("position", outside)):
         for i in np.flatnonzero(exceeded).tolist():
             return f"the {quantity} of joint {space.joint_names[i]!r} is far beyond its limit"
@@ -272,7 +272,7 @@ def report_unlimited(motion: Motion, scenario: Scenario, space: JointSpace) -> I
     if parts:
         brief = ", ".join(parts)
         fact = f"no limit is known for {space.robot.name} of {brief}"
-        yield Finding(NO_LIMIT, "motion", "", "missing_limits", "information", fact, brief=brief)
+        yield Finding.of_motion(NO_LIMIT, "missing_limits", fact, brief=brief)
 
 
 def check_accelerations(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:

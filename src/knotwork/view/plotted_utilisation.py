@@ -95,7 +95,7 @@ def _joint_values(
 
 def _judged_sides(finding: Finding, joint: int, space: JointSpace) -> tuple[float, float]:
     """Lower and upper limit; for a range that is kept, only the one of the finding."""
-    lower, upper = (float(bounds[joint]) for bounds in space.bounds(finding.quantity))
+    lower, upper = (float(bounds[joint]) for bounds in space.limits.bounds(finding.quantity))
     if JOINT_QUANTITIES[finding.quantity].limit != "range" or not finding.ok:
         return lower, upper
     return (lower, np.inf) if finding.limit == lower else (-np.inf, upper)

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
-from knotwork.joint_quantities import DERIVATIVES, MAGNITUDES
+from knotwork.joint_quantities import DERIVATIVES, JointLimits
 from knotwork.robot import Robot
 from knotwork.scene.collision_model import CollisionModel, find_joint_of_frame
 from knotwork.task import PlainTask
@@ -25,11 +25,9 @@ from knotwork.verification.brief import worst_short_text
 from knotwork.verification.collisions import motion_model
 from knotwork.verification.finding import unite_intervals
 from knotwork.verification.limits import LIMITS, check_derivative_limits
-from knotwork.verification.verdict import CheckedMotion
+from knotwork.verification.report import CheckedMotion
 from knotwork.view.links import LinkShapes, link_shapes
 from knotwork.waypoints import FloatArray, JointWaypoints
-
-Drawable: TypeAlias = CheckedMotion | JointTrajectory
 
 CACHED_MOTIONS = 4
 """Number of motions whose tool trace is kept: two side by side, and these before a change."""
@@ -83,17 +81,14 @@ class ShownMotion:
         """
         names, units = robot.joint_names, robot.joint_units
         ordered = trajectory.reordered(names, units, owner=f"robot {robot.name!r}")
-        range_limits = robot.lower_position_limit, robot.upper_position_limit
-        space = JointSpace(names, units, *range_limits, robot.limits, robot=robot)
+        space = JointSpace(names, units, robot.limits, robot=robot)
         return cls(ordered, task_without_requirements(f"{robot.name}: stored trajectory"), space)
 
     @classmethod
     def of_joints(cls, trajectory: JointTrajectory) -> ShownMotion:
         """A motion of joints without known limits."""
         names, units = trajectory.joint_names, trajectory.joint_units
-        endless = np.full(len(names), np.inf)
-        limits = dict.fromkeys(MAGNITUDES, endless)
-        space = JointSpace(names, units, -endless, endless, limits)
+        space = JointSpace(names, units, JointLimits(np.full(len(names), np.inf)))
         return cls.of_trajectory(trajectory, task_without_requirements(""), space)
 
     @property
@@ -128,7 +123,7 @@ class ShownMotion:
     @property
     def failure_text(self) -> str:
         """The worst failure in one line, or an empty text."""
-        return worst_short_text(self.failures, self.scenario.units) if self.failures else ""
+        return worst_short_text(self.failures, self.scenario.units)
 
     @cached_property
     def joint_limit_findings(self) -> dict[tuple[str, str], Finding]:
@@ -165,7 +160,7 @@ class ShownMotion:
     def bounds(self, joint: str, quantity: str) -> tuple[float, float]:
         """Lower and upper limit of a quantity of a joint, infinite without a limit."""
         i = self.space.joint_names.index(joint)
-        lower, upper = self.space.bounds(quantity)
+        lower, upper = self.space.limits.bounds(quantity)
         return float(lower[i]), float(upper[i])
 
     @property
@@ -196,7 +191,7 @@ class ShownMotion:
         waypoints = self.joint_waypoints
         if waypoints is not None:
             order = [waypoints.joint_names.index(name) for name in joints]
-            rows = list(waypoints.task_rows)
+            rows = list(waypoints.waypoint_rows)
             chosen = np.isin(self.names, list(self.chosen_velocities))[:, np.newaxis]
             velocity = np.where(chosen, np.nan, waypoints.velocity[rows][:, order])
             return waypoints.position[rows][:, order], velocity

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knotwork.errors import InputError
-from knotwork.planning.task_to_joint import TaskSolution
-from knotwork.planning.timing import Objective, TimingLimits, TimingProblem
+from knotwork.joint_quantities import JointLimits
+from knotwork.planning.task_to_joint import TaskSolution, knots_of, solve_task
+from knotwork.planning.timing import Objective, TimingProblem
 from knotwork.task import ClearWay
 from knotwork.task.scenario import Scenario, Unknowns
-from knotwork.task.scenario.joint_space import JointSpace
+from knotwork.task.scenario.joint_space import JointSpace, joint_space
 from knotwork.waypoints import FloatArray, IndexArray, JointWaypoints
 
 if TYPE_CHECKING:
@@ -47,6 +48,15 @@ class TimingTask:
     space: JointSpace
     solution: TaskSolution
 
+    @classmethod
+    def solved(
+        cls, scenario: Scenario, unknowns: Unknowns, solution: TaskSolution | None = None
+    ) -> TimingTask:
+        """A scenario with its joints; its poses are solved unless their solution is given."""
+        space = joint_space(scenario)
+        solution = solution or solve_task(scenario, space, knots_of(scenario))
+        return cls(scenario, unknowns, space, solution)
+
     @property
     def waypoints(self) -> JointWaypoints:
         """All waypoints at the joints, including inserted ones along paths."""
@@ -55,7 +65,7 @@ class TimingTask:
     @property
     def rows(self) -> IndexArray:
         """Rows of the scenario's waypoints, shape (n,)."""
-        return np.array(self.waypoints.task_rows)
+        return np.array(self.waypoints.waypoint_rows)
 
     @cached_property
     def _dynamics(self) -> tuple[Dynamics, ...]:
@@ -195,21 +205,15 @@ def timing_problem(
     velocity = waypoints.velocity[rows].copy()
     kinds = [unknowns.speed[i] for i in segment.waypoints]
     velocity[[kind == "free" for kind in kinds]] = np.nan
-    limits = TimingLimits(
-        velocity=space.limits["velocity"],
-        acceleration=space.limits["acceleration"],
-        jerk=jerk_limits(space),
-        effort=space.limits["effort"] if space.robot is not None else None,  # type: ignore[arg-type]
-        lower=space.lower_position_limit,
-        upper=space.upper_position_limit,
-        tool_speed=task.scenario.motion_limits.tool_speed or np.inf,
-        margin=task.scenario.task.limits.margin,
-    )
+    limits = replace(space.limits, jerk=jerk_limits(space))
+    if space.robot is None:  # no dynamics are known
+        limits = replace(limits, effort=np.full(len(space.joint_names), np.inf))
+    tool_speed = task.scenario.motion_limits.tool_speed or np.inf
     duration = task.scenario.durations[inner]
     if np.isnan(duration).any() and total is None:
         _check_limits(task.scenario, space, limits)
     effort = bool(np.isfinite(limits.effort).any() or objective.effort)
-    moved_by_force = effort or np.isfinite(limits.tool_speed)
+    moved_by_force = effort or np.isfinite(tool_speed)
     return TimingProblem(
         space.joint_names,
         waypoints.position[rows],
@@ -223,6 +227,7 @@ def timing_problem(
         duration=duration,
         at_least=unknowns.at_least[inner],
         total=total,
+        tool_speed=tool_speed,
         objective=objective,
         dynamics=task.dynamics(segment.waypoints[0]) if moved_by_force else None,
         units=task.scenario.units,
@@ -264,7 +269,7 @@ def _accelerations(task: TimingTask, segment: TimingSegment) -> FloatArray:
     return accelerations
 
 
-def _check_limits(scenario: Scenario, space: JointSpace, limits: TimingLimits) -> None:
+def _check_limits(scenario: Scenario, space: JointSpace, limits: JointLimits) -> None:
     """Refuse a joint with unbounded acceleration."""
     bounded, reason = np.isfinite(limits.acceleration), "no acceleration limit is given"
     if space.robot is not None:

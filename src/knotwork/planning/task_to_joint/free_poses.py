@@ -148,8 +148,6 @@ def with_virtual_joints(scenario: Scenario, space: JointSpace, chains: FreedomCh
         space,
         joint_names=robot.joint_names,
         joint_units=robot.joint_units,
-        lower_position_limit=robot.lower_position_limit,
-        upper_position_limit=robot.upper_position_limit,
         limits=robot.limits,
         robot=robot,
         targets=tuple(
@@ -159,7 +157,7 @@ def with_virtual_joints(scenario: Scenario, space: JointSpace, chains: FreedomCh
             for target in space.targets
         ),
         near=None if space.near is None else pad_virtual(space.near, count),
-        solutions=_solutions(scenario, space.solutions, chains),
+        near_by_waypoint=_solutions(scenario, space.near_by_waypoint, chains),
         chosen=None,
     )
 

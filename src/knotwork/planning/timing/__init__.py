@@ -1,8 +1,9 @@
 """Time-optimal motions: durations, velocities and accelerations by nonlinear programming.
 
+    from knotwork.joint_quantities import JointLimits
     from knotwork.planning import timing
 
-    limits = timing.TimingLimits(velocity=[2.0], acceleration=[8.0], jerk=[80.0])
+    limits = JointLimits(velocity=[2.0], acceleration=[8.0], jerk=[80.0])
     problem = timing.TimingProblem(("elbow",), [[0], [1], [0]], [[0], [0.5], [0]], limits)
     motion = timing.solve(problem)
 

@@ -152,7 +152,7 @@ def short_durations(problem: TimingProblem) -> FloatArray:
     durations = np.full(problem.duration.shape, np.nan)
     known = problem.velocity_known
     for i in np.flatnonzero(known[:-1] & known[1:] & problem.free).tolist():
-        first, last, _ = problem.possible_durations(i)
+        first, last, _ = problem.feasible_durations(i)
         if first.max() <= last.min() < np.inf and last.min() >= problem.at_least[i]:
             durations[i] = 0.5 * (first.max() + last.min())
     return durations

@@ -28,8 +28,8 @@ def lower_bound(problem: TimingProblem) -> float:
     duration that is feasible for every joint independently, the duration of a straight line of the
     tool at its maximum speed, and the lower bound given in the problem.
 
-    >>> from knotwork.planning.timing import TimingLimits
-    >>> limits = TimingLimits(velocity=[1.0], acceleration=[4.0])
+    >>> from knotwork.joint_quantities import JointLimits
+    >>> limits = JointLimits(velocity=[1.0], acceleration=[4.0])
     >>> lower_bound(TimingProblem(("a",), [[0], [1]], [[0], [0]], limits))
     1.25
     """
@@ -53,7 +53,7 @@ def min_durations(problem: TimingProblem) -> FloatArray:
     return np.maximum(durations, _straight_lines(problem))
 
 
-def slowest(problem: TimingProblem, i: int) -> str:
+def slowest_part(problem: TimingProblem, i: int) -> str:
     """Text that names what determines the lower bound of an interval: a joint, the tool or all."""
     alone, bound = _of_joints(problem)[i], min_durations(problem)[i]
     if alone.max() >= bound:
@@ -79,7 +79,7 @@ def _of_joints(problem: TimingProblem) -> FloatArray:
 
 def _straight_lines(problem: TimingProblem) -> FloatArray:
     """Minimum durations under the limit of tool speed alone [s], shape (n-1,)."""
-    limit = problem.limits.tool_speed
+    limit = problem.tool_speed
     if np.isinf(limit):
         return np.zeros(len(problem.position) - 1)
     positions = [problem.required_dynamics.robot.forward(q).translation for q in problem.position]
@@ -88,7 +88,7 @@ def _straight_lines(problem: TimingProblem) -> FloatArray:
 
 def _common_duration(problem: TimingProblem, i: int) -> float:
     """Minimum duration of an interval that is feasible for every joint."""
-    first, last, next_first = problem.possible_durations(i)
+    first, last, next_first = problem.feasible_durations(i)
     duration = float(first.max())
     while True:
         blocked = (duration > last) & (duration < next_first)

@@ -19,7 +19,7 @@ from knotwork.planning.timing.attempts import resting_motion
 from knotwork.planning.timing.bounds import (
     interval_bounds,
     min_durations,
-    slowest,
+    slowest_part,
     sufficient_duration,
 )
 from knotwork.planning.timing.stop_to_stop import with_longer
@@ -52,7 +52,7 @@ def infeasible_values(problem: TimingProblem, *, direct: bool = True) -> list[Ti
     return (
         [*_overloads(problem, certain=True), *value_errors(problem)]
         or list(_unlimited_errors(problem))
-        or list(_impossible_durations(problem, direct))
+        or list(_imfeasible_durations(problem, direct))
     )
 
 
@@ -121,7 +121,7 @@ def _unlimited_errors(problem: TimingProblem) -> Iterator[TimingError]:
         )
 
 
-def _impossible_durations(problem: TimingProblem, direct: bool) -> Iterator[TimingError]:
+def _imfeasible_durations(problem: TimingProblem, direct: bool) -> Iterator[TimingError]:
     """Infeasible durations: too short, excluded since a joint can't stop, or without a minimum."""
     speeds = np.where(problem.velocity_known[:, None], problem.velocity, 0.0)
     moves = np.abs(np.diff(problem.position, axis=0)) + np.abs(speeds[:-1]) + np.abs(speeds[1:])
@@ -167,7 +167,7 @@ def _given_durations(
     for i in np.flatnonzero(wrong).tolist():
         bound = float(shortest[i])
         reason = (
-            f"under the limits of velocity and acceleration {slowest(problem, i)} takes more "
+            f"under the limits of velocity and acceleration {slowest_part(problem, i)} takes more "
             f"than {rounded_up(bound):.6g} s"
         )
         if not direct:
@@ -251,7 +251,7 @@ def _beyond(problem: TimingProblem) -> Iterator[tuple[str, TimingError]]:
         ("velocity", 1, "a", problem.velocity_known),
         ("acceleration", 2, "an", problem.acceleration_known),
     ):
-        limit, values = getattr(limits, name), getattr(problem, name)
+        limit, values = limits[name], getattr(problem, name)
         for i, k in np.argwhere(known[:, None] & (np.abs(values) > limit * (1.0 + GIVEN_ROUNDING))):
             value, unit = float(values[i, k]), rate_unit(problem.joint_units[k], order)
             bound = math.copysign(float(limit[k]), value)
@@ -264,7 +264,7 @@ def _beyond(problem: TimingProblem) -> Iterator[tuple[str, TimingError]]:
 
 def _beyond_tool_speed(problem: TimingProblem) -> Iterator[tuple[str, TimingError]]:
     """Velocities at which the tool is near its speed limit or above it."""
-    limit = problem.limits.tool_speed
+    limit = problem.tool_speed
     if np.isinf(limit):
         return
     rows = np.flatnonzero(problem.velocity_known)

@@ -16,7 +16,7 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.planning.timing.nonlinear_program import Block, Kernel
 from knotwork.planning.timing.spline import Layout, Scale
-from knotwork.planning.timing.timing_problem import LimitName, TimingProblem
+from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 SAMPLES_EACH = 16
 """Samples in each piece, without its end."""
 
-ROBOT_LIMITS: dict[LimitName, tuple[float, ...]] = {
+ROBOT_LIMITS: dict[str, tuple[float, ...]] = {
     "effort": (0.5,),
     "tool_speed": (0.25, 0.5, 0.75),
 }
@@ -70,7 +70,7 @@ def _inside_kernel(
 
 
 @lru_cache(maxsize=32)
-def limit_kernel(dynamics: Dynamics, name: LimitName, *, inside: bool) -> Kernel:
+def limit_kernel(dynamics: Dynamics, name: str, *, inside: bool) -> Kernel:
     """Utilisation of a limit at a break, or at its positions inside a piece, relative to the limit.
 
     Efforts, or the squared tool speed. Parameters: units of the state, inverse limits.
@@ -96,9 +96,9 @@ def limit_kernel(dynamics: Dynamics, name: LimitName, *, inside: bool) -> Kernel
     return Kernel(state, ca.vertcat(units, inverse), ratio(*ca.vertsplit(state * units, d)))
 
 
-def held_blocks(
+def robot_limit_blocks(
     problem: TimingProblem,
-    allowed: Mapping[LimitName, FloatArray],
+    fractions: Mapping[str, FloatArray],
     margin: float,
     scale: Scale,
     layout: Layout,
@@ -107,22 +107,22 @@ def held_blocks(
 
     Args:
         problem: The problem.
-        allowed: Allowed fractions of each limit of `ROBOT_LIMITS` in the program, alternately at
+        fractions: Allowed fractions of each limit of `ROBOT_LIMITS` in the program, alternately at
             each break and inside each piece, shape (2 pieces + 1, d or 1).
         margin: Relative margin to each.
         scale: Units of the program.
         layout: Its variables.
     """
     bound = 1.0 - margin
-    for name, fractions in allowed.items():
+    for name, allowed in fractions.items():
         known = problem.velocity_known
         if name == "effort":
             known = known & problem.acceleration_known
         unknown = np.full(layout.pieces + 1, True)
         unknown[:: layout.each][known] = False
-        at_breaks = layout.state[:, unknown], fractions[::2][unknown]
-        for inside, (columns, part) in enumerate((at_breaks, (layout.piece, fractions[1::2]))):
-            inverse = 1.0 / (part * getattr(problem.limits, name)).T
+        at_breaks = layout.state[:, unknown], allowed[::2][unknown]
+        for inside, (columns, part) in enumerate((at_breaks, (layout.piece, allowed[1::2]))):
+            inverse = 1.0 / (part * problem.limit(name)).T
             units = np.repeat(scale.state[:, None], inverse.shape[1], axis=1)
             kernel = limit_kernel(problem.required_dynamics, name, inside=bool(inside))
             yield Block(kernel, columns, np.vstack((units, inverse)), -bound, bound)
@@ -142,13 +142,13 @@ def work_kernel(dynamics: Dynamics) -> Kernel:
     return _inside_kernel(dynamics.robot.dof, (0.0, 0.5, 1.0), weight, cost)
 
 
-def robot_limits(problem: TimingProblem) -> list[LimitName]:
+def robot_limits(problem: TimingProblem) -> list[str]:
     """Names of those of `ROBOT_LIMITS` that a problem has."""
-    return [name for name in ROBOT_LIMITS if np.isfinite(getattr(problem.limits, name)).any()]
+    return [name for name in ROBOT_LIMITS if np.isfinite(problem.limit(name)).any()]
 
 
 def utilisation(
-    problem: TimingProblem, name: LimitName, q: FloatArray, v: FloatArray, a: FloatArray
+    problem: TimingProblem, name: str, q: FloatArray, v: FloatArray, a: FloatArray
 ) -> FloatArray:
     """Utilisation of a limit of `ROBOT_LIMITS` in many states.
 
@@ -164,11 +164,11 @@ def utilisation(
     """
     dynamics = problem.required_dynamics
     values = dynamics.effort(q, v, a) if name == "effort" else dynamics.tool_speed(q, v)[..., None]
-    return np.asarray(np.abs(values) / getattr(problem.limits, name))
+    return np.asarray(np.abs(values) / problem.limit(name))
 
 
 def sampled_utilisation(
-    problem: TimingProblem, curve: PiecewisePolynomial, name: LimitName
+    problem: TimingProblem, curve: PiecewisePolynomial, name: str
 ) -> FloatArray:
     """Largest utilisation of a limit at samples of each piece, shape (pieces, d or 1)."""
     span = np.diff(curve.x)[:, None]
@@ -179,7 +179,7 @@ def sampled_utilisation(
 
 
 def unproved_utilisation(
-    problem: TimingProblem, curve: PiecewisePolynomial, name: LimitName
+    problem: TimingProblem, curve: PiecewisePolynomial, name: str
 ) -> FloatArray:
     """Utilisation of a limit where it is not proved to be kept, shape (pieces, d or 1).
 
@@ -187,14 +187,14 @@ def unproved_utilisation(
     """
     from knotwork.verification.bounds import tool_speed_bound, torque_bound
 
-    robot, limit = problem.required_dynamics.robot, getattr(problem.limits, name)
+    robot = problem.required_dynamics.robot
     motion = JointTrajectory(robot.joint_names, curve, joint_units=robot.joint_units)
     if name == "effort":
-        bounds = torque_bound(robot, motion, limit=limit)
+        bounds = torque_bound(robot, motion, limit=problem.limits.effort)
     else:
-        bounds = (tool_speed_bound(robot, motion, limit=limit),)
+        bounds = (tool_speed_bound(robot, motion, limit=problem.tool_speed),)
     utilisations = np.zeros((curve.x.size - 1, len(bounds)))
-    for k, (bound, allowed) in enumerate(zip(bounds, np.atleast_1d(limit), strict=True)):
+    for k, (bound, allowed) in enumerate(zip(bounds, problem.limit(name), strict=True)):
         if not (bound.ok and bound.proved):
             piece = int(np.searchsorted(curve.x, bound.time, side="right")) - 1
             worst = max(abs(bound.bound), abs(bound.value))

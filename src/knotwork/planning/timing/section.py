@@ -10,7 +10,7 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.planning.timing.motion_curves import exact_curve
 from knotwork.planning.timing.motion_states import States
 from knotwork.planning.timing.nonlinear_program import Block, Solution, solve_program
-from knotwork.planning.timing.robot_limits import held_blocks, work_kernel
+from knotwork.planning.timing.robot_limits import robot_limit_blocks, work_kernel
 from knotwork.planning.timing.spline import (
     Layout,
     Scale,
@@ -103,7 +103,7 @@ class SectionProgram:
         shortest = MIN_PIECE_SHARE * self.duration / each / scale.time
         low[at.tau] = np.repeat(shortest, each)
         inner = 1.0 - self.margin
-        V, A = (inner * getattr(problem.limits, name) for name in ("velocity", "acceleration"))
+        V, A = (inner * problem.limits[name] for name in ("velocity", "acceleration"))
         low[at.v], high[at.v] = -V / scale.unit(1), V / scale.unit(1)
         low[at.a], high[at.a] = -A / scale.unit(2), A / scale.unit(2)
         lower, upper = self._position_range()
@@ -183,7 +183,8 @@ class SectionProgram:
             weight = problem.objective.effort * scale.time / self.typical_cost()
             parameters = np.append(scale.state, weight)[:, None]
             blocks.append(Block(work_kernel(problem.required_dynamics), at.piece, parameters))
-        return [*blocks, *held_blocks(problem, self.tightening.held, self.margin, scale, at)]
+        fractions = self.tightening.fractions
+        return [*blocks, *robot_limit_blocks(problem, fractions, self.margin, scale, at)]
 
     def _piece_block(self) -> Block:
         """Constraints and costs of the pieces."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -11,13 +11,14 @@ import numpy as np
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import TimingError, merge_errors
+from knotwork.joint_quantities import DERIVATIVES, MAGNITUDES
 from knotwork.planning.timing.attempts import Attempt, solve_section
 from knotwork.planning.timing.bounds import lower_bound
 from knotwork.planning.timing.infeasible import infeasible_values, unsolved_errors
 from knotwork.planning.timing.motion_curves import concatenate
 from knotwork.planning.timing.robot_limits import robot_limits, utilisation
 from knotwork.planning.timing.timed_motion import Binding, Budget, Progress, TimedMotion, status_of
-from knotwork.planning.timing.timing_problem import LimitName, TimingProblem, part_of
+from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.verification import metrics
 from knotwork.waypoints import FloatArray
 
@@ -64,27 +65,13 @@ def solve(
         TimingError: No motion within the limits was found. The error has the location and
             sufficient values.
 
-    >>> from knotwork.planning.timing import TimingLimits
-    >>> limits = TimingLimits(velocity=[1.0], acceleration=[4.0], jerk=[100.0])
+    >>> from knotwork.joint_quantities import JointLimits
+    >>> limits = JointLimits(velocity=[1.0], acceleration=[4.0], jerk=[100.0])
     >>> motion = solve(TimingProblem(("a",), [[0], [1]], [[0], [0]], limits))
     >>> motion.status, motion.lower_bound < motion.duration < 1.3
     ('optimal', True)
     """
-    try:
-        return solve_within(problem, Budget(progress, budget, len(problem.position) - 1))
-    except NoMotionError as error:
-        raise merge_errors(error.causes) from None
-
-
-@dataclass(eq=False)
-class NoMotionError(Exception):
-    """No motion within the limits was found.
-
-    Attributes:
-        causes: Possible causes with their locations, at least one.
-    """
-
-    causes: list[TimingError]
+    return solve_within(problem, Budget(progress, budget, len(problem.position) - 1))
 
 
 def solve_within(problem: TimingProblem, budget: Budget) -> TimedMotion:
@@ -95,15 +82,15 @@ def solve_within(problem: TimingProblem, budget: Budget) -> TimedMotion:
         budget: Progress and budget of all problems.
 
     Raises:
-        NoMotionError: No motion within the limits was found.
+        TimingError: No motion within the limits was found. Its `others` are further causes.
     """
     if wrong := infeasible_values(problem):
-        raise NoMotionError(wrong)
+        raise merge_errors(wrong)
     earlier_iterations = budget.iterations
     attempts: list[Attempt] = []
     causes: list[TimingError] = []
     for start, end in sections(problem):
-        section = part_of(problem, start, end)
+        section = problem.section(start, end)
         attempt = solve_windows(section, budget)
         if attempt is not None:
             attempts.append(attempt)
@@ -112,13 +99,14 @@ def solve_within(problem: TimingProblem, budget: Budget) -> TimedMotion:
                 "no motion that keeps every limit was found within the budget of "
                 f"{budget.seconds:g} s; allow more time, or none, for a search to its end"
             )
-            raise NoMotionError([TimingError(message, limit="budget")])
+            raise TimingError(message, limit="budget")
         else:
             for error in unsolved_errors(section):
-                waypoint = None if error.waypoint is None else start + error.waypoint
-                causes.append(TimingError(str(error), **{**vars(error), "waypoint": waypoint}))
+                if error.waypoint is not None:
+                    error.waypoint += start
+                causes.append(error)
     if causes:
-        raise NoMotionError(causes)
+        raise merge_errors(causes)
     motion = timed_motion(problem, _consecutive(attempts), lower_bound(problem), "fastest")
     return replace(motion, iterations=budget.iterations - earlier_iterations)
 
@@ -199,7 +187,7 @@ def solve_windows(problem: TimingProblem, budget: Budget) -> Attempt | None:
         end = last if is_last else first + WINDOW_INTERVALS + INTERVALS_AHEAD
         start_known = replace(problem, velocity=velocity, acceleration=acceleration, along=along)
         count = end - first if is_last else WINDOW_INTERVALS
-        attempt = solve_section(part_of(start_known, first, end), budget)
+        attempt = solve_section(start_known.section(first, end), budget)
         if attempt is None or attempt.status == "resting":  # the start state may be the reason
             budget.solved += last - first
             return solve_section(problem, budget)
@@ -249,14 +237,17 @@ def binding_limits(
     times = time[:-1, None] + fractions * np.diff(time)[:, None]
     limits = problem.limits
     active: list[Binding] = []
-    q, v, a, j = (curve(times, order) for order in range(4))
-    rates: dict[LimitName, FloatArray] = {"velocity": v, "acceleration": a, "jerk": j}
-    utilisations = {name: np.abs(values) / getattr(limits, name) for name, values in rates.items()}
+    states = [curve(times, order) for order in range(len(DERIVATIVES))]
+    utilisations = {
+        name: np.abs(values) / limits[name]
+        for name, values in zip(DERIVATIVES, states, strict=True)
+        if name in MAGNITUDES
+    }
     for name in robot_limits(problem):
-        utilisations[name] = utilisation(problem, name, q, v, a)
+        utilisations[name] = utilisation(problem, name, *states[:3])
     width = limits.upper - limits.lower
     slack = np.where(np.isfinite(width), ACTIVE_LIMIT_DISTANCE * width, 0.0)
-    at_end = (q <= limits.lower + slack) | (q >= limits.upper - slack)
+    at_end = (states[0] <= limits.lower + slack) | (states[0] >= limits.upper - slack)
     utilisations["position"] = at_end.astype(float)
     peaks = {name: values.max(axis=1) for name, values in utilisations.items()}
     shares = {

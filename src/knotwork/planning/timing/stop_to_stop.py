@@ -10,8 +10,9 @@ import numpy as np
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.from_accelerations import cubics_from_accelerations
 from knotwork.curves.retiming.stops import stop_joints
+from knotwork.joint_quantities import JointLimits
 from knotwork.planning.timing.motion_curves import concatenate, reverse, slow_down
-from knotwork.planning.timing.timing_problem import Objective, TimingLimits, TimingProblem
+from knotwork.planning.timing.timing_problem import Objective, TimingProblem
 from knotwork.waypoints import FloatArray
 
 MIN_RAMP_SHARE = 1e-3
@@ -113,7 +114,7 @@ def _still(q: FloatArray) -> PiecewisePolynomial:
 
 
 def _straight_motion(
-    start: FloatArray, goal: FloatArray, limits: TimingLimits
+    start: FloatArray, goal: FloatArray, limits: JointLimits
 ) -> PiecewisePolynomial:
     """The minimum-time proportional motion, with a ramp up to a velocity and one down from it.
 

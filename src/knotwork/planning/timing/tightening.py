@@ -8,13 +8,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.joint_quantities import DERIVATIVES
 from knotwork.planning.timing.robot_limits import (
     robot_limits,
     sampled_utilisation,
     unproved_utilisation,
 )
 from knotwork.planning.timing.spline import pieces_each
-from knotwork.planning.timing.timing_problem import LimitName, TimingProblem
+from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.waypoints import FloatArray
 
 SAMPLE_MARGIN = 1e-4
@@ -22,9 +23,6 @@ SAMPLE_MARGIN = 1e-4
 
 SOLVER_MARGIN = 1e-6
 """Relative margin to each limit, larger than the solver's tolerance."""
-
-LIMIT_ORDERS: Mapping[LimitName, int] = {"velocity": 1, "acceleration": 2, "jerk": 3}
-"""Limits of derivatives of the position, with their order."""
 
 CURVE_SLACK = 1e-10
 """Relative rounding tolerance of limits."""
@@ -37,17 +35,20 @@ class Tightening:
     Attributes:
         margin: Relative margin to each limit.
         position: Whether positions between the breaks are limited.
-        held: Allowed fractions of the limits of `ROBOT_LIMITS` that the solver has, by name: see
-            `held_blocks`.
+        fractions: Allowed fractions of the limits of `ROBOT_LIMITS` that the solver has, by name:
+            see `robot_limit_blocks`.
     """
 
     margin: float = SOLVER_MARGIN
     position: bool = False
-    held: Mapping[LimitName, FloatArray] = field(default_factory=dict)
+    fractions: Mapping[str, FloatArray] = field(default_factory=dict)
 
     def same_equations(self, following: Tightening) -> bool:
         """Whether the solver has the same equations with another tightening."""
-        return self.position == following.position and self.held.keys() == following.held.keys()
+        return (self.position, self.fractions.keys()) == (
+            following.position,
+            following.fractions.keys(),
+        )
 
 
 def first_tightening(problem: TimingProblem) -> Tightening:
@@ -60,7 +61,7 @@ def first_tightening(problem: TimingProblem) -> Tightening:
     if problem.objective.time and problem.free.any() and unlimited.any():
         intervals = len(problem.position) - 1
         utilisation = np.zeros((pieces_each(intervals) * intervals, len(unlimited)))
-        return Tightening(held={"effort": _allowed_fractions(None, utilisation)})
+        return Tightening(fractions={"effort": _allowed_fractions(None, utilisation)})
     return Tightening()
 
 
@@ -81,13 +82,13 @@ def tighten(
     if beyond and not tightening.position:
         return replace(tightening, position=True)
     over = None if beyond else exceeded_limit(problem, curve)
-    if beyond or (over is not None and over[0] in LIMIT_ORDERS):
+    if beyond or (over is not None and over[0] in DERIVATIVES):
         return replace(tightening, margin=10.0 * tightening.margin)
     if over is None:
         return None
     name, utilisation = over
-    held = _allowed_fractions(tightening.held.get(name), utilisation)
-    return replace(tightening, held={**tightening.held, name: held})
+    allowed = _allowed_fractions(tightening.fractions.get(name), utilisation)
+    return replace(tightening, fractions={**tightening.fractions, name: allowed})
 
 
 def _allowed_fractions(before: FloatArray | None, utilisation: FloatArray) -> FloatArray:
@@ -112,15 +113,15 @@ def _allowed_fractions(before: FloatArray | None, utilisation: FloatArray) -> Fl
 
 def exceeded_limit(
     problem: TimingProblem, curve: PiecewisePolynomial
-) -> tuple[LimitName, FloatArray] | None:
+) -> tuple[str, FloatArray] | None:
     """The first limit other than of positions that a curve is not proved to keep, or `None`.
 
     Returns:
         Name of the limit, and its utilisation, shape (k, d or 1): in each piece for `ROBOT_LIMITS`,
         over the whole curve for velocity, acceleration and jerk.
     """
-    for name, order in LIMIT_ORDERS.items():
-        utilisation = curve.extrema(order).peak / getattr(problem.limits, name)
+    for order, name in enumerate(DERIVATIVES[1:], 1):
+        utilisation = curve.extrema(order).peak / problem.limits[name]
         if (utilisation > 1.0 + CURVE_SLACK).any():
             return name, utilisation[None]
     for name in robot_limits(problem):

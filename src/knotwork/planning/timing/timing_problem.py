@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields, replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from knotwork.curves.polynomial.joint_durations import feasible_durations
 from knotwork.errors import InputError, WaypointDataError
 from knotwork.errors.arguments import require_number
+from knotwork.joint_quantities import JointLimits
 from knotwork.units import SI, Units
 from knotwork.waypoints import (
     BoolArray,
@@ -18,84 +18,16 @@ from knotwork.waypoints import (
     ReadOnlyArrays,
     checked_joints,
     known_rows,
+    read_numbers,
     read_only,
 )
 
 if TYPE_CHECKING:
     from knotwork.planning.timing.symbolic_dynamics import Dynamics
 
-LimitName = Literal["position", "velocity", "acceleration", "jerk", "effort", "tool_speed"]
+TimingLimits = JointLimits
 
 _NOT_GIVEN: Any = None
-
-
-@dataclass(frozen=True, eq=False)
-class TimingLimits(ReadOnlyArrays):
-    """Limits of a motion; infinite where there is none.
-
-    Attributes:
-        velocity: Velocity limits [rad/s or m/s], shape (d,), positive.
-        acceleration: Acceleration limits [rad/s² or m/s²], shape (d,), positive; by default
-            infinite.
-        jerk: Jerk limits [rad/s³ or m/s³], shape (d,), positive; by default infinite.
-        effort: Effort limits [N m or N], shape (d,), positive; by default infinite. Needs dynamics.
-        lower: Lower position limits [rad or m], shape (d,); by default -infinite.
-        upper: Upper position limits [rad or m], shape (d,); by default infinite.
-        tool_speed: Speed limit of the tool centre point [m/s]; by default infinite. Needs dynamics.
-        margin: Factor that is already applied to the limits of magnitudes. Errors name it, and
-            propose limits without it.
-
-    Raises:
-        WaypointDataError: A magnitude is not positive, or a lower limit is not below the upper one.
-        InputError: The margin is not a positive number.
-
-    >>> TimingLimits([2.0, 2.0], jerk=[40.0, 40.0]).acceleration
-    array([inf, inf])
-    """
-
-    velocity: FloatArray
-    acceleration: FloatArray = _NOT_GIVEN
-    jerk: FloatArray = _NOT_GIVEN
-    effort: FloatArray = _NOT_GIVEN
-    lower: FloatArray = _NOT_GIVEN
-    upper: FloatArray = _NOT_GIVEN
-    tool_speed: float = np.inf
-    margin: float = 1.0
-
-    def __post_init__(self) -> None:
-        d = np.size(self.velocity)
-        for name in ("velocity", "acceleration", "jerk", "effort", "lower", "upper"):
-            default = -np.inf if name == "lower" else np.inf
-            array = _numbers(getattr(self, name), (d,), f"{name} limit", default)
-            if name not in ("lower", "upper") and not (array > 0.0).all():
-                raise WaypointDataError(f"{name} limits are {array.tolist()}; give positive ones")
-            object.__setattr__(self, name, array)
-        if not (self.lower < self.upper).all():
-            raise WaypointDataError(
-                f"position limits run from {self.lower.tolist()} to {self.upper.tolist()}; "
-                "each lower one must be below its upper one"
-            )
-        tool_speed = float(_numbers(self.tool_speed, (), "tool speed limit", np.inf))
-        if not tool_speed > 0.0:
-            raise WaypointDataError(f"tool speed limit is {tool_speed}; give a positive one")
-        object.__setattr__(self, "tool_speed", tool_speed)
-        require_number(self.margin, "margin", positive=True)
-
-    def text(self, limit: float, unit: str, units: Units) -> str:
-        """Text of a limit of a magnitude, with its value before the margin.
-
-        >>> TimingLimits([1.8], margin=0.9).text(1.8, "rad/s", SI)
-        '1.8 rad/s, 0.9 of 2 rad/s (margin)'
-        """
-        shown = units.text(limit, unit)
-        if self.margin == 1.0:
-            return shown
-        return f"{shown}, {self.margin:g} of {units.text(limit / self.margin, unit)} (margin)"
-
-    @property
-    def margin_note(self) -> str:
-        """Clause after limits that are reported without the margin; empty if there is none."""
-        return "" if self.margin == 1.0 else f" (the margin leaves {self.margin:g} of each limit)"
 
 
 @dataclass(frozen=True)
@@ -149,7 +81,7 @@ class TimingProblem(ReadOnlyArrays):
         position: Joint positions at the waypoints [rad or m], shape (n, d), n >= 2.
         velocity: Joint velocities [rad/s or m/s], shape (n, d); a row of NaN where they are
             unknown.
-        limits: The limits.
+        limits: The limits; those of effort need dynamics.
         names: Names of the waypoints, length n; by default their indices.
         joint_units: `"rad"` or `"m"` for each joint; by default all `"rad"`.
         along: Whether each row of `velocity` is a direction with an unknown factor >= 0, shape
@@ -160,6 +92,7 @@ class TimingProblem(ReadOnlyArrays):
         duration: Durations between waypoints [s], shape (n-1,); NaN where unknown, the default.
         at_least: Lower bound of an unknown duration [s], shape (n-1,); by default 0.
         total: Sum of the durations [s], or `None`.
+        tool_speed: Speed limit of the tool centre point [m/s], by default infinite; needs dynamics.
         objective: The objective; by default the time.
         dynamics: Dynamics of the robot, for limits of effort and of tool speed.
         units: Units of errors; by default SI.
@@ -167,7 +100,8 @@ class TimingProblem(ReadOnlyArrays):
     Raises:
         WaypointDataError: Shapes do not match, or a value is impossible.
 
-    >>> problem = TimingProblem(("a",), [[0], [1]], [[0], [0]], TimingLimits([1.0], [2.0]))
+    >>> from knotwork.joint_quantities import JointLimits
+    >>> problem = TimingProblem(("a",), [[0], [1]], [[0], [0]], JointLimits([1.0], [2.0]))
     >>> problem.free, problem.names
     (array([ True]), ('0', '1'))
     """
@@ -175,7 +109,7 @@ class TimingProblem(ReadOnlyArrays):
     joint_names: tuple[str, ...]
     position: FloatArray
     velocity: FloatArray
-    limits: TimingLimits
+    limits: JointLimits
     names: tuple[str, ...] = field(default=(), kw_only=True)
     joint_units: tuple[str, ...] = field(default=(), kw_only=True)
     along: BoolArray = field(default=_NOT_GIVEN, kw_only=True)
@@ -184,6 +118,7 @@ class TimingProblem(ReadOnlyArrays):
     duration: FloatArray = field(default=_NOT_GIVEN, kw_only=True)
     at_least: FloatArray = field(default=_NOT_GIVEN, kw_only=True)
     total: float | None = field(default=None, kw_only=True)
+    tool_speed: float = field(default=np.inf, kw_only=True)
     objective: Objective = field(default_factory=Objective, kw_only=True)
     dynamics: Dynamics | None = field(default=None, kw_only=True)
     units: Units = field(default=SI, kw_only=True)
@@ -210,7 +145,18 @@ class TimingProblem(ReadOnlyArrays):
             ("duration", (n - 1,), np.nan),
             ("at_least", (n - 1,), 0.0),
         ):
-            put(name, _numbers(getattr(self, name), shape, name, default))
+            given = getattr(self, name)
+            values = np.full(shape, default) if given is None else given
+            put(name, read_numbers(values, shape, name, type(default)))
+        put("tool_speed", float(read_numbers(self.tool_speed, (), "tool speed limit")))
+        if not self.tool_speed > 0.0:
+            raise WaypointDataError(f"tool speed limit is {self.tool_speed}; give a positive one")
+        lower, upper = self.limits.bounds("position")
+        if not (lower < upper).all():
+            raise WaypointDataError(
+                f"position limits run from {lower.tolist()} to {upper.tolist()}; "
+                "each lower one must be below its upper one"
+            )
         if self.limits.velocity.shape != (d,):
             raise WaypointDataError(
                 f"limits are given for {self.limits.velocity.size} joints; there are {d}"
@@ -222,7 +168,7 @@ class TimingProblem(ReadOnlyArrays):
 
     def _check_dynamics(self) -> None:
         limits = self.limits
-        needed = np.isfinite(limits.effort).any() or np.isfinite(limits.tool_speed)
+        needed = np.isfinite(limits.effort).any() or np.isfinite(self.tool_speed)
         if self.dynamics is None and (needed or self.objective.effort):
             raise InputError(
                 "limits of effort or tool speed, and effort to be minimised, need dynamics"
@@ -248,9 +194,9 @@ class TimingProblem(ReadOnlyArrays):
         if not (self.max_factor >= 0.0).all():
             raise WaypointDataError("max_factor must not be negative")
         if self.total is not None:
-            put = require_number(self.total, "total", "s", positive=True)
-            object.__setattr__(self, "total", put)
-        lost = self.along & np.isnan(self.velocity).any(axis=1)
+            total = require_number(self.total, "total", "s", positive=True)
+            object.__setattr__(self, "total", total)
+        lost = self.along & ~known_rows(self.velocity)
         if lost.any():
             i = int(np.argmax(lost))
             raise WaypointDataError(f"{self.names[i]!r} has no direction along which to move")
@@ -262,7 +208,11 @@ class TimingProblem(ReadOnlyArrays):
             raise InputError("the problem has no dynamics")
         return self.dynamics
 
-    def possible_durations(self, i: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def limit(self, name: str) -> FloatArray:
+        """Limits of effort, shape (d,), or of tool speed, shape (1,)."""
+        return np.array([self.tool_speed]) if name == "tool_speed" else self.limits[name]
+
+    def feasible_durations(self, i: int) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Feasible durations of each joint for an interval; see `feasible_durations`."""
         return feasible_durations(
             self.position[i + 1] - self.position[i],
@@ -280,34 +230,21 @@ class TimingProblem(ReadOnlyArrays):
     @property
     def velocity_known(self) -> BoolArray:
         """Whether the velocity at each waypoint is given, shape (n,)."""
-        return ~self.along & ~np.isnan(self.velocity).any(axis=1)
+        return ~self.along & known_rows(self.velocity)
 
     @property
     def acceleration_known(self) -> BoolArray:
         """Whether the acceleration at each waypoint is given, shape (n,)."""
-        return np.asarray(~np.isnan(self.acceleration).any(axis=1))
+        return known_rows(self.acceleration)
 
-
-def _numbers(values: ArrayLike | None, shape: tuple[int, ...], name: str, default: Any) -> Any:
-    """Copy numbers of the default's type, including infinity and NaN, into a read-only array."""
-    try:
-        array = np.array(np.full(shape, default) if values is None else values, type(default))
-    except (TypeError, ValueError) as error:
-        raise WaypointDataError(f"{name} must be numbers, not {values!r}", value=values) from error
-    if array.shape != shape:
-        raise WaypointDataError(f"{name} must have shape {shape}, not {array.shape}", value=array)
-    array.setflags(write=False)
-    return array
-
-
-def part_of(problem: TimingProblem, first: int, last: int) -> TimingProblem:
-    """The problem from one waypoint to another."""
-    points, between = slice(first, last + 1), slice(first, last)
-    return replace(
-        problem,
-        **{
-            name: getattr(problem, name)[points]
-            for name in ("position", "velocity", "names", "along", "max_factor", "acceleration")
-        },
-        **{name: getattr(problem, name)[between] for name in ("duration", "at_least")},
-    )
+    def section(self, first: int, last: int) -> TimingProblem:
+        """The problem from one waypoint to another."""
+        points, between = slice(first, last + 1), slice(first, last)
+        return replace(
+            self,
+            **{
+                name: getattr(self, name)[points]
+                for name in ("position", "velocity", "names", "along", "max_factor", "acceleration")
+            },
+            **{name: getattr(self, name)[between] for name in ("duration", "at_least")},
+        )

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.planning.timing.timing_problem import LimitName, TimingProblem
+from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.waypoints import FloatArray
 
@@ -98,7 +98,7 @@ class NoClearMotionError(Exception):
     bodies: tuple[str, str] = ("", "")
     depth: float = 0.0
     moving: bool = False
-    limit: LimitName | None = None
+    limit: str | None = None
     joint: int = 0
     checks: int = 0
     solutions: int = 1

@@ -342,5 +342,6 @@ class _ClearSearch:
             velocity,
             timing.limits,
             acceleration=acceleration,
+            tool_speed=timing.tool_speed,
             dynamics=timing.dynamics,
         )

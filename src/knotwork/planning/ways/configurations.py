@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from knotwork.planning.timing.timing_problem import TimingLimits
+from knotwork.joint_quantities import JointLimits
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.scene.distances import DISTANCE_ERROR, NEAREST_POINT_TOLERANCE
 from knotwork.waypoints import FloatArray
@@ -62,7 +62,7 @@ class Configurations:
         self,
         arm_model: Any,
         model: CollisionModel,
-        limits: TimingLimits,
+        limits: JointLimits,
         loaded_arm_model: Any = None,
     ) -> None:
         self.arm_model, self.model, self.loaded_arm_model = (arm_model, model, loaded_arm_model)

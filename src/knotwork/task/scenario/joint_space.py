@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from knotwork.errors import InputError, RobotError, UnknownNameError
-from knotwork.joint_quantities import JOINT_QUANTITIES, MAGNITUDES
+from knotwork.joint_quantities import MAGNITUDES, JointLimits
 from knotwork.task import Tool
 from knotwork.task.scenario import JointTarget
 from knotwork.task.scenario.joint_reader import JointReader, JointState
@@ -37,10 +37,7 @@ class JointSpace:
     Attributes:
         joint_names: Names, length d.
         joint_units: `"rad"` or `"m"` for each joint.
-        lower_position_limit, upper_position_limit: Limits [rad or m], shape (d,); infinite without
-            one.
-        limits: Largest magnitude by quantity, each of shape (d,), in the unit of
-            `JOINT_QUANTITIES`, infinite without a limit.
+        limits: Their limits, with the margin of the task.
         robot: The robot with the scenario's tool and position limits, or `None`.
         carrying: The same robot with its loads over the motion, or `None`.
         targets: Required joint values at each waypoint; `None` for a pose.
@@ -52,16 +49,14 @@ class JointSpace:
             shape (d,), in the unit of the joint, per second and per second squared.
         waits: Waypoints at which the arm dwells until the next one, by index.
         chosen: Sections of waypoints with a chosen motion, or `None`.
-        solutions: Joint positions near which solutions are chosen, shape (d,), by index of the
-            waypoint.
+        near_by_waypoint: Joint positions near which solutions are chosen at waypoints [rad or m],
+            shape (d,), by index of the waypoint.
         shown_in: Units of the scenario, for output.
     """
 
     joint_names: tuple[str, ...]
     joint_units: tuple[str, ...]
-    lower_position_limit: FloatArray
-    upper_position_limit: FloatArray
-    limits: Mapping[str, FloatArray]
+    limits: JointLimits
     robot: Robot | None = None
     carrying: Carrying | None = None
     targets: tuple[JointState | None, ...] = ()
@@ -71,18 +66,8 @@ class JointSpace:
     tolerances: Mapping[str, FloatArray] = field(default_factory=dict)
     waits: tuple[int, ...] = ()
     chosen: tuple[ChosenSection, ...] | None = None
-    solutions: Mapping[int, FloatArray] = field(default_factory=dict)
+    near_by_waypoint: Mapping[int, FloatArray] = field(default_factory=dict)
     shown_in: Units = field(default_factory=Units)
-
-    def bounds(self, quantity: str) -> tuple[FloatArray, FloatArray]:
-        """Lower and upper limit of a quantity, shape (d,) each; infinite without a limit.
-
-        Args:
-            quantity: A name in `JOINT_QUANTITIES`.
-        """
-        if JOINT_QUANTITIES[quantity].limit == "range":
-            return self.lower_position_limit, self.upper_position_limit
-        return -self.limits[quantity], self.limits[quantity]
 
 
 def by_joint(
@@ -128,24 +113,11 @@ def joint_space(scenario: Scenario) -> JointSpace:
     _check_followers(scenario, robot)
     _check_motion_limits(scenario, robot)
     read = JointReader(scenario, robot.joint_names, robot.joint_units, robot.configurations)
-    robot = robot.with_limits(**read.limits())
-    if task.limits.margin != 1.0:
-        robot = robot.with_limits(
-            **{
-                kind: {
-                    joint: task.limits.margin * limit
-                    for joint, limit in zip(robot.joint_names, robot.limits[kind], strict=True)
-                    if np.isfinite(limit)
-                }
-                for kind in MAGNITUDES
-            }
-        )
+    robot = robot.with_limits(**read.limits()).with_limit_margin(task.limits.margin)
     return JointSpace(
         joint_names=robot.joint_names,
         joint_units=robot.joint_units,
-        lower_position_limit=robot.lower_position_limit,
-        upper_position_limit=robot.upper_position_limit,
-        limits=dict(robot.limits),
+        limits=robot.limits,
         robot=robot,
         carrying=None if robot.base_moves else robots_with_loads(scenario, robot),
         **read.requirements(),
@@ -235,8 +207,8 @@ def _bare_joints(scenario: Scenario) -> JointSpace:
     bounds = read.limits()
     position = bounds.get("position", {})
     lower, upper = np.array([position.get(name, (-np.inf, np.inf)) for name in names]).T
-    limits = {
-        kind: task.limits.margin * np.array([bounds.get(kind, {}).get(n, np.inf) for n in names])
-        for kind in MAGNITUDES
+    magnitudes: dict[str, Any] = {
+        kind: [bounds.get(kind, {}).get(name, np.inf) for name in names] for kind in MAGNITUDES
     }
-    return JointSpace(names, units, lower, upper, limits, **read.requirements())
+    limits = JointLimits(**magnitudes, lower=lower, upper=upper).scaled(task.limits.margin)
+    return JointSpace(names, units, limits, **read.requirements())
