@@ -8,13 +8,18 @@ the folder: start it again after an interrupt, and it goes on where it was.
 """
 
 import sys
+from itertools import cycle
 from pathlib import Path
 
-import matplotlib.pyplot as plt
+from matplotlib.figure import Figure
 
 import knotwork as kw
+from knotwork.view import save_figure
 
 FIGURE = "smallest_singular_value"
+# Of places that pass, then of each reason.
+COLOURS = ("#009E73", "#D55E00", "#404040", "#E69F00", "#56B4E9", "#CC79A7")
+SQUARE = {"marker": "s", "s": 18, "linewidths": 0}
 
 
 def main(folder: Path, places: int = 41, angles: int = 36) -> None:
@@ -42,20 +47,23 @@ def main(folder: Path, places: int = 41, angles: int = 36) -> None:
 def draw(study: kw.Study, file: Path) -> None:
     """Draw the reasons of all rows, and the figure of those that pass, over the two values."""
     across, up = study.varied
-    kinds = {reason: f"C{k}" for k, reason in enumerate(["", *study.reasons])}
-    figure, (reasons, figures) = plt.subplots(1, 2, figsize=(13, 6), layout="constrained")
-    for reason, colour in kinds.items():
+    kinds = zip(["", *study.reasons], cycle(COLOURS))
+    figure = Figure(figsize=(10, 5), layout="constrained")
+    reasons, figures = figure.subplots(1, 2, sharey=True)
+    for reason, colour in kinds:
         rows = [row for row in study.rows() if (row["reason"] or "") == reason]
         at = [row[across] for row in rows], [row[up] for row in rows]
-        reasons.scatter(*at, color=colour, s=9, label=f"{reason or 'passed'} ({len(rows)})")
+        label = f"{reason or 'passed'} ({len(rows)})"
+        reasons.scatter(*at, color=colour, label=label, **SQUARE)
     passed = [row for row in study.rows() if row["verdict"] == "passed"]
     at = [row[across] for row in passed], [row[up] for row in passed]
-    dots = figures.scatter(*at, c=[row[FIGURE] for row in passed], s=9)
+    dots = figures.scatter(*at, c=[row[FIGURE] for row in passed], **SQUARE)
     figure.colorbar(dots, label=study.figures[FIGURE].title)
-    figure.legend(loc="outside lower center", ncols=4)
+    figure.legend(loc="outside lower center", ncols=3, frameon=False)
+    reasons.set(ylabel=study.titles[up])
     for axes in (reasons, figures):
-        axes.set(xlabel=study.titles[across], ylabel=study.titles[up])
-    figure.savefig(file)
+        axes.set(xlabel=study.titles[across])
+    save_figure(figure, file)
 
 
 if __name__ == "__main__":

@@ -41,7 +41,7 @@ class JointReader:
     units: tuple[str, ...]
     configurations: Mapping[str, FloatArray] = field(default_factory=dict)
 
-    def by_joint(self, values: Any, *location: str | int, si: bool = False) -> dict[str, Any]:
+    def in_si(self, values: Any, *location: str | int, si: bool = False) -> dict[str, Any]:
         """Values by joint [rad or m, and per second]; `si` for values that are in SI already."""
         length, angle = (1.0, 1.0) if si else self.scenario.given.units.in_si
         units = zip(self.names, self.units, strict=True)
@@ -65,7 +65,7 @@ class JointReader:
                     suggest_name(values, self.configurations),
                 )
             return np.array(self.configurations[values])
-        values = self.by_joint(values, *location)
+        values = self.in_si(values, *location)
         absent = [name for name in self.names if name not in values]
         if absent and missing is None:
             raise self.scenario.locations.error(
@@ -79,7 +79,7 @@ class JointReader:
         """Limits by quantity and joint; position limits are pairs."""
         limits = {kind: getattr(self.scenario.given.limits, kind) for kind in JOINT_QUANTITIES}
         return {
-            kind: self.by_joint(values, "limits", kind, si=JOINT_QUANTITIES[kind].order is None)
+            kind: self.in_si(values, "limits", kind, si=JOINT_QUANTITIES[kind].order is None)
             for kind, values in limits.items()
             if values is not None
         }
@@ -94,19 +94,19 @@ class JointReader:
     def accelerations(self) -> str | FloatArray | None:
         """The planner option of this name; values have shape (n, d)."""
         presets = self.scenario.given.planner_options.accelerations
-        if not isinstance(presets, tuple):
+        if presets is None or isinstance(presets, str):
             return presets
         location = "planner_options", "accelerations"
         return np.array([self.array(row, *location, i) for i, row in enumerate(presets)])
 
-    def solutions(self) -> dict[int, FloatArray]:
+    def near_by_waypoint(self) -> dict[int, FloatArray]:
         """Joint positions near which solutions are chosen, shape (d,), by index of the waypoint."""
-        waypoints, solutions = self.scenario.given.waypoints, {}
+        waypoints, near_by_waypoint = self.scenario.given.waypoints, {}
         for waypoint, i in enumerate(self.scenario.task_index):
             near = getattr(waypoints[i], "near", None) if i >= 0 else None
             if near is not None:
-                solutions[waypoint] = self.array(near, "waypoints", i, "near")
-        return solutions
+                near_by_waypoint[waypoint] = self.array(near, "waypoints", i, "near")
+        return near_by_waypoint
 
     def chosen(self) -> tuple[ChosenSection, ...] | None:
         """Sections of waypoints with a chosen motion, or `None`."""
@@ -135,8 +135,8 @@ class JointReader:
         """Tolerance of a quantity of the joints, shape (d,)."""
         name, tolerances = f"joint_{quantity}", self.scenario.given.tolerances
         is_given = name in tolerances.model_fields_set
-        by_joint = self.by_joint(getattr(tolerances, name), "tolerances", name, si=not is_given)
-        return np.array([*by_joint.values()])
+        values = self.in_si(getattr(tolerances, name), "tolerances", name, si=not is_given)
+        return np.array([*values.values()])
 
     def end_acceleration(self) -> tuple[FloatArray, FloatArray] | None:
         """Required accelerations at the start and at the end, shape (d,) each, or `None`."""

@@ -33,7 +33,7 @@ POLISH_STEPS = 2
 
 
 class SearchBudget(NamedTuple):
-    """Limits of a local search.
+    """The maximum effort of a local search.
 
     Attributes:
         iterations: Maximum number of steps.
@@ -193,7 +193,7 @@ class PoseSearch:
         Args:
             start: Joint positions [rad or m], shape (d,); clipped to the limits.
             limits: Joint limits.
-            budget: Its budget; close to the pose `HASTY_BUDGET` becomes `USUAL_BUDGET`.
+            budget: Maximum effort; close to the pose `HASTY_BUDGET` becomes `USUAL_BUDGET`.
         """
         # For six numbers the overhead of NumPy dominates, so no array is computed or read twice.
         lows, highs = limits[0].tolist(), limits[1].tolist()

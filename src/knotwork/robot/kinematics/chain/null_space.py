@@ -17,7 +17,7 @@ from knotwork.waypoints import FloatArray
 MAX_NULL_SPACE_STEPS = 30
 # Shorter steps end the motion [rad or m].
 SMALLEST_STEP = 1e-6
-# Budget of the correction back onto the pose after a null-space step.
+# Maximum effort of the correction back onto the pose after a null-space step.
 CORRECTION = SearchBudget(iterations=12)
 
 
