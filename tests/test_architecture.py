@@ -211,7 +211,7 @@ IMPORTED_BY_TESTS = {
         "scene.meshes.mesh_files",
     ),
     "keys of files: each has its test and its line in the docs": ("robot.file",),
-    "a path that can't be followed at first": ("planning.choosing.chosen_path_speeds",),
+    "a path that can't be followed at first": ("planning.choosing.segments",),
     "what a page asks for, without the page: handles, plans that are overtaken": ("view.editing",),
     "a clock of the test's own": ("planning.choosing.chosen_times", "planning.timing.timed_motion"),
     "the command in this process": ("cli.main",),

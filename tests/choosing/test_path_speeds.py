@@ -12,8 +12,9 @@ from reaching import reach
 
 import knotwork as kw
 from knotwork.errors import InputError, PathError
-from knotwork.planning.choosing import chosen_path_speeds, chosen_times
+from knotwork.planning.choosing import chosen_times, segments
 from knotwork.planning.task_to_joint import solve_task
+from knotwork.planning.timing.timed_motion import Budget
 from knotwork.task.scenario.joint_space import joint_space
 from sweeps import mostly_exhaustive
 
@@ -220,14 +221,13 @@ def test_takes_first_speeds_with_motions_when_budget_ends(monkeypatch: pytest.Mo
     """Lower ones would give a shorter motion, but need more time."""
     task = passed(line("a", -117.9), line("b", -31.5), limits={"acceleration": 600, "jerk": 4000})
     task["waypoints"][0]["pose"]["position"][1] = -120
-    choose, speeds_tried = chosen_times.with_max_speeds, list[dict[int, float]]()
+    solve, speeds_tried = chosen_times.with_path_speeds, list[dict[int, float]]()
 
-    def record(*given: Any) -> Any:
-        paths = choose(*given)
-        speeds_tried.append(paths.speeds)
-        return paths
+    def record(task: Any, paths: Any) -> Any:
+        speeds_tried.extend(path.speeds for path in paths)
+        return solve(task, paths)
 
-    monkeypatch.setattr(chosen_times, "with_max_speeds", record)
+    monkeypatch.setattr(chosen_times, "with_path_speeds", record)
     plan = kw.plan(task, budget=1e-3)
     plan.report.raise_if_failed()
     assert plan.chosen.status == "stopped"
@@ -237,14 +237,14 @@ def test_takes_first_speeds_with_motions_when_budget_ends(monkeypatch: pytest.Mo
 
 def test_tolerance_bounds_speed_if_path_cannot_be_followed(monkeypatch: pytest.MonkeyPatch) -> None:
     """The first motion along the path can't be made, so that lower speeds are tried."""
-    solve, calls = chosen_path_speeds.solve_task, count()
+    solve, calls = segments.solve_task, count()
 
     def fail_at_first_speeds(*given: Any) -> Any:
         if next(calls) == 1:
             raise PathError("the steps would be too small")
         return solve(*given)
 
-    monkeypatch.setattr(chosen_path_speeds, "solve_task", fail_at_first_speeds)
+    monkeypatch.setattr(segments, "solve_task", fail_at_first_speeds)
     plan = kw.plan(reach(line("a", 100), limits=LIMITS))
     plan.report.raise_if_failed()
     (finding,) = plan.report.select(quantity="binding_limits")
@@ -257,14 +257,14 @@ def test_speeds_are_expected_for_the_given_solution(monkeypatch: pytest.MonkeyPa
     best = solve_task(scenario, space)
     other = solve_task(scenario, space, avoided=[(0, best.sequence[0], best.sequence[1])])
     solved: list[Any] = []
-    solve = chosen_path_speeds.solve_task
+    solve = segments.solve_task
 
     def record(*given: Any) -> Any:
         solved.append(solve(*given).waypoints.position[0])
         return solve(*given)
 
-    monkeypatch.setattr(chosen_path_speeds, "solve_task", record)
-    chosen_path_speeds.with_max_speeds(scenario, other, {})
+    monkeypatch.setattr(segments, "solve_task", record)
+    chosen_times.choose_times(scenario, Budget(), other)
     assert not np.allclose(other.waypoints.position[0], best.waypoints.position[0])
     assert np.allclose(solved, other.waypoints.position[0])
 

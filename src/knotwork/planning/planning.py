@@ -15,10 +15,10 @@ from knotwork.planning.planned_motion import Plan
 from knotwork.planning.scenario_planner import ScenarioPlanner
 from knotwork.planning.task_to_joint import SequenceStep, TaskSolution
 from knotwork.task import Task
-from knotwork.task.scenario import Scenario, Unknowns, load_scenario, resolve_task
-from knotwork.verification.checked_motion import AT_WAYPOINT
-from knotwork.verification.collisions import collision_note, failed_pairs
-from knotwork.verification.finding import TRIED
+from knotwork.task.scenario import Scenario, Unknowns, change_task, load_scenario
+from knotwork.verification.collisions import COLLISIONS, failed_pairs
+from knotwork.verification.finding import TRIED, Finding
+from knotwork.verification.motion import AT_WAYPOINT
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
@@ -154,7 +154,7 @@ def _with_clear_motion(planner: ScenarioPlanner, best: Plan, tried: int) -> Plan
             {scenario.task_index[i]: {"way": "clear"} for i in timed}
         )
         try:
-            scenario = resolve_task(clear, scenario.locations)
+            scenario = change_task(scenario, clear)
             detour = best_of_sequences(replace(planner, scenario=scenario))
         except InputError as error:
             notes.append(f"way: clear finds no motion either: {error}")
@@ -242,6 +242,6 @@ def _proposal(plan: Plan, ends: Sequence[int]) -> str:
 
 def _with_finding(plan: Plan, message: str, quantity: str = "sequences_tried") -> Plan:
     """The plan with a finding on the planned sequences of solutions."""
-    finding = collision_note(quantity, message)
+    finding = Finding.of_motion(COLLISIONS, quantity, message)
     report = replace(plan.report, findings=(*plan.report.findings, finding))
     return replace(plan, report=report)

@@ -9,13 +9,19 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.errors import merge_errors
+from knotwork.errors import InputError, merge_errors
 from knotwork.planning.choosing.chosen_path_speeds import (
-    ChosenPathSpeeds,
-    paths_beyond_limits,
-    with_max_speeds,
+    given_speeds_beyond_limits,
+    infeasible_speed_error,
+    limiting_constraints,
+    with_path_speeds,
 )
 from knotwork.planning.choosing.chosen_values import with_chosen_values
+from knotwork.planning.choosing.path_speed_problem import (
+    ADJACENT_MOTION,
+    NoSpeedsError,
+    PathSpeedProblem,
+)
 from knotwork.planning.choosing.segment_motions import (
     NoMotionsError,
     located_in_segment,
@@ -23,6 +29,7 @@ from knotwork.planning.choosing.segment_motions import (
 )
 from knotwork.planning.choosing.segments import (
     TimingSegment,
+    TimingTask,
     assumed_jerk,
     find_segments,
     timing_problem,
@@ -33,10 +40,14 @@ from knotwork.planning.timing.infeasible import infeasible_values
 from knotwork.planning.timing.timed_motion import Budget, Status, status_of
 from knotwork.task.scenario import Scenario
 
-MAX_SLOWDOWNS, SLOWDOWN = 6, 0.7
-"""Number of times that path speeds are lowered for the motions next to them, and the factor: the
-last speeds are an eighth of the maximum.
-"""
+MAX_MOTIONS = 10
+"""Maximum number of planned motions; in most cases one or two are sufficient."""
+
+SLOWDOWN = 0.7
+"""Factor on the speeds along paths that can't be reached or left at these speeds."""
+
+MIN_GAIN = 0.01
+"""Minimum expected gain of duration along the paths for another motion, as a fraction."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,9 +131,9 @@ def choose_times(
 
     Constant speeds along tool paths come first: each is the maximum within the limits. Then the
     segments between tool paths and waits are solved independently, because position, velocity
-    and acceleration are known at their ends. Where a path can't be reached or left at these speeds,
-    they are lowered until the motions exist, and further while the total duration decreases and the
-    budget lasts.
+    and acceleration are known at their ends. Where a path can't be followed within the limits,
+    reached or left at these speeds, they are lowered until the motions exist. Other speeds are then
+    tried while the total duration decreases and the budget lasts.
 
     Args:
         scenario: A task with unknowns.
@@ -132,62 +143,84 @@ def choose_times(
     Raises:
         InputError: The task can't be solved, or no motion within the limits was found.
     """
-    caps: dict[int, float] = {}
+    task = TimingTask.solved(scenario, scenario.required_unknowns, solution)
+    paths = [
+        PathSpeedProblem(task, number)
+        for number, path in enumerate(scenario.paths)
+        if path.requested.at_most
+    ]
+    adjacent = set[PathSpeedProblem]()
     best: ChosenTimes | None = None
-    adjacent: set[int] = set()
-    for slowdowns in range(MAX_SLOWDOWNS + 1):
-        paths = with_max_speeds(scenario, solution, caps)
+    error: InputError | None = None
+    longest = np.inf
+    for _ in range(MAX_MOTIONS):
         try:
-            chosen = _choose_motions(scenario, paths, budget)
-        except NoMotionsError as error:
-            adjacent |= _adjacent_stretches(error.errors, paths)
-            if best is None and (not adjacent or slowdowns == MAX_SLOWDOWNS):
-                raise error.combined_error() from None
+            duration = sum(path.choose() for path in paths)
+        except NoSpeedsError as no_speeds:
+            error = error or infeasible_speed_error(task, no_speeds)
+            break
+        if duration >= longest:
+            break
+        try:
+            chosen = _choose_motions(scenario, with_path_speeds(task, paths), paths, budget)
+        except NoSpeedsError as no_speeds:
+            error = infeasible_speed_error(task, no_speeds)
+            continue
+        except NoMotionsError as no_motions:
+            error = no_motions.combined_error()
+            adjacent |= _adjacent_paths(no_motions.errors, paths)
+            if not adjacent:
+                break
+        except InputError as infeasible:
+            error, longest = infeasible, (1.0 - MIN_GAIN) * duration
+            continue
         else:
             if best is not None and best.duration <= chosen.duration:
                 break
             best = chosen
-        if best is not None and (not adjacent or budget.is_over):
-            break
-        caps = {i: SLOWDOWN * paths.speeds[i] for i in adjacent}
+            longest = np.inf if adjacent else (1.0 - MIN_GAIN) * duration
+            if budget.is_over:
+                break
+        for path in adjacent:
+            path.lower_caps(SLOWDOWN, ADJACENT_MOTION)
     if best is None:
-        raise AssertionError("without a motion the last error was raised")
+        raise error or AssertionError("without a motion there is an error")
     return best
 
 
-def _choose_motions(scenario: Scenario, paths: ChosenPathSpeeds, budget: Budget) -> ChosenTimes:
+def _choose_motions(
+    scenario: Scenario, task: TimingTask, paths: Sequence[PathSpeedProblem], budget: Budget
+) -> ChosenTimes:
     """Choose the motions of all segments, with known speeds along paths.
 
     Raises:
         NoMotionsError: Some segments have no motion.
         InputError: A given value is beyond a limit.
     """
-    task, segments = paths.task, find_segments(paths.task)
-    _check_given(paths, segments)
+    segments = find_segments(task)
+    _check_given(task, segments, paths)
     motions = solve_segments(task, segments, budget)
     return ChosenTimes(
         requested=scenario,
         scenario=with_chosen_values(task, motions),
         solution=task.solution,
         segments=tuple(motions.values()),
-        path_limits=paths.binding,
+        path_limits=limiting_constraints(task, paths),
         assumed_jerk=assumed_jerk(task.space),
     )
 
 
-def _adjacent_stretches(segments: Iterable[TimingSegment], paths: ChosenPathSpeeds) -> set[int]:
-    """The waypoints at the ends of stretches with chosen speeds, on paths next to segments."""
+def _adjacent_paths(
+    segments: Iterable[TimingSegment], paths: Iterable[PathSpeedProblem]
+) -> set[PathSpeedProblem]:
+    """The paths with chosen speeds that begin or end where one of some segments does."""
     ends = {segment.waypoints[k] for segment in segments for k in (0, -1)}
-    return {
-        i
-        for path in paths.task.scenario.paths
-        if ends & {path.first, path.last}
-        for i in range(path.first + 1, path.last + 1)
-        if i in paths.speeds
-    }
+    return {problem for problem in paths if ends & {problem.path.first, problem.path.last}}
 
 
-def _check_given(paths: ChosenPathSpeeds, segments: Sequence[TimingSegment]) -> None:
+def _check_given(
+    task: TimingTask, segments: Sequence[TimingSegment], paths: Sequence[PathSpeedProblem]
+) -> None:
     """Refuse given values beyond a limit, and too short times.
 
     Speeds along paths come first, because segments begin and end with them.
@@ -195,7 +228,7 @@ def _check_given(paths: ChosenPathSpeeds, segments: Sequence[TimingSegment]) -> 
     Raises:
         InputError: A given value is infeasible.
     """
-    task, errors = paths.task, paths_beyond_limits(paths)
+    errors = given_speeds_beyond_limits(task, paths)
     if errors:
         raise merge_errors(errors)
     for segment in segments:

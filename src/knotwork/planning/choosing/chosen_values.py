@@ -17,7 +17,7 @@ from knotwork.files.documents.yaml_text import to_block_yaml
 from knotwork.planning.choosing.segments import TimingSegment, TimingTask
 from knotwork.planning.timing import TimedMotion
 from knotwork.task import ChosenMotion, Velocity
-from knotwork.task.scenario import JointTarget, Scenario, resolve_task
+from knotwork.task.scenario import JointTarget, Scenario, change_task
 from knotwork.task.scenario.joint_space import by_joint
 from knotwork.task.task_source import with_moved_paths
 from knotwork.waypoints import CartesianWaypoint, FloatArray
@@ -49,7 +49,7 @@ def with_chosen_values(task: TimingTask, motions: Mapping[TimingSegment, TimedMo
     numbers = scenario.given.with_waypoints(waypoints).replace(
         times=None, duration=None, objective=None, ways=None, **({"knots": None} if optimal else {})
     )
-    timed = resolve_task(numbers, scenario.locations)
+    timed = change_task(scenario, numbers)
     if not motions:
         return timed
     sections = [_chosen_motion(task, timed, *pair) for pair in motions.items()]

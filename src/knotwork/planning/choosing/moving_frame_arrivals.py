@@ -10,16 +10,14 @@ are then made slightly longer and fixed.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Mapping
-from dataclasses import replace
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from knotwork.errors import FollowingError, InputError, OutOfReachError, TimingError
 from knotwork.planning.choosing.chosen_times import ChosenTimes
-from knotwork.task import PlainTask
-from knotwork.task.scenario import Scenario, resolve_task
+from knotwork.task.scenario import Scenario, change_task
 from knotwork.task.scenario.unknowns import ends_wait
 from knotwork.units import rounded_up
 from knotwork.waypoints import FloatArray
@@ -69,7 +67,7 @@ def fix_arrival_times(scenario: Scenario, choose: Choose) -> Scenario:
         following = times if count < FULL_STEPS else 0.5 * (expected + times)
         # a wait is two waypoints, of which the first remains
         by_task_index = dict(zip(scenario.task_index[::-1], following[::-1].tolist(), strict=True))
-        scenario = _with_expected_times(scenario, task, by_task_index)
+        scenario = change_task(scenario, task, by_task_index)
         if scenario.unknowns is None or not scenario.unknowns.time_dependent:
             return scenario
         chosen = choose(scenario)
@@ -81,14 +79,6 @@ def fix_arrival_times(scenario: Scenario, choose: Choose) -> Scenario:
         limit="rounds",
         where=scenario.where("waypoints", scenario.task_index[waypoint]),
     )
-
-
-def _with_expected_times(
-    scenario: Scenario, task: PlainTask, expected: Mapping[int, float]
-) -> Scenario:
-    """The scenario with another task, and expected times [s] by index in the task."""
-    resolved = resolve_task(task, scenario.locations, expected)
-    return replace(resolved, continued_motion=scenario.continued_motion)
 
 
 def _first_choice(scenario: Scenario, choose: Choose) -> tuple[Scenario, ChosenTimes]:
@@ -107,7 +97,7 @@ def _first_choice(scenario: Scenario, choose: Choose) -> tuple[Scenario, ChosenT
         guesses = [{task_index: start + span} for span in spans]
     for expected in guesses:
         try:
-            guessed = _with_expected_times(scenario, scenario.given, expected)
+            guessed = change_task(scenario, scenario.given, expected)
             return guessed, choose(guessed)
         except (OutOfReachError, FollowingError) as error:
             error.hint = (
@@ -129,10 +119,10 @@ def _with_speeds_before(scenario: Scenario, choose: Choose) -> Scenario:
         return scenario
     try:
         part = task.replace(waypoints=task.waypoints[: scenario.task_index[first]])
-        chosen = choose(resolve_task(part, scenario.locations))
+        chosen = choose(change_task(scenario, part))
     except InputError:
         return scenario
-    return _with_expected_times(scenario, task.with_waypoints(_speeds(scenario, chosen)), {})
+    return change_task(scenario, task.with_waypoints(_speeds(scenario, chosen)))
 
 
 def _speeds(scenario: Scenario, chosen: ChosenTimes) -> dict[int, Any]:
@@ -194,4 +184,4 @@ def _with_numbers(scenario: Scenario, chosen: ChosenTimes) -> Scenario:
             terms = {name: value for name, value in unknowns.objective.items() if name != "time"}
             ends = {"knots": "optimal", "objective": terms or {"acceleration": 1.0}}
     task = task.with_waypoints(changes).with_waypoints(_solutions(scenario, chosen))
-    return _with_expected_times(scenario, task.replace(**ends), {})
+    return change_task(scenario, task.replace(**ends))

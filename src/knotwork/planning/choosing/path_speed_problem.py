@@ -7,7 +7,6 @@ until changes of speed keep the limits as well. A planned motion corrects the ex
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 
 import numpy as np
 
@@ -43,7 +42,6 @@ SIGNIFICANT_UTILISATION = 0.3
 MIN_SLOWDOWN, MAX_SLOWDOWN = 0.995, 0.8
 """Factors on a speed that is lowered in one step."""
 
-
 RAMPS = Limit("", "path acceleration")
 """The acceleration along the path, with which speeds change."""
 
@@ -75,30 +73,29 @@ class NoSpeedsError(Exception):
 
 
 class PathSpeedProblem:
-    """The maximum speeds along one path, corrected by planned motions until these keep the limits.
+    """The maximum speeds along one path under caps and limits.
+
+    Planned motions correct the expected utilisation of the limits, and lower the caps.
 
     Args:
         task: The task.
-        path: One of its paths.
-        caps: Upper bounds of the free speeds [m/s] and their origins, by index of the
-            stretch.
+        number: Index of the path among those of the task.
 
     Attributes:
+        path: The path at its nominal speed.
+        caps: Upper bounds of the free speeds [m/s] and their origins, by index of the stretch.
         speeds: The chosen speeds.
         limiting: The limit or other bound of each of them.
     """
 
-    def __init__(
-        self,
-        task: TimingTask,
-        path: ScenarioPath,
-        caps: Mapping[int, tuple[float, Limit]],
-    ) -> None:
-        self.path, self.requested, self.caps = path, path.requested, dict(caps)
+    def __init__(self, task: TimingTask, number: int) -> None:
+        self.number, self.path = number, task.scenario.paths[number]
+        self.requested = self.path.requested
+        self.caps = {k: (bound, AT_MOST) for k, bound in self.requested.at_most.items()}
         self.unit = task.scenario.shown_length[0]
-        self.utilisation = LimitUtilisation(task, path)
-        self.along = PathUtilisation(task, path, self.utilisation)
-        self._ratio = np.ones((len(path.stretches), 3, len(self.utilisation.limits)))
+        self.utilisation = LimitUtilisation(task, self.path)
+        self.along = PathUtilisation(task, self.path, self.utilisation)
+        self._ratio = np.ones((len(self.path.stretches), 3, len(self.utilisation.limits)))
         self.speeds: Speeds = {}
         self.limiting: dict[int, Limit] = {}
 
@@ -136,10 +133,8 @@ class PathSpeedProblem:
         speeds.
         """
         k = int(utilisation.max(axis=1).argmax())
-        factors = np.maximum(utilisation[k], 1e-9) ** (-1.0 / self.utilisation.orders)
-        limit = self.utilisation.limits[int(factors.argmin())]
-        factor = float(np.clip(factors.min(), MAX_SLOWDOWN, MIN_SLOWDOWN))
-        stretches = [k]
+        factor, limit = self._required_slowdown(utilisation[k])
+        factor, stretches = min(factor, MIN_SLOWDOWN), [k]
         if k not in self.speeds:  # the next stretches with a chosen speed
             before, after = [j for j in self.speeds if j < k], [j for j in self.speeds if j > k]
             stretches = before[-1:] + after[:1]
@@ -153,6 +148,15 @@ class PathSpeedProblem:
             neighbours = (*speeds[max(j - 1, 0) : j], *speeds[j + 1 : j + 2])
             self.speeds[j] = max((v for v in neighbours if lower <= v < speeds[j]), default=lower)
             self.limiting[j] = limit
+
+    def _required_slowdown(self, utilisation: FloatArray) -> tuple[float, Limit]:
+        """Factor on a speed that brings limits from their utilisation, shape (m,), to 1.
+
+        A step lowers a speed at most by `MAX_SLOWDOWN`. The limit is the one with that factor.
+        """
+        factors = np.maximum(utilisation, 1e-9) ** (-1.0 / self.utilisation.orders)
+        column = int(factors.argmin())
+        return max(float(factors[column]), MAX_SLOWDOWN), self.utilisation.limits[column]
 
     def _fit(self) -> None:
         """Round the speeds, and lower them until they allow the changes of speed.
@@ -176,32 +180,36 @@ class PathSpeedProblem:
             self.limiting.update(dict.fromkeys(lowered, RAMPS))
         raise NoSpeedsError(self.path, 0, RAMPS)
 
-    def lower_caps(self, bound: Limit) -> None:
-        """Cap each speed below its present value, because the planned motion exceeds a bound."""
-        for k, speed in self.speeds.items():
-            if speed <= MIN_SPEED:
-                raise NoSpeedsError(self.path, k, bound)
-            self.caps[k] = MAX_SLOWDOWN * speed, bound
+    def lower_caps(self, factor: float, reason: Limit) -> None:
+        """Cap each speed at a fraction of its present value."""
+        self.caps = {k: (factor * speed, reason) for k, speed in self.speeds.items()}
 
-    def correct_from_plan(self, task: TimingTask, path: ScenarioPath) -> NoSpeedsError | None:
+    def correct_from_plan(self, task: TimingTask) -> NoSpeedsError | None:
         """Correct the expected utilisation by that of a planned motion.
+
+        Speeds with which this motion exceeds a limit are capped.
 
         Args:
             task: The task with the chosen speeds.
-            path: The path in this task.
 
         Returns:
             The error for the limit that the motion exceeds, or `None`.
         """
-        utilisation = self.utilisation.of_motion(task, path)
+        path = task.scenario.paths[self.number]
+        planned = self.utilisation.of_motion(task, path)
         expected = self.along.with_timing(path.motion.timing)
-        ratio = np.clip(utilisation / np.maximum(expected, 1e-9), 0.1, 1e3)
-        compared = np.maximum(utilisation, self._ratio * expected) > SIGNIFICANT_UTILISATION
+        ratio = np.clip(planned / np.maximum(expected, 1e-9), 0.1, 1e3)
+        compared = np.maximum(planned, self._ratio * expected) > SIGNIFICANT_UTILISATION
         self._ratio = np.where(compared, ratio, self._ratio)
-        k, _, column = np.unravel_index(utilisation.argmax(), utilisation.shape)
-        if utilisation[k].max() <= PLANNED_UTILISATION:
+        largest = planned.max(axis=1)
+        for k in np.flatnonzero(largest.max(axis=1) > PLANNED_UTILISATION).tolist():
+            if k in self.speeds:
+                factor, limit = self._required_slowdown(largest[k] / EXPECTED_UTILISATION)
+                self.caps[k] = factor * self.speeds[k], limit
+        k, column = divmod(int(largest.argmax()), largest.shape[1])
+        if largest[k, column] <= PLANNED_UTILISATION:
             return None
-        return NoSpeedsError(self.path, int(k), self.utilisation.limits[int(column)])
+        return NoSpeedsError(self.path, k, self.utilisation.limits[column])
 
 
 def round_speed(speed: float) -> float:

@@ -12,11 +12,11 @@ import numpy as np
 
 from knotwork.errors import InputError
 from knotwork.joint_quantities import JointLimits
-from knotwork.planning.task_to_joint import TaskSolution
+from knotwork.planning.task_to_joint import TaskSolution, knots_of, solve_task
 from knotwork.planning.timing import Objective, TimingProblem
 from knotwork.task import ClearWay
 from knotwork.task.scenario import Scenario, Unknowns
-from knotwork.task.scenario.joint_space import JointSpace
+from knotwork.task.scenario.joint_space import JointSpace, joint_space
 from knotwork.waypoints import FloatArray, IndexArray, JointWaypoints
 
 if TYPE_CHECKING:
@@ -48,6 +48,15 @@ class TimingTask:
     space: JointSpace
     solution: TaskSolution
 
+    @classmethod
+    def solved(
+        cls, scenario: Scenario, unknowns: Unknowns, solution: TaskSolution | None = None
+    ) -> TimingTask:
+        """A scenario with its joints; its poses are solved unless their solution is given."""
+        space = joint_space(scenario)
+        solution = solution or solve_task(scenario, space, knots_of(scenario))
+        return cls(scenario, unknowns, space, solution)
+
     @property
     def waypoints(self) -> JointWaypoints:
         """All waypoints at the joints, including inserted ones along paths."""
@@ -56,7 +65,7 @@ class TimingTask:
     @property
     def rows(self) -> IndexArray:
         """Rows of the scenario's waypoints, shape (n,)."""
-        return np.array(self.waypoints.task_rows)
+        return np.array(self.waypoints.waypoint_rows)
 
     @cached_property
     def _dynamics(self) -> tuple[Dynamics, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -71,21 +71,7 @@ def solve(
     >>> motion.status, motion.lower_bound < motion.duration < 1.3
     ('optimal', True)
     """
-    try:
-        return solve_within(problem, Budget(progress, budget, len(problem.position) - 1))
-    except NoMotionError as error:
-        raise merge_errors(error.causes) from None
-
-
-@dataclass(eq=False)
-class NoMotionError(Exception):
-    """No motion within the limits was found.
-
-    Attributes:
-        causes: Possible causes with their locations, at least one.
-    """
-
-    causes: list[TimingError]
+    return solve_within(problem, Budget(progress, budget, len(problem.position) - 1))
 
 
 def solve_within(problem: TimingProblem, budget: Budget) -> TimedMotion:
@@ -96,10 +82,10 @@ def solve_within(problem: TimingProblem, budget: Budget) -> TimedMotion:
         budget: Progress and budget of all problems.
 
     Raises:
-        NoMotionError: No motion within the limits was found.
+        TimingError: No motion within the limits was found. Its `others` are further causes.
     """
     if wrong := infeasible_values(problem):
-        raise NoMotionError(wrong)
+        raise merge_errors(wrong)
     earlier_iterations = budget.iterations
     attempts: list[Attempt] = []
     causes: list[TimingError] = []
@@ -113,13 +99,14 @@ def solve_within(problem: TimingProblem, budget: Budget) -> TimedMotion:
                 "no motion that keeps every limit was found within the budget of "
                 f"{budget.seconds:g} s; allow more time, or none, for a search to its end"
             )
-            raise NoMotionError([TimingError(message, limit="budget")])
+            raise TimingError(message, limit="budget")
         else:
             for error in unsolved_errors(section):
-                waypoint = None if error.waypoint is None else start + error.waypoint
-                causes.append(TimingError(str(error), **{**vars(error), "waypoint": waypoint}))
+                if error.waypoint is not None:
+                    error.waypoint += start
+                causes.append(error)
     if causes:
-        raise NoMotionError(causes)
+        raise merge_errors(causes)
     motion = timed_motion(problem, _consecutive(attempts), lower_bound(problem), "fastest")
     return replace(motion, iterations=budget.iterations - earlier_iterations)
 

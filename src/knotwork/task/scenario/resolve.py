@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from knotwork.task.scenario.scene_reader import read_scene
 from knotwork.task.scenario.task_in_si import TaskInSI
 from knotwork.task.scenario.unknowns import read_unknowns
 from knotwork.task.scenario.waypoint_reader import read_waypoints
-from knotwork.task.si_units import in_si
+from knotwork.task.si_units import to_si
 from knotwork.task.task_source import read_document
 from knotwork.units import SI
 
@@ -66,7 +67,7 @@ def resolve_task(
     """
     given, locations = expand_repeats(task, locations or Locations())
     length, angle = given.units.in_si
-    source = TaskInSI(with_waits(in_si(given, length, angle)), locations)
+    source = TaskInSI(with_waits(to_si(given, length, angle)), locations)
     _check_keys(source, given)
     task_in_si = source.task
     waypoints, paths, task_index = read_waypoints(source, expected or {})
@@ -91,6 +92,20 @@ def resolve_task(
         scene=read_scene(source, waypoints, task_index),
         locations=locations,
     )
+
+
+def change_task(
+    scenario: Scenario, task: PlainTask, expected: Mapping[int, float] | None = None
+) -> Scenario:
+    """A scenario with another task, from the same file and in continuation of the same motion.
+
+    Args:
+        scenario: The scenario.
+        task: The changed task, repeats written out.
+        expected: Expected times of waypoints with a chosen time [s], by index in the task.
+    """
+    resolved = resolve_task(task, scenario.locations, expected)
+    return replace(resolved, continued_motion=scenario.continued_motion)
 
 
 NEEDING_ROBOT = {
