@@ -50,10 +50,14 @@ class InputError(KnotworkError, ValueError):
     hint: str = ""
 
     def __str__(self) -> str:
-        message = super().__str__()
-        located = f"{self.where}: {message}" if self.where else message
-        text = "\n".join(dict.fromkeys((located, *map(str, self.others))))
+        text = "\n".join(dict.fromkeys(error.located_message for error in (self, *self.others)))
         return f"{text}; {self.hint}" if self.hint else text
+
+    @property
+    def located_message(self) -> str:
+        """Its own message, with its location."""
+        message = super().__str__()
+        return f"{self.where}: {message}" if self.where else message
 
     def locate(self, where: str) -> None:
         """Put a location around the present one."""

@@ -269,6 +269,7 @@ class TimingError(InputError):
         bound: The nearest feasible value, in SI units, or `None` if unknown.
     """
 
+    others: Sequence[TimingError] = ()
     waypoint: int | None = None
     interval: bool = False
     joint: str = ""

@@ -16,9 +16,9 @@ from knotwork.planning.scenario_planner import ScenarioPlanner
 from knotwork.planning.task_to_joint import SequenceStep, TaskSolution
 from knotwork.task import Task
 from knotwork.task.scenario import Scenario, change_task, load_scenario
-from knotwork.verification.checked_motion import AT_WAYPOINT
-from knotwork.verification.collisions import collision_note, failed_pairs
-from knotwork.verification.finding import TRIED
+from knotwork.verification.collisions import COLLISIONS, failed_pairs
+from knotwork.verification.finding import TRIED, Finding
+from knotwork.verification.motion import AT_WAYPOINT
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
@@ -220,6 +220,6 @@ def _quoted_names(plan: Plan, ends: Sequence[int]) -> str:
 
 def _with_finding(plan: Plan, message: str, quantity: str = "sequences_tried") -> Plan:
     """The plan with a finding on the planned sequences of solutions."""
-    finding = collision_note(quantity, message)
+    finding = Finding.of_motion(COLLISIONS, quantity, message)
     report = replace(plan.report, findings=(*plan.report.findings, finding))
     return replace(plan, report=report)

@@ -12,7 +12,6 @@ import numpy as np
 from knotwork.joint_quantities import rate_unit
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
-from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding, Subject
 from knotwork.verification.limits import (
     LIMIT_SLACK,
@@ -25,6 +24,7 @@ from knotwork.verification.limits import (
     limit_finding,
     slowing_remedy,
 )
+from knotwork.verification.motion import Motion
 
 if TYPE_CHECKING:
     from knotwork.verification.bounds import Bound
@@ -93,7 +93,7 @@ def check_effort_limits(motion: Motion, scenario: Scenario, space: JointSpace) -
         if space.robot is not None and space.robot.base_moves:
             name = space.robot.base_frame
             message = f"efforts are not judged, as {name}, which carries the poses, moves"
-            yield Finding("Motion", "motion", "", "efforts", "warning", message)
+            yield Finding.of_motion("Motion", "efforts", message, "warning")
         return
     from knotwork.verification.bounds import torque_bound
 

@@ -158,12 +158,14 @@ def _far_from_limits(findings: Sequence[Finding]) -> bool:
     """Whether all findings have limits and use less than `NOTABLE_UTILISATION` of them."""
     if any(finding.brief for finding in findings):
         return False
-    numbers = [finding for finding in findings if finding.value is not None]
-    utilisations = [
-        0.0 if finding.value == finding.limit == 0.0 else finding.utilisation for finding in numbers
-    ]
-    return all(finding.required for finding in numbers) and all(
-        part is not None and part < NOTABLE_UTILISATION for part in utilisations
+    return all(
+        finding.required
+        and (
+            finding.value == finding.limit == 0.0
+            or (finding.utilisation is not None and finding.utilisation < NOTABLE_UTILISATION)
+        )
+        for finding in findings
+        if finding.value is not None
     )
 
 
@@ -196,12 +198,6 @@ def failure_lines(findings: Sequence[Finding], max_kinds: int | None = None) -> 
         lines.append(f"{worst} (and {len(similar)} more like it)" if similar else str(worst))
     remaining = sum(map(len, kinds[len(lines) :]))
     return [*lines, f"and {remaining} more"] if remaining else lines
-
-
-def worst_failures(findings: Sequence[Finding]) -> list[Finding]:
-    """The worst failure of each kind that has a number, in the given order."""
-    failing = (item for item in findings if not (item.ok or item.value is None or item.detail))
-    return [worst for worst, *_ in group_alike(list(failing))]
 
 
 def group_alike(findings: Sequence[Finding]) -> list[list[Finding]]:

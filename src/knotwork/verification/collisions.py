@@ -12,9 +12,9 @@ from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors.plain_text import waypoint_text
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
-from knotwork.verification.checked_motion import AT_WAYPOINT, Motion, describe_time
 from knotwork.verification.finding import Finding, Verdict
 from knotwork.verification.limits import find_absurd_limit
+from knotwork.verification.motion import AT_WAYPOINT, Motion, describe_time
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def check_collisions(motion: Motion, scenario: Scenario, space: JointSpace) -> I
     if robot is None or not (scene.collisions.itself or scene.has_bodies):
         return
     if absurd := find_absurd_limit(motion.curve, space):
-        yield collision_note("clearances", f"collisions are not examined: {absurd}", "failed")
+        yield _not_examined(absurd)
         return
     from knotwork.verification.bounds.clearance import clearances
 
@@ -57,7 +57,7 @@ def nearest_to(
     if robot is None:
         return None
     if absurd := find_absurd_limit(motion.curve, space):
-        return collision_note("clearances", f"collisions are not examined: {absurd}", "failed")
+        return _not_examined(absurd)
     from knotwork.verification.bounds.clearance import least_clearance
 
     model = motion_model(motion, scenario, robot)
@@ -85,6 +85,11 @@ def motion_model(motion: Motion, scenario: Scenario, robot: Robot) -> CollisionM
     return build_collision_model(scenario, robot, times, poses)
 
 
+def _not_examined(reason: str) -> Finding:
+    fact = f"collisions are not examined: {reason}"
+    return Finding.of_motion(COLLISIONS, "clearances", fact, "failed")
+
+
 def _shape_findings(model: CollisionModel, scenario: Scenario, robot: Robot) -> Iterator[Finding]:
     """Report bodies without shapes, and pairs that are not checked."""
     notes: list[tuple[Verdict, str]] = [
@@ -100,14 +105,9 @@ def _shape_findings(model: CollisionModel, scenario: Scenario, robot: Robot) -> 
     elif model.bare:
         notes.append(("warning" if has_bodies else "information", model.bare_links_note))
     for verdict, message in notes:
-        yield collision_note("collision_shapes", message, verdict)
+        yield Finding.of_motion(COLLISIONS, "collision_shapes", message, verdict)
     for message in model.ignored_pairs_notes:
-        yield collision_note("pairs_not_checked", message)
-
-
-def collision_note(quantity: str, message: str, verdict: Verdict = "information") -> Finding:
-    """Make a finding about the collisions of a whole motion, without a value."""
-    return Finding.of_motion(COLLISIONS, quantity, message, verdict)
+        yield Finding.of_motion(COLLISIONS, "pairs_not_checked", message)
 
 
 def _pair_finding(pair: Clearance, scenario: Scenario, robot: Robot, *, detail: bool) -> Finding:

@@ -17,8 +17,8 @@ from knotwork.task.scenario.joint_reader import JointState
 from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.units import Units
 from knotwork.verification.bounds.free_turn import turned_beyond
-from knotwork.verification.checked_motion import Execution, Motion
 from knotwork.verification.finding import Finding, verdict_on
+from knotwork.verification.motion import Execution, Motion
 from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def check_time_span(motion: Motion, scenario: Scenario, space: JointSpace) -> It
     message = f"the trajectory lasts from {motion.start_time:.12g} s to {motion.end_time:.12g} s"
     if not same:
         message += f", but the waypoints of the scenario are from {first:.12g} s to {last:.12g} s"
-    yield motion_finding("time_span", message, ok=same)
+    yield Finding.of_motion("Motion", "time_span", message, verdict_on(same))
 
 
 def report_approach(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -55,15 +55,8 @@ def report_approach(motion: Motion, scenario: Scenario, space: JointSpace) -> It
     at_speed = np.any(np.abs(motion.curve(motion.start_time, 1)) > SAME_JOINTS)
     cause = "the motion begins at speed" if at_speed else "the file has no start"
     name = f"the approach to {scenario.waypoints[0].name!r}"
-    yield Finding(
-        "Not planned", "motion", "", "no_start", "information",
-        f"{name} is neither planned nor checked: {cause}", brief=f"{name}: {cause}",
-    )  # fmt: skip
-
-
-def motion_finding(quantity: str, message: str, *, ok: bool) -> Finding:
-    """Make a finding about the whole motion."""
-    return Finding("Motion", "motion", "", quantity, verdict_on(ok), message)
+    fact = f"{name} is neither planned nor checked: {cause}"
+    yield Finding.of_motion("Not planned", "no_start", fact, brief=f"{name}: {cause}")
 
 
 def check_tool_poses(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:

@@ -17,11 +17,11 @@ from knotwork.verification.brief import (
     NOTABLE_UTILISATION,
     brief_texts_by_group,
     describe,
+    group_alike,
     without_utilisation,
-    worst_failures,
 )
 from knotwork.verification.finding import TRIED
-from knotwork.verification.verdict import CheckedMotion
+from knotwork.verification.report import CheckedMotion
 from knotwork.view.joint_plots import plot_joints
 from knotwork.view.page import Page, asset, iframe, render_template, scene_page
 from knotwork.view.picture_files import inline_svg, night_colours
@@ -92,7 +92,8 @@ def report_page(plan: CheckedMotion) -> Page:
 
 def _tightest(report: Report) -> list[Finding]:
     """Failures first, then the finding nearest its limit for each other quantity."""
-    failing = worst_failures(report.failures)[:MAX_ROWS]
+    measured = [finding for finding in report.failures if finding.value is not None]
+    failing = [worst for worst, *_ in group_alike(measured)][:MAX_ROWS]
     tight = [
         finding
         for finding in report.tightest

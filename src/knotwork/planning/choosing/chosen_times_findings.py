@@ -52,8 +52,9 @@ def chosen_times_findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Fi
     brief = _duration(chosen, given=given)
     verdict: Verdict = "warning" if chosen.status != "optimal" else "information"
     group, fact = (TIMES_GROUP, "times chosen") if timed else (MOTION_GROUP, "motion chosen")
-    duration = Finding.of_motion(group, "duration", f"{fact}: {brief}", verdict, brief=brief)
-    yield replace(duration, value=chosen.duration, unit="s")
+    yield Finding.of_motion(
+        group, "duration", f"{fact}: {brief}", verdict, value=chosen.duration, unit="s", brief=brief
+    )
     if not given:
         shortest = f"{chosen.lower_bound:.6g} s{_conditions(chosen)}"
         fact = f"no motion for this task within the limits is shorter than {shortest}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
@@ -11,7 +11,7 @@ from knotwork.planning.choosing.clear_segments import plan_clear_segment
 from knotwork.planning.choosing.segments import TimingSegment, TimingTask, timing_problem
 from knotwork.planning.timing import Objective, TimedMotion
 from knotwork.planning.timing.bounds import sufficient_duration
-from knotwork.planning.timing.solving import NoMotionError, solve_within
+from knotwork.planning.timing.solving import solve_within
 from knotwork.planning.timing.timed_motion import Budget
 from knotwork.units import rounded_up
 
@@ -33,7 +33,7 @@ class NoMotionsError(Exception):
         errors: Reasons, by segment.
     """
 
-    def __init__(self, task: TimingTask, errors: dict[TimingSegment, NoMotionError]) -> None:
+    def __init__(self, task: TimingTask, errors: dict[TimingSegment, TimingError]) -> None:
         super().__init__()
         self.task, self.errors = task, errors
 
@@ -43,7 +43,7 @@ class NoMotionsError(Exception):
             [
                 cause
                 for segment, error in self.errors.items()
-                for cause in located_in_segment(error.causes, self.task, segment)
+                for cause in located_in_segment((error, *error.others), self.task, segment)
             ]
         )
 
@@ -103,7 +103,7 @@ def _motions(
     totals: Mapping[TimingSegment, float] = MappingProxyType({}),
 ) -> dict[TimingSegment, TimedMotion]:
     motions: dict[TimingSegment, TimedMotion] = {}
-    errors: dict[TimingSegment, NoMotionError] = {}
+    errors: dict[TimingSegment, TimingError] = {}
     for segment in segments:
         problem = timing_problem(task, segment, objective, totals.get(segment))
         ends = {earlier.waypoints[-1]: motions[earlier] for earlier in motions if earlier.way}
@@ -117,7 +117,7 @@ def _motions(
                 before = ends.get(segment.waypoints[0])
                 start = None if before is None else before.trajectory.position(before.duration)
                 motions[segment] = plan_clear_segment(task, segment, problem, budget, start)
-        except NoMotionError as error:
+        except TimingError as error:
             errors[segment] = error
     if errors:
         raise NoMotionsError(task, errors)
@@ -142,8 +142,8 @@ def _total_too_short(task: TimingTask, shortest: float, *, stopped: bool) -> Tim
 
 
 def located_in_segment(
-    errors: list[TimingError], task: TimingTask, segment: TimingSegment
-) -> list[TimingError]:
+    errors: Sequence[TimingError], task: TimingTask, segment: TimingSegment
+) -> Sequence[TimingError]:
     """Add the locations in the file to errors of a segment."""
     for error in errors:
         error.where = task.scenario.name

@@ -84,10 +84,9 @@ def deviation_findings(
         f"{alignment.shift:.6f} s by the log's clock; standard error {alignment.shift_error:.1g} s"
     )
     brief = filter(None, [text, *short, f"time shift {alignment.start:.4g} s"])
-    yield Finding(
-        AGAINST_PLAN, "motion", "", "time_shift", "information", fact,
-        value=alignment.start, unit="s", brief="; ".join(brief),
-    )  # fmt: skip
+    yield Finding.of_motion(
+        AGAINST_PLAN, "time_shift", fact, value=alignment.start, unit="s", brief="; ".join(brief)
+    )
     latest = max(alignment.delays, key=lambda span: abs(span.delay))
     yield _deviation(
         "motion", "", "lateness", text or "the log is on time", latest.delay, "s", latest.start,

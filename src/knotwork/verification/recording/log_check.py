@@ -100,13 +100,9 @@ def check_log(
         findings.append(finding)
     if undecided:
         reason = f"{STANDARD_ERRORS:g} standard errors of the"
-        findings.append(
-            _information(
-                "undecided",
-                f"{undecided} requirements are undecided: their margins are below {reason} log",
-                f"undecided: within {reason} limit",
-            )
-        )
+        fact = f"{undecided} requirements are undecided: their margins are below {reason} log"
+        brief = f"undecided: within {reason} limit"
+        findings.append(Finding.of_motion(LOG, "undecided", fact, brief=brief))
     return replace(report, findings=tuple(findings))
 
 
@@ -263,18 +259,16 @@ def _log_findings(alignment: Alignment, units: Units) -> Iterator[Finding]:
         )  # fmt: skip
         largest[unit] = max(value, largest.get(unit, 0.0))
     sizes = ", ".join(units.text(value, unit, ".2g") for unit, value in largest.items())
-    yield _information(
+    yield Finding.of_motion(
+        LOG,
         "log",
         f"log: {log.time.size} samples, every {1e3 * log.period:.4g} ms, smoothed by "
         f"{curve.trajectory.breaks.size - 1} cubics; noise {sizes} and jitter "
         f"of time stamps {1e3 * noise.jitter:.2g} ms, {origin}",
     )
     if log.notes:
-        yield _information("left_out", f"left out or corrected: {'; '.join(log.notes)}")
-
-
-def _information(quantity: str, fact: str, brief: str = "") -> Finding:
-    return Finding(LOG, "motion", "", quantity, "information", fact, brief=brief)
+        fact = f"left out or corrected: {'; '.join(log.notes)}"
+        yield Finding.of_motion(LOG, "left_out", fact)
 
 
 def gap_findings(alignment: Alignment) -> Iterator[Finding]:
