@@ -71,7 +71,8 @@ autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"
 autodoc_type_aliases = {
-    name: name for name in ("ArrayLike", "FloatArray", "BoolArray", "EndAcceleration", "Drawable")
+    name: name
+    for name in ("ArrayLike", "FloatArray", "BoolArray", "EndAccelerationLike", "AnyMotion")
 }
 autodoc_class_signature = "mixed"
 autodoc_preserve_defaults = True
@@ -95,9 +96,9 @@ nitpick_ignore_regex = [
     # types that its description spells out.
     (
         r"py:.*",
-        r"(knotwork\.[\w.]+\.)?(Document|Locations|Description|VirtualJoint|Drawable|CheckedMotion|"
+        r"(knotwork\.[\w.]+\.)?(Document|Locations|Description|VirtualJoint|AnyMotion|CheckedMotion|"
         r"MovingFrame|ToolMotion|ExtendedCurve|TorchRanges|PathStart|PlainTask|Carrying|"
-        r"EndAcceleration|Status|ConstraintKind|JointTree|WeavePattern|Window|StudyFolder|Outcome)",
+        r"EndAcceleration(Like)?|Status|ConstraintKind|JointTree|WeavePattern|Window|StudyFolder|Outcome)",
     ),
     # Arrays of NumPy under shorter names.
     (r"py:.*", r"(knotwork\.[\w.]+\.)?(FloatArray|BoolArray)"),

@@ -21,6 +21,17 @@ class Ran:
     out: str
     err: str
 
+    def done(self) -> str:
+        """What it printed, having succeeded."""
+        assert self.code == 0, self.out + self.err
+        return self.out
+
+    def refused(self) -> str:
+        """Its error, on one line, of what is given; nothing else was printed."""
+        assert (self.code, self.out) == (2, ""), self.out + self.err
+        assert not re.search("Traceback|internal error:", self.err)
+        return " ".join(self.err.split())
+
 
 Command = Callable[..., Ran]
 

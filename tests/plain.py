@@ -32,5 +32,4 @@ def tool_frames(robot: kw.Robot, q: np.ndarray | list[np.ndarray]) -> list[pin.S
 
 
 def tool_poses(plan: kw.Plan, times: np.ndarray | list[float]) -> list[pin.SE3]:
-    assert plan.space.robot is not None
     return tool_frames(plan.space.robot, plan.trajectory.position(times))

@@ -170,15 +170,13 @@ def test_planner_leaves_out_what_it_does_not_support_and_says_so() -> None:
 
 
 def test_table_has_a_line_for_each_planner_and_each_reason(knotwork: Command) -> None:
-    ran = knotwork("compare", "paper_case")
-    assert ran.code == 0
-    lines = ran.out.splitlines()
+    lines = knotwork("compare", "paper_case").done().splitlines()
     for planner in PLANNERS:
         line, *reasons = (line for line in lines if line.startswith(f"{planner} "))
         assert "…" not in line
         fails = [reason.startswith(f"{planner} fails: ") for reason in reasons]
         assert fails == [True] * (" fail " in line)
-    assert re.search(r"^cubic .* inf *$", ran.out, re.MULTILINE)
+    assert any(re.search(r"^cubic .* inf *$", line) for line in lines)
 
 
 def test_planners_lists_each_with_what_it_gives_up(knotwork: Command) -> None:

@@ -18,9 +18,9 @@ from knotwork.view.editing import session as sessions
 from knotwork.view.editing.draft import Draft
 from knotwork.view.editing.handles import handles, move_handle
 from knotwork.view.editing.session import Session, draft_of, unplanned_scene
-from plans import arm
 from shipped import SCENARIO_FILES
 from sweeps import mostly_exhaustive
+from texts import written
 
 UNITS = {"m": 1.0, "mm": 1e-3, "rad": 1.0, "deg": np.pi / 180}
 
@@ -74,7 +74,6 @@ def test_only_what_rests_where_poses_are_has_handles() -> None:
     """Seen from a turntable its stand moves, and the drum on it does not."""
     scenario = kw.load_scenario("ur5_turntable_rim")
     robot = joint_space(scenario).robot
-    assert robot is not None
     found = {(one.name, one.kind): one.pose.translation for one in handles(scenario, robot)}
     assert ("stand", "object") not in found
     assert found["drum", "frame"] == pytest.approx([0.0, 0.0, 0.15])
@@ -115,8 +114,7 @@ def test_what_another_program_writes_is_not_overwritten(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"])
 def test_lines_end_as_they_did_and_a_byte_order_mark_stays(mark: bytes, tmp_path: Path) -> None:
-    file = tmp_path / "task.yaml"
-    file.write_bytes(mark + b"rate: 100 # Hz\r\nwaypoints: []\r\n")
+    file = written(tmp_path / "task.yaml", mark + b"rate: 100 # Hz\r\nwaypoints: []\r\n")
     draft = Draft(file)
     draft.apply([{"at": ["rate"], "value": 200}])
     draft.save()
@@ -134,8 +132,7 @@ def test_waypoint_is_added_at_arm(name: str, time: float, what: str, tmp_path: P
     """The motion leads through the pose that the arm had, and all checks pass as before."""
     session = session_in(tmp_path, name)
     assert session.replan() is not None
-    assert session.plan is not None
-    robot, before = arm(session.plan), session.plan
+    robot, before = session.plan.space.robot, session.plan
     pose = robot.forward(before.trajectory.position(time))
     add = session.server.actions["add"]
     _, *place = add({"what": what, "time": time})["at"]
@@ -240,7 +237,6 @@ def test_an_overtaken_plan_is_dropped(tmp_path: Path, monkeypatch: pytest.Monkey
 def test_before_a_task_is_planned_the_robot_stands_in_its_scene(name: str) -> None:
     scenario = SCENARIOS[name]
     robot = joint_space(scenario).robot
-    assert robot is not None
     scene = unplanned_scene(scenario, robot)
     drawn = {one.get("of") for one in scene["things"]}
     assert drawn >= set(scenario.given.scene.objects)

@@ -10,6 +10,7 @@ import yaml
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from hostile.mutations import places
 from knotwork.errors import InputError
 from knotwork.files.documents import REMOVED, Document, apply_edits, edited_text, parse
 from knotwork.files.documents.edits import changed_text
@@ -83,16 +84,6 @@ DATA = st.dictionaries(
 )
 
 
-def places(data: Any, place: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
-    inner = data.items() if isinstance(data, dict) else enumerate(data)
-    found = []
-    for key, value in inner:
-        found.append((*place, key))
-        if isinstance(value, dict | list):
-            found += places(value, (*place, key))
-    return found
-
-
 @pytest.mark.parametrize("commented", [True, False])
 @examples()
 @given(st.data(), DATA, st.sampled_from([True, False, None]))
@@ -110,7 +101,7 @@ def test_what_is_written_is_what_is_read(
         assume(found.data == parse(plain).data)  # no comment is in a text of several lines
     except InputError:
         return
-    place = data.draw(st.sampled_from(places(found.data)))
+    place = data.draw(st.sampled_from(list(places(found.data))))
     mapping = not isinstance(place[-1], int)
     value = data.draw(st.floats(-1e9, 1e9) | st.just(REMOVED) if mapping else st.floats(-1e9, 1e9))
     edits: dict[Any, Any] = {place: value}

@@ -11,12 +11,11 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 import pytest
-import yaml
 
 import knotwork as kw
 import seams
 from plain import tool_poses
-from plans import arm
+from texts import written
 
 DOWN = {"rpy": [180, 0, 0]}
 TURN = {"turn": "z"}
@@ -124,7 +123,7 @@ def passing(free: Any) -> dict[str, Any]:
 def test_given_velocity_keeps_fixed_components() -> None:
     plan = kw.plan(passing(TURN))
     assert plan.report.ok
-    robot = arm(plan)
+    robot = plan.space.robot
     twist = robot.twist(plan.trajectory.position(3.0), plan.trajectory.velocity(3.0))
     pose = robot.forward(plan.trajectory.position(3.0))
     np.testing.assert_allclose(twist.linear, [0.06, 0, 0], atol=1e-6)
@@ -134,6 +133,19 @@ def test_given_velocity_keeps_fixed_components() -> None:
     speeds = [np.linalg.norm(one.trajectory.velocity(3.0)) for one in (plan, fixed)]
     assert speeds[0] < speeds[1]
     assert not checked(plan.trajectory, passing("none")).ok
+
+
+def test_turn_of_a_circle_stays_off_its_limits() -> None:
+    """At a limit of its turn the arm could not follow the path."""
+    circle = {"along": {"arc": {"centre": [400, 250, 300], "normal": [0, 0, 1]}}, "speed": 60}
+    place, free = {"position": [400, 200, 300]}, {"free": {"turn": [-350, 350]}}
+    task = seams.task(
+        {"name": "a", "pose": {**place, "rpy": [180, 0, 30]}, "after": 3, "stop": True},
+        {"name": "b", "pose": place, **circle, "orientation": "tangent", **free, "stop": True},
+        robot="xarm7",
+        tool={"offset": {"position": [0, 0, 80]}},
+    )
+    kw.plan(task).report.raise_if_failed()
 
 
 def test_bounded_turn_along_path_is_checked_at_all_times() -> None:
@@ -208,12 +220,6 @@ def dome(folder: Path) -> dict[str, Any]:
     return task
 
 
-def written(task: dict[str, Any], folder: Path) -> Path:
-    path = folder / "task.yaml"
-    path.write_text(yaml.safe_dump(task))
-    return path
-
-
 def test_normals_go_on_from_line(tmp_path: Path) -> None:
     """A line keeps the tool's orientation, and so does a path with equal normals behind it."""
     rows = "\n".join(f"{x:g},0,0.3,0,0,1" for x in np.linspace(0.5, 0.6, 5))
@@ -229,9 +235,8 @@ def test_normals_go_on_from_line(tmp_path: Path) -> None:
 
 
 def test_normals_give_axis_and_free_turn(tmp_path: Path) -> None:
-    plan = kw.plan(written(dome(tmp_path), tmp_path))
+    plan = kw.plan(written(tmp_path / "task.yaml", dome(tmp_path)))
     assert plan.report.ok
-    assert plan.scenario.paths[0].freedom is not None
     motion = plan.scenario.paths[0].motion
     times = np.linspace(motion.start_time, motion.end_time, 400)
     for pose in tool_poses(plan, times):
@@ -245,11 +250,11 @@ def test_normals_need_free_turn_and_matching_start(tmp_path: Path) -> None:
     task = dome(tmp_path)
     task["waypoints"][1]["free"] = "none"
     with pytest.raises(kw.InputError, match=r"waypoints\[1\]\.free.*normals leave the turn"):
-        kw.load_scenario(written(task, tmp_path))
+        kw.load_scenario(written(tmp_path / "task.yaml", task))
     task = dome(tmp_path)
     task["waypoints"][0]["pose"] = {"position": task["waypoints"][0]["pose"]["position"], **DOWN}
     with pytest.raises(kw.InputError, match="at the first point the tool is rotated by"):
-        kw.load_scenario(written(task, tmp_path))
+        kw.load_scenario(written(tmp_path / "task.yaml", task))
 
 
 def between_boxes(*boxes: list[float]) -> dict[str, Any]:

@@ -85,7 +85,6 @@ def nearest_by_nearest(scenario: Scenario) -> JointWaypoints:
         if state is not None:
             q, v = state.position, state.velocity
         else:
-            assert isinstance(waypoint, CartesianWaypoint)
             q = kw.solve_pose_ik(space.robot, waypoint.pose, q).q
             v = kw.solve_velocity_ik(space.robot, q, waypoint.twist)
         positions.append(q)

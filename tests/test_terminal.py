@@ -17,6 +17,7 @@ from command_line import Command, python, shell, without_progress
 from knotwork.cli.progress_display import plan_state
 from knotwork.verification import CHECKS
 from patience import PATIENCE
+from texts import written
 
 CLI = Path(__file__).resolve().parents[1] / "src" / "knotwork" / "cli"
 # Names, and how they are shown.
@@ -49,8 +50,7 @@ limits: {{velocity: 0.5}}
 def test_names_from_files_are_printed_as_text(
     name: str, tmp_path: Path, knotwork: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    path = tmp_path / "task.yaml"
-    path.write_text(scenario(name), encoding="utf-8")
+    path = written(tmp_path / "task.yaml", scenario(name))
     monkeypatch.chdir(tmp_path)
     shown = NAMES[name]
     drawn = [("plot", path, "-o", "a.png"), ("view", path, "--html", "a.html")]
@@ -160,9 +160,7 @@ def task(tmp_path: Path) -> Path:
         {"name": f"w{i:03d}", "time": i, "joints": {"a": 0.01 * (i % 7)}, "stop": True}
         for i in range(COUNT)
     ]
-    path = tmp_path / "long.json"
-    path.write_text(json.dumps({"waypoints": waypoints}), encoding="utf-8")
-    return path
+    return written(tmp_path / "long.json", {"waypoints": waypoints})
 
 
 def rows(text: str) -> list[str]:
@@ -171,14 +169,13 @@ def rows(text: str) -> list[str]:
 
 
 def test_long_report_is_short_unless_in_full(task: Path, knotwork: Command, tmp_path: Path) -> None:
-    ran = knotwork("plan", task, "--out", tmp_path / "out")
-    assert ran.code == 0
-    assert len(ran.out.splitlines()) <= 12
+    out = knotwork("plan", task, "--out", tmp_path / "out").done()
+    assert len(out.splitlines()) <= 12
     full = knotwork("plan", task, "--full")
     assert rows(full.out)[:COUNT] == [f"w{i:03d}" for i in range(COUNT)]
-    assert ran.out.splitlines()[0].startswith(full.out.splitlines()[-1])  # the verdict
+    assert out.splitlines()[0].startswith(full.out.splitlines()[-1])  # the verdict
     checked = knotwork("check", tmp_path / "out", "--scenario", task)
-    assert checked.out.splitlines()[0] == ran.out.splitlines()[0]
+    assert checked.out.splitlines()[0] == out.splitlines()[0]
     assert len(rows(knotwork("check", tmp_path / "out", "-s", task, "--full").out)) >= COUNT
 
 

@@ -18,7 +18,7 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import CheckFailedError, InputError
 from knotwork.task.scenario import Scenario, load_scenario
-from knotwork.verification import Finding, Report, check
+from knotwork.verification import Finding, Report, check, tool_speed_bound
 from knotwork.waypoints import CartesianWaypoint
 
 Array = NDArray[np.float64]
@@ -352,3 +352,12 @@ def test_acceleration_jump_breaks_jerk_limit() -> None:
     found = [row for row in data["findings"] if (row["name"], row["quantity"]) == ("j", "jerk")]
     assert found[0]["value"] is found[0]["margin"] is None
     assert found[0]["ok"] is False
+
+
+def test_bound_of_speed_knows_how_far_the_tool_is_from_its_joint() -> None:
+    elbow = [({}, 0.0), ({"velocity": {"elbow": 0.7}, "after": 1}, 1.0), ({"after": 0.9}, 1.2)]
+    waypoints = [{**more, "joints": {"shoulder": 0, "elbow": q}} for more, q in elbow]
+    made = plan({"robot": "planar2", "waypoints": waypoints})
+    robot, reached = made.space.robot, made.trajectory.extrema("velocity").peak
+    fastest = np.linalg.norm(robot.jacobian([0.0, 0.0])[:3, 1]) * reached[1]
+    assert fastest <= tool_speed_bound(robot, made.trajectory).bound <= 1.001 * fastest

@@ -295,8 +295,8 @@ class JointWaypoints(ReadOnlyArrays):
         joint_units: `"rad"` or `"m"` for each joint; by default all `"rad"`.
         acceleration: Known joint accelerations, for example along a tool path or during a wait
             [rad/s² or m/s²], shape (n, d), NaN where unknown; or `None`.
-        task_rows: Rows of the task's waypoints, in order; the other rows were inserted along tool
-            paths. By default all.
+        waypoint_rows: Row of each waypoint of the scenario, in order; the other rows were inserted
+            along tool paths. By default all.
 
     Raises:
         WaypointDataError: Shapes do not match, values are not finite, times not increasing,
@@ -313,7 +313,7 @@ class JointWaypoints(ReadOnlyArrays):
     names: tuple[str, ...] = ()
     joint_units: tuple[str, ...] = ()
     acceleration: FloatArray | None = None
-    task_rows: tuple[int, ...] = ()
+    waypoint_rows: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         def put(attribute: str, value: Any) -> None:
@@ -327,7 +327,7 @@ class JointWaypoints(ReadOnlyArrays):
         put("position", read_only(self.position, shape, "position"))
         put("velocity", read_only(self.velocity, shape, "velocity"))
         put("names", tuple(self.names) or tuple(str(i) for i in range(shape[0])))
-        put("task_rows", tuple(self.task_rows) or tuple(range(shape[0])))
+        put("waypoint_rows", tuple(self.waypoint_rows) or tuple(range(shape[0])))
         if len(self.names) != shape[0]:
             raise WaypointDataError(f"names must have length {shape[0]}")
         if self.acceleration is not None:
@@ -342,8 +342,8 @@ class ChosenSection(ReadOnlyArrays):
     Attributes:
         times: Knot times [s], including its waypoints', shape (m,), m >= 4.
         acceleration: Accelerations at the knots [rad/s² or m/s²], shape (m, d).
-        velocity: Chosen joint velocities [rad/s or m/s], shape (d,), by index of the task's
-            waypoint.
+        velocity: Chosen joint velocities [rad/s or m/s], shape (d,), by index of the
+            scenario's waypoint.
 
     Raises:
         WaypointDataError: Shapes do not match, values are not finite, or times not increasing.

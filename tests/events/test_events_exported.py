@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-import yaml
 from welding import do, weld
 
 import knotwork as kw
 from command_line import Command
 from knotwork.errors import ExportError
 from plans import planned
+from texts import written
 from urscript_controller import Controller
 
 TASK = weld(
@@ -43,9 +43,7 @@ def plan() -> kw.Plan:
 
 @pytest.fixture
 def file(tmp_path: Path) -> Path:
-    path = tmp_path / "weld.yaml"
-    path.write_text(yaml.safe_dump(TASK))
-    return path
+    return written(tmp_path / "weld.yaml", TASK)
 
 
 def test_outputs_are_switched_within_a_step_before(plan: kw.Plan) -> None:

@@ -31,9 +31,8 @@ def stored(knotwork: Command, tmp_path: Path) -> Path:
 
 @pytest.mark.parametrize("name", ["ros2", "pvt", "csv", "json"])
 def test_text_goes_to_standard_output_alone(knotwork: Command, name: str) -> None:
-    ran = knotwork("export", SCENARIO, "--format", name)
-    assert ran.code == 0
-    assert ran.out == kw.export.content(kw.plan(SCENARIO).trajectory, name)
+    out = knotwork("export", SCENARIO, "--format", name).done()
+    assert out == kw.export.content(kw.plan(SCENARIO).trajectory, name)
 
 
 @pytest.mark.parametrize("name", ["ros2", "csv", "json", "npz", "mat", "scipy", "pvt"])
@@ -45,10 +44,9 @@ def test_a_file_is_written_and_kept(knotwork: Command, tmp_path: Path, name: str
     written = file.read_bytes()
     assert written
     file.write_bytes(b"mine")
-    again = knotwork("export", SCENARIO, "-f", name, "-o", file)
-    assert again.code == 2
-    assert "exists and is kept" in again.err
-    assert "--force" in again.err
+    err = knotwork("export", SCENARIO, "-f", name, "-o", file).refused()
+    assert "exists and is kept" in err
+    assert "--force" in err
     assert file.read_bytes() == b"mine"
     assert knotwork("export", SCENARIO, "-f", name, "-o", file, "--force").code == 0
     assert file.read_bytes() == written
@@ -70,9 +68,7 @@ def test_exports_pass_the_check_again(
 ) -> None:
     file = tmp_path / f"m{FORMATS[options[0]].suffix}"
     assert knotwork("export", scenario, "-f", *options, "-o", file).code == 0
-    ran = knotwork("check", file, "-s", scenario, "--json")
-    assert ran.code == 0, ran.out
-    assert json.loads(ran.out)["ok"]
+    assert json.loads(knotwork("check", file, "-s", scenario, "--json").done())["ok"]
 
 
 def test_a_stored_trajectory_is_exported(knotwork: Command, stored: Path) -> None:
@@ -111,19 +107,17 @@ def test_exports_changed_trajectory_only_with_scenario(knotwork: Command, tmp_pa
     data = json.loads(file.read_text())
     del data["events"]
     file.write_text(json.dumps(data))
-    ran = knotwork("export", folder, "-f", "ros2", "-o", tmp_path / "weld.yaml")
-    assert (ran.code, ran.out) == (2, "")
-    assert "was changed since; give its scenario with --scenario" in ran.err
+    err = knotwork("export", folder, "-f", "ros2", "-o", tmp_path / "weld.yaml").refused()
+    assert "was changed since; give its scenario with --scenario" in err
     assert not (tmp_path / "weld.yaml").exists()
     assert knotwork("export", folder, "-f", "ros2", "-s", "ur10_weld").code == 1
 
 
 def test_a_quintic_is_refused_or_fitted(knotwork: Command, tmp_path: Path) -> None:
     line = ["export", SCENARIO, "--planner", "quintic", "--allow-failed", "-f", "pvt"]
-    ran = knotwork(*line)
-    assert (ran.code, ran.out) == (2, "")
+    err = knotwork(*line).refused()
     for word in ("degree 5", "--fit", "would be off by up to"):
-        assert word in ran.err
+        assert word in err
     ran = knotwork(*line, "--fit", "1e-4")
     assert ran.code == 0
     rows = [line for line in ran.out.splitlines() if line[0].isdigit()]
@@ -190,19 +184,17 @@ def test_refuses_fit_with_larger_errors(knotwork: Command, tmp_path: Path) -> No
 def test_refuses_files_only_to_be_checked(knotwork: Command, tmp_path: Path, name: str) -> None:
     file = tmp_path / f"m{FORMATS[name].suffix}"
     assert knotwork("export", SCENARIO, "-f", name, "-o", file).code == 0
-    ran = knotwork("export", file, "-f", "ros2")
-    assert (ran.code, ran.out) == (2, "")
-    assert f"{str(file)!r} has samples or points, which export does not convert" in ran.err
-    assert "knotwork check" in ran.err
+    err = knotwork("export", file, "-f", "ros2").refused()
+    assert f"{str(file)!r} has samples or points, which export does not convert" in err
+    assert "knotwork check" in err
 
 
 def test_paths_that_can_not_be_written(knotwork: Command, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("mine")
     below = (tmp_path / "file" / "m.csv", tmp_path / "file" / "deep" / "m.csv")
     for path in (tmp_path, *below, Path("/dev/null")):
-        ran = knotwork("export", SCENARIO, "-f", "csv", "-o", path, "--force")
-        assert ran.code == 2, path
-        assert f"can't write to {path}: " in ran.err
+        err = knotwork("export", SCENARIO, "-f", "csv", "-o", path, "--force").refused()
+        assert f"can't write to {path}: " in err
     assert [p.name for p in tmp_path.iterdir()] == ["file"]
     assert Path("/dev/null").is_char_device()
 

@@ -22,6 +22,7 @@ from knotwork.files import export
 from knotwork.files.export import motion_points, to_scipy_npz
 from knotwork.files.foreign import read_trajectory
 from sweeps import examples
+from texts import written
 
 
 def times(trajectory: JointTrajectory, count: int = 400) -> np.ndarray:
@@ -221,8 +222,7 @@ def there_and_back(names: list[str], folder: Path) -> None:
     times = np.linspace(0, 2.5, 40)
     for name, write in FORMATS.items():
         content = write(motion)
-        path = folder / name
-        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+        path = written(folder / name, content if isinstance(content, bytes) else content.encode())
         back, faults = read_trajectory(path, motion.joint_names, motion.joint_units)
         assert back.joint_names == tuple(names)
         assert not faults

@@ -20,7 +20,6 @@ from knotwork import Plan
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import ExportError, InputError
 from knotwork.files.export import content, motion_table
-from plans import arm
 from sweeps import examples
 
 QUANTITIES = ("position", "velocity", "acceleration", "jerk")
@@ -72,7 +71,7 @@ def test_all_four_say_the_same(deburring: Plan) -> None:
 
 
 def test_the_tool_is_where_pinocchio_says(deburring: Plan) -> None:
-    robot = arm(deburring)
+    robot = deburring.space.robot
     arrays = np.load(io.BytesIO(deburring.trajectory.to_npz(rate=20, robot=robot)))
     turns = arrays["tool_quaternion"]
     assert np.linalg.norm(turns, axis=1) == pytest.approx(np.ones(len(turns)), abs=1e-14)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +13,7 @@ import knotwork as kw
 from command_line import Command
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import ExportError
+from plans import planned
 from urscript_controller import Controller, PopupError
 
 SCENARIOS = ("ur5_deburring", "ur10_spray", "ur3_lid")
@@ -26,11 +26,6 @@ ARM = (
     "wrist_2_joint",
     "wrist_3_joint",
 )
-
-
-@cache
-def planned(scenario: str) -> JointTrajectory:
-    return kw.plan(scenario).trajectory
 
 
 def run(motion: JointTrajectory, rate: float, text: str | None = None) -> Controller:
@@ -67,7 +62,7 @@ def cubic_arm(
 @pytest.mark.parametrize("rate", RATES)
 @pytest.mark.parametrize("scenario", [*SCENARIOS, "knots between steps"])
 def test_the_controller_makes_the_motion(scenario: str, rate: float) -> None:
-    motion = planned(scenario) if scenario in SCENARIOS else cubic_arm()
+    motion = planned(scenario).trajectory if scenario in SCENARIOS else cubic_arm()
     controller = run(motion, rate)
     off = np.abs(deviation(motion, controller))
     law = most_by_steps(motion, rate)
@@ -84,7 +79,7 @@ def test_four_times_the_rate_is_sixteen_times_as_near() -> None:
 
 def test_the_arm_accelerates_as_planned() -> None:
     """Numbers rounded to six decimals make the acceleration ragged, which larger arms refuse."""
-    quintic = kw.plan("ur5_deburring", planner="quintic").trajectory
+    quintic = planned("ur5_deburring", planner="quintic").trajectory
     text = quintic.to_urscript(fit=1e-9)
 
     def ragged(text: str) -> float:
@@ -134,7 +129,7 @@ def test_other_arms_are_refused(names: tuple[str, ...], words: str) -> None:
 
 def test_other_numbers_of_joints_and_units_are_refused() -> None:
     with pytest.raises(ExportError, match="six joints"):
-        planned("paper_case").to_urscript()
+        planned("paper_case").trajectory.to_urscript()
     sliding = dataclasses.replace(cubic_arm(), joint_units=("rad",) * 5 + ("m",))
     with pytest.raises(ExportError, match="'wrist_3_joint' is in m; it must be in rad"):
         sliding.to_urscript()
@@ -147,7 +142,7 @@ def test_a_motion_that_is_not_from_rest_to_rest_is_refused(end: str, word: str) 
 
 
 def test_quintics_need_a_fit() -> None:
-    quintic = kw.plan("ur5_deburring", planner="quintic").trajectory
+    quintic = planned("ur5_deburring", planner="quintic").trajectory
     with pytest.raises(ExportError, match="--fit"):
         quintic.to_urscript()
     controller = run(quintic, 500.0, quintic.to_urscript(fit=1e-5))
@@ -172,8 +167,7 @@ def test_an_arm_pushed_off_its_motion_is_stopped() -> None:
 
 def test_the_command_writes_the_program(knotwork: Command, tmp_path: Path) -> None:
     file = tmp_path / "motion.script"
-    ran = knotwork("export", "ur5_deburring", "--format", "urscript", "-o", file)
-    assert ran.code == 0
-    plan = kw.plan("ur5_deburring")
+    knotwork("export", "ur5_deburring", "--format", "urscript", "-o", file).done()
+    plan = planned("ur5_deburring")
     assert file.read_text() == plan.trajectory.to_urscript(robot=plan.space.robot)
     assert "set_tcp(p[0.0, 0.0, 0.18, 0.0, 0.0, 0.0])" in file.read_text()

@@ -16,6 +16,7 @@ from scipy.interpolate import BPoly
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import DocumentError
 from knotwork.files.foreign import read_trajectory
+from texts import written
 
 NAMES, UNITS = ("joint_1", "joint_10", "slide"), ("rad", "rad", "m")
 TIME = [0.0, 0.5, 1.25]
@@ -92,12 +93,10 @@ def test_joints_in_any_order(tmp_path: Path) -> None:
     for point in data["points"]:
         for key in ("positions", "velocities"):
             point[key] = [point[key][j] for j in joints]
-    file = tmp_path / "m.yml"
-    file.write_text(yaml.safe_dump(data))
+    file = written(tmp_path / "m.yml", data)
     assert read(file)(AT) == pytest.approx(expected(2), abs=1e-13)
     rows = [line.split(",") for line in csv_of(2).splitlines()]
-    file = tmp_path / "m.csv"
-    file.write_text("\n".join(",".join(row[c] for c in columns) for row in rows))
+    file = written(tmp_path / "m.csv", "\n".join(",".join(row[c] for c in columns) for row in rows))
     assert read(file)(AT) == pytest.approx(expected(2), abs=1e-13)
 
 
@@ -119,8 +118,7 @@ def test_reads_known_headings(tmp_path: Path, time: str, position: str, velocity
     head += [velocity.format(n) for n in NAMES[:2]] + [metres(velocity).format("slide")]
     columns = [np.array(TIME), *np.array(Q).T, *np.array(V).T]
     for delimiter in (",", ";", "\t"):
-        file = tmp_path / "m.csv"
-        file.write_text(csv_text(head, columns, delimiter))
+        file = written(tmp_path / "m.csv", csv_text(head, columns, delimiter))
         assert read(file)(AT) == pytest.approx(expected(2), abs=1e-13)
 
 
@@ -159,8 +157,7 @@ def test_units_name_quantity(heading: str, factor: float, order: int, tmp_path: 
 def test_refuses_other_units(tmp_path: Path, units: object, words: str, wrapped: bool) -> None:
     data: dict = {"joint_names": list(NAMES), "time": list(TIME), "positions": Q, "velocities": V}
     data = {"trajectory": message(2), "units": units} if wrapped else data | {"units": units}
-    file = tmp_path / "bad.json"
-    file.write_text(json.dumps(data))
+    file = written(tmp_path / "bad.json", data)
     assert words in str(refused(file))
 
 
@@ -191,8 +188,7 @@ def test_units_are_converted(tmp_path: Path) -> None:
     q, v = np.array(Q), np.array(V)
     columns = [np.array(TIME) * 1e3, np.degrees(q[:, 0]), q[:, 1], q[:, 2] * 1e3]
     columns += [np.degrees(v[:, 0]), v[:, 1], v[:, 2] * 1e3]
-    file = tmp_path / "m.csv"
-    file.write_text(csv_text(head, columns))
+    file = written(tmp_path / "m.csv", csv_text(head, columns))
     assert read(file)(AT) == pytest.approx(expected(2), abs=1e-12)
 
 
@@ -235,14 +231,12 @@ def test_messages_inside_others(tmp_path: Path, wrap: str) -> None:
     data = {wrap: message(2, header={"frame_id": ""})}
     if wrap == "goal":
         data = {"goal": {"trajectory": data["goal"], "goal_tolerance": []}}
-    file = tmp_path / "m.yaml"
-    file.write_text(yaml.safe_dump(data) + "---\n")
+    file = written(tmp_path / "m.yaml", yaml.safe_dump(data) + "---\n")
     assert read(file)(AT) == pytest.approx(expected(2), abs=1e-13)
 
 
 def test_times_of_a_message_count_from_the_start_of_the_task(tmp_path: Path) -> None:
-    file = tmp_path / "m.yaml"
-    file.write_text(yaml.safe_dump(message(2)))
+    file = written(tmp_path / "m.yaml", message(2))
     trajectory = read(file, span=(7.0, 8.25 + 4e-10))
     assert (trajectory.start_time, trajectory.end_time) == (7.0, 8.25 + 4e-10)
     assert trajectory(7.0 + AT) == pytest.approx(expected(2), abs=1e-13)
@@ -293,8 +287,7 @@ def replaced(text: str, line: int, column: int, value: str) -> str:
 def test_csv_that_is_refused(
     tmp_path: Path, line: int, column: int, value: str, words: str
 ) -> None:
-    file = tmp_path / "bad.csv"
-    file.write_text(replaced(csv_of(2), line, column, value))
+    file = written(tmp_path / "bad.csv", replaced(csv_of(2), line, column, value))
     assert words in str(refused(file))
 
 
@@ -312,8 +305,7 @@ def test_csv_that_is_refused(
     ],
 )
 def test_csv_of_no_motion(tmp_path: Path, text: str, words: str) -> None:
-    file = tmp_path / "bad.csv"
-    file.write_text(text)
+    file = written(tmp_path / "bad.csv", text)
     assert words in str(refused(file))
 
 
@@ -361,12 +353,10 @@ POINT_FAULTS = [
 
 @pytest.mark.parametrize(("where", "value", "words"), POINT_FAULTS)
 def test_yaml_that_is_refused(tmp_path: Path, where: tuple, value: object, words: str) -> None:
-    file = tmp_path / "bad.yaml"
-    file.write_text(yaml.safe_dump(change(message(3), where, value), sort_keys=False))
+    file = written(tmp_path / "bad.yaml", change(message(3), where, value))
     error = refused(file)
     assert words in str(error)
     line = error.problems[0].line
-    assert line is not None
     if isinstance(value, int | float | str) and "sec" not in where:
         assert yaml.safe_dump(value).split("\n")[0] in file.read_text().splitlines()[line - 1]
 
@@ -386,8 +376,7 @@ def test_yaml_that_is_refused(tmp_path: Path, where: tuple, value: object, words
 def test_json_that_is_refused(tmp_path: Path, where: tuple, value: object, words: str) -> None:
     data: dict = {"joint_names": list(NAMES), "time": list(TIME)}
     data |= {"positions": [list(row) for row in Q], "velocities": [list(row) for row in V]}
-    file = tmp_path / "bad.json"
-    file.write_text(json.dumps(change(data, where, value)))
+    file = written(tmp_path / "bad.json", change(data, where, value))
     assert words in str(refused(file))
 
 

@@ -64,7 +64,6 @@ def _times(path: ToolPath, samples: int) -> np.ndarray:
 
 def _path(task: Task, motion: Motion, path: ToolPath, samples: int) -> Iterator[Row]:
     arm = task.arm
-    assert arm is not None
     name = f"{path.stretches[0].names[0]} to {path.stretches[-1].names[1]}"
     allowed = {
         key: task.tolerance(key) for key in ("path", "path_orientation", "path_speed", "position")
@@ -108,7 +107,6 @@ def _speed(
     part: float,
 ) -> Iterator[Row]:
     """The velocity along the path: as given in the window, no faster and not back in the ramps."""
-    assert task.arm is not None
     velocity = task.arm.velocities(motion(t), motion(t, 1), t=t)[:, :3]
     velocity -= (path.woven(t + STEP) - path.woven(t - STEP)) / (2.0 * STEP)
     along = (velocity * T).sum(axis=1)

@@ -96,7 +96,6 @@ class Arm:
                 path = ROBOTS / f"{robot}.yaml"
             folder = path.parent
             robot = {"urdf": path.name} if path.suffix == ".urdf" else read_yaml(path)
-        assert isinstance(robot, Mapping)
         self.file, self.folder = robot, folder
         self.urdf = found(robot["urdf"], folder)
         self.model = pin.buildModelFromUrdf(str(self.urdf))

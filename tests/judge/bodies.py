@@ -43,7 +43,6 @@ class Surroundings:
 
     def __init__(self, task: Task, motion: Motion) -> None:
         arm = task.arm
-        assert arm is not None
         self.task, self.arm = task, arm
         self.model = arm.model
         self.geometry = link_shapes(arm)

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from judge.arm import Arm
 from judge.cases import (
     Case,
     Fault,
@@ -226,7 +225,6 @@ def tool_limit(kind: str) -> Any:
     def make(case: Case, rng: Rng, shelf: Shelf) -> Case:
         case, task, t = _shaken(case, rng, shelf)
         arm, length, motion = task.arm, case.extra["length"], case.motion
-        assert isinstance(arm, Arm)
         q, v, a = (motion(t, order) for order in range(3))
         excess = 1e-9 * size(rng, 7.0)
 

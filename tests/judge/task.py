@@ -113,7 +113,6 @@ class Task:
             moved = pin.SE3(pin.exp3((t - begin) * angular), (t - begin) * linear)
             return rest * moved * rest.inverse()
 
-        assert self.arm is not None
         self.arm.ground = ground
 
     @classmethod
@@ -136,7 +135,6 @@ class Task:
 
     def joint_values(self, given: Any, missing: float | None = None) -> np.ndarray:
         if isinstance(given, str):
-            assert self.arm is not None
             return self.arm.configurations[given]
         values = [
             given[name] if missing is None else given.get(name, missing) for name in self.names
@@ -222,7 +220,6 @@ class Task:
         while not self._stops(last, given) and last + 1 < len(given) and "along" in given[last + 1]:
             last += 1
         pose = self.waypoints[-1].pose
-        assert pose is not None
         parts = []
         for i in range(first, last + 1):
             curve, rate, end = self._stretch(given[i], pose)

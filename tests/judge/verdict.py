@@ -89,9 +89,6 @@ def _waypoints(task: Task, motion: Motion) -> Iterator[Wrong]:
                 if off[i] > allowed[i]:
                     yield Wrong(kind, one.name, float(off[i]), float(allowed[i]))
             continue
-        assert task.arm is not None
-        assert one.pose is not None
-        assert one.twist is not None
         pose, twist = task.arm.poses(q, t)[0], task.arm.velocities(q, v, t=t)[0]
         turn, spin = pose.rotation, twist[3:] - one.twist[3:]
         if one.free:  # as far as its axis says
@@ -149,7 +146,6 @@ def _joint_limits(task: Task, motion: Motion) -> Iterator[Wrong]:
 
 def _efforts(task: Task, t: np.ndarray, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
     """Efforts, with what is held at each time."""
-    assert task.arm is not None
     efforts = task.arm.efforts(q, v, a)
     times = {one.name: one.time for one in task.waypoints}
     for one in ((task.data.get("tool") or {}).get("holds") or {}).values():
@@ -163,7 +159,6 @@ def _efforts(task: Task, t: np.ndarray, q: np.ndarray, v: np.ndarray, a: np.ndar
 
 def _sampled_limits(task: Task, motion: Motion, samples: int) -> Iterator[Wrong]:
     arm, limited = task.arm, np.isfinite(task.limits["effort"])
-    assert arm is not None
     t = motion.dense(samples)
     q, v, a = (motion(t, order) for order in range(3))
     rows: list[tuple[str, str, float, float]] = []

@@ -11,6 +11,7 @@ import pytest
 from command_line import PEAK_MEMORY, python
 from knotwork.errors import InputError
 from knotwork.scene.meshes.mesh_files import MeshPart, read_mesh
+from texts import written
 
 CORNERS = np.array([[0, 0, 0], [2, 0, 0], [0, 3, 0], [0, 0, 4]], dtype=float)
 FACES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
@@ -237,8 +238,7 @@ def test_refuses_too_many_triangles(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
 def test_memory_is_bounded_whatever_a_header_counts(tmp_path: Path) -> None:
     """In a process of its own, whose memory nothing else has used."""
-    path = tmp_path / "a.stl"
-    path.write_bytes(bytes(80) + b"\xff" * 4 + binary_stl()[84:])
+    path = written(tmp_path / "a.stl", bytes(80) + b"\xff" * 4 + binary_stl()[84:])
     code = (
         "import pathlib, sys, trimesh\n"
         "from knotwork.errors import InputError\n"

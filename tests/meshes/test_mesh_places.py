@@ -10,6 +10,7 @@ import pytest
 import knotwork as kw
 from command_line import Command
 from drawn import mesh_visuals, shape_warnings, tower
+from texts import written
 from urdfs import collision, joint, link, robot, visual
 
 STL = "solid a\nfacet normal 0 0 1\nouter loop\n{}endloop\nendfacet\nendsolid a\n".format(
@@ -49,8 +50,7 @@ def urdf(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     for name in ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH"):
         monkeypatch.delenv(name, raising=False)
     for name in ("arm/urdf/beside.stl", "arm/meshes/m.stl", "secret/s.stl", "arm/package.xml"):
-        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / name).write_text(STL, encoding="utf-8")
+        written(tmp_path / name, STL)
     (tmp_path / "arm/meshes/link.stl").symlink_to(tmp_path / "secret/s.stl")
     (tmp_path / "arm/meshes/folder").symlink_to(tmp_path / "secret")
     (tmp_path / "arm/meshes/inner.stl").symlink_to("m.stl")
@@ -97,11 +97,9 @@ def test_ros_package_of_links(urdf: Path, tmp_path: Path, monkeypatch: pytest.Mo
     """As `colcon build --symlink-install` does it: each file of the package is a link."""
     share = tmp_path / "install" / "share" / "hand"
     source = tmp_path / "source" / "hand"
-    for folder in (share, source):
-        folder.mkdir(parents=True)
+    share.mkdir(parents=True)
     for name in ("package.xml", "h.stl"):
-        (source / name).write_text(STL, encoding="utf-8")
-        (share / name).symlink_to(source / name)
+        (share / name).symlink_to(written(source / name, STL))
     (share / "s.stl").symlink_to(tmp_path / "secret/s.stl")
     monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path / "install"))
     hand, secret = warnings_of(urdf, ["package://hand/h.stl", "package://hand/s.stl"])
@@ -111,8 +109,7 @@ def test_ros_package_of_links(urdf: Path, tmp_path: Path, monkeypatch: pytest.Mo
 
 def test_meshes_are_found_in_the_users_folders(urdf: Path, tmp_path: Path) -> None:
     for name in ("other/meshes/a.stl", "packages/tool/b.stl"):
-        (tmp_path / name).parent.mkdir(parents=True)
-        (tmp_path / name).write_text(STL, encoding="utf-8")
+        written(tmp_path / name, STL)
     other, packages = tmp_path / "other", tmp_path / "packages"
     names = ("package://tool/b.stl", "meshes/a.stl", "package://other/meshes/a.stl")
     assert all("there is no mesh" in warning for warning in warnings_of(urdf, names))
@@ -136,7 +133,6 @@ def test_a_message_names_the_option_that_allows_the_folder(
     urdf: Path, tmp_path: Path, knotwork: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("ROS_PACKAGE_PATH", "/nowhere")
     (tmp_path / "task.yaml").write_text(
         "robot: {urdf: arm/urdf/arm.urdf, tool_frame: b}\n"
         "scene: {objects: {wall: {box: [1, 1, 1], position: [0, 0, 5]}}}\n"
@@ -144,6 +140,7 @@ def test_a_message_names_the_option_that_allows_the_folder(
         encoding="utf-8",
     )
     for command, shape in ((["plan"], collision), (["view", "--html", "a.html"], visual)):
+        monkeypatch.setenv("ROS_PACKAGE_PATH", "/nowhere")  # which the option adds to
         base = link("a", shape('<mesh filename="../../secret/s.stl"/>'))
         urdf.write_text(robot(base, link("b"), joint("j", "a", "b")), encoding="utf-8")
         ran = knotwork(*command, "task.yaml")
@@ -151,4 +148,3 @@ def test_a_message_names_the_option_that_allows_the_folder(
         assert "link 'a': there is no mesh '../../secret/s.stl'" in output, output
         ran = knotwork(*command, "task.yaml", "--package-path", "secret")
         assert "no mesh" not in ran.out + ran.err
-        monkeypatch.setenv("ROS_PACKAGE_PATH", "/nowhere")

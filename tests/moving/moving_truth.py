@@ -31,6 +31,13 @@ def frame(position: Any, linear: Any, angular: Any, t: float) -> pin.SE3:
     return pin.SE3(turn, np.array(position, dtype=float) + t * np.array(linear, dtype=float))
 
 
+def seen(pose: Callable[[float], pin.SE3], t: float) -> tuple[pin.SE3, Array]:
+    """A pose that moves at a time, and its velocity [m/s], by differences."""
+    h = 1e-5
+    before, here, after = (pose(s) for s in (t - h, t, t + h))
+    return here, (after.translation - before.translation) / (2 * h)
+
+
 def links(motion: Any, base: pin.SE3, name: str = "ur5") -> Bodies:
     """Links of an arm over time, by name."""
     arm = Arm(name, Path(), {}, 1.0, 1.0, None)

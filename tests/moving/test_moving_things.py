@@ -13,8 +13,7 @@ import pytest
 import drawn
 import knotwork as kw
 from drawn import placed
-from moving.moving_truth import Bodies, down, frame, links, sampled
-from plans import arm
+from moving.moving_truth import Bodies, down, frame, links, sampled, seen
 from sweeps import mostly_exhaustive
 
 LINEAR, ANGULAR, ORIGIN = [0.0, 0.2, 0.0], [0.0, 0.0, 0.1], [0.4, -0.6, 0.1]
@@ -42,7 +41,7 @@ def belt(**more: Any) -> dict[str, Any]:
 
 def tool(plan: kw.Plan, t: float) -> tuple[pin.SE3, pin.Motion]:
     """Pose and velocity (of the TCP, in base axes) of a UR5's tool by plain Pinocchio."""
-    robot = arm(plan)
+    robot = plan.space.robot
     model = pin.buildModelFromUrdf(str(robot.urdf))
     data, q, v = model.createData(), plan.trajectory.position(t), plan.trajectory.velocity(t)
     pin.forwardKinematics(model, data, q, v)
@@ -57,10 +56,8 @@ def tray(t: float) -> pin.SE3:
 
 
 def in_tray(plan: kw.Plan, t: float) -> tuple[pin.SE3, np.ndarray]:
-    """Pose and velocity [m/s] of the tool as they are seen from the tray, by differences."""
-    h = 1e-5
-    places = [tray(s).actInv(tool(plan, s)[0]) for s in (t - h, t, t + h)]
-    return places[1], (places[2].translation - places[0].translation) / (2 * h)
+    """Pose and velocity [m/s] of the tool as they are seen from the tray."""
+    return seen(lambda s: tray(s).actInv(tool(plan, s)[0]), t)
 
 
 def test_waypoints_and_paths_move_with_frame() -> None:
@@ -274,7 +271,7 @@ def test_draws_other_robot_along_its_motion(tmp_path: Path) -> None:
     plan = kw.plan(two_arms(tmp_path, delay=0.5))
     scene = scene_of(plan)
     there, time = other_arm(0.9), times(scene)
-    robot = arm(plan)
+    robot = plan.space.robot
     first = len(scene["joints"]) - robot.dof + 1  # the other arm's joints come last
     for k in (0, len(time) // 3, len(time) - 1):
         places = placed(scene, k)

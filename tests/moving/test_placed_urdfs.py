@@ -11,13 +11,14 @@ import coal
 import numpy as np
 import pinocchio as pin
 import pytest
-import yaml
+import trimesh
 
 import knotwork as kw
 from command_line import Command
 from moving.moving_truth import OfArm, distance, links
 from moving.test_moving_things import check_pairs, refused
 from moving.test_positioners import ARM_HOME, CELL, on_table
+from texts import written
 
 HERE = Path(__file__).parent
 PLACE, TURNED = [0.62, 0.05, 0.06], [0.02, 0.0, 0.4]
@@ -26,7 +27,6 @@ TILT = "turner_elbow_joint"
 JOINTS = (TILT, "turn")
 HOME = {**ARM_HOME, TILT: 0.0, "turn": 0.0}
 STEP = pin.SE3(pin.rpy.rpyToMatrix(0, 0, 0.3), np.array([0.05, 0.0, 0.02]))
-CORNERS = np.array([[x, y, z] for x in (-0.18, 0.18) for y in (-0.1, 0.1) for z in (0.0, 0.03)])
 
 
 @pytest.fixture(scope="module")
@@ -35,36 +35,15 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("cell")
     (folder / "meshes").mkdir()
     shutil.copy(HERE / "turner.urdf", folder)
-    (folder / "meshes" / "cradle.stl").write_text(stl(), encoding="utf-8")
-    write(folder / "cell.yaml", cell())
+    box = trimesh.creation.box([0.36, 0.2, 0.03]).apply_translation([0, 0, 0.015])
+    box.export(folder / "meshes" / "cradle.stl")
+    written(folder / "cell.yaml", cell())
     return folder
-
-
-def stl() -> str:
-    """A box with `CORNERS`, as triangles of its hull."""
-    faces = np.array(
-        [
-            *([0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1]),
-            *([2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]),
-        ]
-    )
-    text = "".join(
-        "facet normal 0 0 0\nouter loop\n"
-        + "".join("vertex {} {} {}\n".format(*CORNERS[i]) for i in face)
-        + "endloop\nendfacet\n"
-        for face in faces
-    )
-    return f"solid box\n{text}endsolid box\n"
 
 
 def cell(**axes: Any) -> dict[str, Any]:
     given = {"turner": TURNER, **axes}
     return {**CELL, "external_axes": given, "configurations": {"home": HOME}}
-
-
-def write(path: Path, data: Any) -> Path:
-    path.write_text(yaml.safe_dump(data, sort_keys=False), encoding="utf-8")
-    return path
 
 
 class Composed:
@@ -133,7 +112,7 @@ def test_stacked_urdfs_may_share_names(folder: Path) -> None:
     (folder / "flap.urdf").write_text(text.replace("</robot>", flap), encoding="utf-8")
     second = {"urdf": "flap.urdf", "in": "turner_plate", "position": [0.0, 0.1, 0.3]}
     given = {**cell(second=second), "configurations": {}}
-    robot = kw.load_robot(write(folder / "two.yaml", given)).with_tool("second_plate")
+    robot = kw.load_robot(written(folder / "two.yaml", given)).with_tool("second_plate")
     joints = [f"{one}_{joint}" for one in ("turner", "second") for joint in ("elbow_joint", "turn")]
     assert list(robot.joint_names) == joints
     assert dict(robot.followers) == {"flap": "second_turn"}
@@ -163,7 +142,7 @@ def test_checks_arm_against_positioner(folder: Path, higher: float) -> None:
     plan, both = kw.plan(task(folder)), Composed(folder)
     both.place.translation[2] += higher
     turner = {**TURNER, "position": both.place.translation.tolist()}
-    path = write(folder / "higher.yaml", cell(turner=turner))
+    path = written(folder / "higher.yaml", cell(turner=turner))
     report = kw.check(plan.trajectory, kw.load_scenario(task(folder, robot=str(path))))
     moments = np.linspace(0.0, plan.trajectory.end_time, 150)
     arms = links(OfArm(plan), pin.SE3.Identity())
@@ -177,7 +156,7 @@ def test_positioner_off_chain_is_fixed_obstacle(folder: Path, key: str) -> None:
     """As the robot's file locks it, or as the configuration says that the motion begins in."""
     where = {TILT: 0.5, "turn": 1.0}
     more = {"locked": where} if key == "locked" else {"configurations": {"home": HOME | where}}
-    path = write(folder / "locked.yaml", {**cell(), **more})
+    path = written(folder / "locked.yaml", {**cell(), **more})
     swing = {"joints": {**ARM_HOME, "shoulder_pan_joint": 0.5}, "after": 2}
     plan = kw.plan({"robot": str(path), "start": "home", "waypoints": [swing]})
     assert len(plan.space.joint_names) == 6
@@ -196,7 +175,7 @@ def test_positioner_off_chain_is_fixed_obstacle(folder: Path, key: str) -> None:
 
 def test_refuses_two_configurations_of_positioner_off_chain(folder: Path) -> None:
     away = {**HOME, TILT: 0.5, "shoulder_pan_joint": 0.5}
-    path = write(folder / "away.yaml", {**cell(), "configurations": {"home": HOME, "away": away}})
+    path = written(folder / "away.yaml", {**cell(), "configurations": {"home": HOME, "away": away}})
     given = {"robot": str(path), "start": "home", "waypoints": [{"joints": "away", "after": 2}]}
     text = refused(given)
     assert "waypoints[0].joints: robot 'away': configuration 'away' has joint" in text
@@ -250,7 +229,6 @@ def test_refuses_invalid_positioners(folder: Path, name: str, knotwork: Command)
     (folder / "still.urdf").write_text('<robot name="s"><link name="a"/></robot>', "utf-8")
     turner = (folder / "turner.urdf").read_text(encoding="utf-8")
     (folder / "weak.urdf").write_text(re.sub(r' effort="\w+"', "", turner), "utf-8")
-    path = write(folder / f"{name}.yaml", {**cell(), "external_axes": axes})
-    ran = knotwork("robots", str(path))
-    assert ran.code == 2
-    assert re.search(words, ran.err), ran.err
+    path = written(folder / f"{name}.yaml", {**cell(), "external_axes": axes})
+    err = knotwork("robots", str(path)).refused()
+    assert re.search(words, err), err

@@ -11,9 +11,8 @@ import pytest
 
 import drawn
 import knotwork as kw
-from moving.moving_truth import OfArm, down, links
+from moving.moving_truth import OfArm, down, links, seen
 from moving.test_moving_things import check_pairs, middles, placed, refused, scene_of, times
-from plans import arm
 
 URDF = "example-robot-data:ur_description/urdf/ur5_robot.urdf"
 TILT = {
@@ -64,7 +63,7 @@ def on_table(height: float = 0.1, **more: Any) -> dict[str, Any]:
 def part_and_tool(plan: kw.Plan, t: float) -> tuple[pin.SE3, pin.SE3]:
     """The part and the tool in the cell, each from the joints that carry it."""
     q = dict(zip(plan.space.joint_names, plan.trajectory.position(t), strict=True))
-    model = pin.buildModelFromUrdf(str(arm(plan).urdf))
+    model = pin.buildModelFromUrdf(str(plan.space.robot.urdf))
     data = model.createData()
     pin.framesForwardKinematics(model, data, np.array([q[name] for name in model.names[1:]]))
 
@@ -77,10 +76,8 @@ def part_and_tool(plan: kw.Plan, t: float) -> tuple[pin.SE3, pin.SE3]:
 
 
 def relative(plan: kw.Plan, t: float) -> tuple[pin.SE3, np.ndarray]:
-    """Pose and velocity [m/s] of the tool as the part sees them, by differences."""
-    h = 1e-5
-    seen = [part.actInv(tool) for part, tool in (part_and_tool(plan, s) for s in (t - h, t, t + h))]
-    return seen[1], (seen[2].translation - seen[0].translation) / (2 * h)
+    """Pose and velocity [m/s] of the tool as the part sees them."""
+    return seen(lambda s: pin.SE3.actInv(*part_and_tool(plan, s)), t)
 
 
 def test_poses_velocities_and_paths_are_relative_to_part() -> None:

@@ -12,11 +12,12 @@ import pytest
 
 import knotwork as kw
 from drawn import placed
-from moving.moving_truth import Bodies, OfArm, links
+from moving.moving_truth import Bodies, OfArm, links, seen
 from moving.test_held_on_belts import SIZE, check_box
 from moving.test_moving_things import LEFT, check_pairs, middle_of_held, refused, scene_of, times
-from moving.test_placed_urdfs import HOME, STEP, TILT, Composed, folder, named, shapes, task, write
+from moving.test_placed_urdfs import HOME, STEP, TILT, Composed, folder, named, shapes, task
 from sweeps import mostly_exhaustive
+from texts import written
 
 __all__ = ["folder"]
 PICK, PLACE = 4.5, 10.0
@@ -105,11 +106,10 @@ def test_keeps_speeds_and_free_turns_at_fixed_poses(folder: Path) -> None:
     tool = {"free": {"turn": "z"}}
     plan = kw.plan(task(folder, tool=tool, waypoints=[passing, pose([0, 0, 0.3], name="on")]))
     assert plan.report.ok, plan.report
-    both, h = Composed(folder), 1e-5
-    before, here, after = (both.tool(named(plan, 1.5 + s)) for s in (-h, 0.0, h))
+    both = Composed(folder)
+    here, speed = seen(lambda t: both.tool(named(plan, t)), 1.5)
     assert here.translation == pytest.approx(np.array(BESIDE), abs=1e-8)
     assert here.rotation[:, 2] == pytest.approx(np.array([0, 0, -1]), abs=1e-7)
-    speed = (after.translation - before.translation) / (2 * h)
     assert speed == pytest.approx(np.array([0.05, 0.02, -0.03]), abs=1e-5)
     assert plan.report.select(quantity="free", name="by")
 
@@ -231,7 +231,7 @@ def facing(x: float) -> tuple[dict[str, Any], pin.SE3]:
 def test_other_robot_works_at_its_table(folder: Path, x: float, clear: bool) -> None:
     """Its base stands where the scene says, and its table turns beside it."""
     given, place = facing(x)
-    left = {"scenario": str(write(folder / "table.yaml", task(folder))), **given}
+    left = {"scenario": str(written(folder / "table.yaml", task(folder))), **given}
     plan, other = kw.plan({**LEFT, "scene": {"robots": {"left": left}}}), kw.plan(task(folder))
     own = links(plan.trajectory, pin.SE3.Identity())
     moments = np.linspace(0.0, plan.trajectory.end_time, 100)
@@ -250,7 +250,7 @@ def test_checks_other_robot_next_to_table(folder: Path, at: bool, x: float, clea
     """It stands in the cell: with its own table, or without one."""
     given, place = facing(x)
     theirs = task(folder) if at else LEFT
-    left = {"scenario": str(write(folder / "left.yaml", theirs)), **given}
+    left = {"scenario": str(written(folder / "left.yaml", theirs)), **given}
     plan, other = kw.plan(task(folder)), kw.plan(theirs)
     scenario = kw.load_scenario(task(folder, scene={"robots": {"left": left}}))
     plan = replace(plan, scenario=scenario, report=kw.check(plan.trajectory, scenario))
@@ -268,6 +268,6 @@ def test_checks_other_robot_next_to_table(folder: Path, at: bool, x: float, clea
 
 
 def test_refuses_other_robot_on_table(folder: Path) -> None:
-    left = {"scenario": str(write(folder / "left.yaml", LEFT)), "in": "part"}
+    left = {"scenario": str(written(folder / "left.yaml", LEFT)), "in": "part"}
     text = refused(task(folder, scene={"robots": {"left": left}}))
     assert "scene.robots.left.in: frame 'part' moves; the robot's base must not" in text

@@ -17,7 +17,6 @@ from events.welding import do, weld
 from knotwork import Plan
 from knotwork.errors import InputError
 from knotwork.verification.recording import Alignment, aligned, deviation_findings
-from plans import arm
 
 
 def align(path: Path, plan: Plan, samples: Samples) -> Alignment:
@@ -50,7 +49,7 @@ def test_finds_worst_deviation_and_time(tmp_path: Path, deburring: Plan, joint: 
     bump = 0.02 * np.exp(-(((samples.time - 0.5 - 6.2) / 0.2) ** 2))
     samples.position[:, joint] += bump
     found = align(tmp_path, deburring, samples)
-    robot = arm(deburring)
+    robot = deburring.space.robot
     findings = list(deviation_findings(found, robot))
     joints = [one for one in findings if one.quantity == "joint_deviation"]
     assert [one.name for one in joints] == list(deburring.trajectory.joint_names)

@@ -12,6 +12,7 @@ import pytest
 import knotwork as kw
 from knotwork import load_robot, solve_pose_ik
 from knotwork.errors import DocumentError, RobotError
+from texts import written
 from urdfs import joint, limits, link, robot
 
 
@@ -88,8 +89,7 @@ HOSTILE = {
 @pytest.mark.parametrize("case", HOSTILE)
 def test_refuses_hostile_urdf_in_one_line(case: str, tmp_path: Path, capfd) -> None:
     text, says = HOSTILE[case]
-    path = tmp_path / "arm.urdf"
-    path.write_text(text, encoding="utf-8")
+    path = written(tmp_path / "arm.urdf", text)
     with pytest.raises(RobotError, match=says) as error:
         load_robot(path)
     assert len(str(error.value)) < 600
@@ -131,8 +131,7 @@ def test_joint_named_like_link(name: str, kind: str, tmp_path: Path) -> None:
 
 
 def test_names_with_control_characters(tmp_path: Path) -> None:
-    path = tmp_path / "arm.urdf"
-    path.write_text(robot(*ARM).replace('name="j"', 'name="x&#10;y&#9;"'), encoding="utf-8")
+    path = written(tmp_path / "arm.urdf", robot(*ARM).replace('name="j"', 'name="x&#10;y&#9;"'))
     assert load_robot(path).with_tool("c").joint_names == ("x\ny\t", "k")
 
 
@@ -174,9 +173,7 @@ LEVER = robot(
 
 @pytest.fixture
 def lever(tmp_path: Path) -> Path:
-    path = tmp_path / "lever.urdf"
-    path.write_text(LEVER)
-    return path
+    return written(tmp_path / "lever.urdf", LEVER)
 
 
 def test_an_arm_of_one_joint_meets_poses_and_speeds(lever: Path) -> None:

@@ -13,6 +13,7 @@ from knotwork.errors import DocumentError, InputError, RobotError, UnknownNameEr
 from knotwork.files.documents import parse
 from plain import tool_frames
 from shipped import ROBOT_FILES
+from texts import written
 from urdfs import limits, link
 
 FURTHER = {"iiwa14": "rtb-data", "kr16": "rtb-data", "ur3e": "airo-models", "ur5e": "airo-models"}
@@ -39,16 +40,6 @@ def chain(kind: str, extra: str = "") -> str:
     )
 
 
-@pytest.fixture
-def write(tmp_path: Path):
-    def write(text: str, name: str = "arm.urdf") -> Path:
-        path = tmp_path / name
-        path.write_text(text, encoding="utf-8")
-        return path
-
-    return write
-
-
 def test_shipped_robots() -> None:
     files = {path.stem for path in ROBOT_FILES.glob("*.yaml")}
     assert {*robot_names(), *FURTHER} == files
@@ -59,9 +50,8 @@ def test_shipped_robots() -> None:
 
 def test_finds_model_without_import(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     models = tmp_path / "site" / "some_models"
-    models.mkdir(parents=True)
-    (models / "__init__.py").write_text("raise SystemExit", encoding="utf-8")
-    (models / "arm.urdf").write_bytes(load_robot("planar2").urdf.read_bytes())
+    written(models / "__init__.py", "raise SystemExit")
+    written(models / "arm.urdf", load_robot("planar2").urdf.read_bytes())
     inline = {"urdf": "some_models:arm.urdf", "tool_frame": "tip"}
     with pytest.raises(RobotError, match=r"'some_models', which is not installed; .* some_models`"):
         load_robot(inline)
@@ -92,14 +82,14 @@ def test_shipped_robots_have_regular_home(name: str) -> None:
     assert re.search("our default|documentation|of our own", comment)
 
 
-def test_loads_robot_by_name_path_and_description(tmp_path: Path, write) -> None:
+def test_loads_robot_by_name_path_and_description(tmp_path: Path) -> None:
     shipped = load_robot("planar2")
     folder = shipped.source.parent
     by_path = load_robot(folder / "planar2.yaml")
     as_text = load_robot("planar2.yaml", relative_to=folder)
     q = [0.3, 0.7]
     inline = load_robot({"urdf": "planar2.urdf", "tool_frame": "tip"}, relative_to=folder)
-    write(shipped.urdf.read_text(), "planar2.urdf")
+    written(tmp_path / "planar2.urdf", shipped.urdf.read_text())
     text = "a: 1\nrobot:\n  urdf: planar2.urdf\n  tool_frame: tip\n"
     part = load_robot(parse(text, tmp_path / "task.yaml").part(("robot",)))
     bare = load_robot(str(folder / "planar2.urdf")).with_tool("tip")
@@ -132,8 +122,8 @@ def test_error_has_line_of_file(tmp_path: Path) -> None:
     assert "did you mean 'velocity'" in problem.accepted
 
 
-def test_names_candidates_for_tool_frame(write) -> None:
-    robot = load_robot(write(chain("revolute")))
+def test_names_candidates_for_tool_frame(tmp_path: Path) -> None:
+    robot = load_robot(written(tmp_path / "arm.urdf", chain("revolute")))
     assert robot.tool_frame is None
     for method in (robot.forward, robot.jacobian):
         with pytest.raises(RobotError, match=r"tool frame.*links: a, b; .*: c\)$"):
@@ -148,8 +138,8 @@ def test_names_candidates_for_tool_frame(write) -> None:
         ("revolute", '<mimic joint="first" multiplier="2" offset="0.1"/>', "mimics joint 'first'"),
     ],
 )
-def test_refuses_unsupported_joints(kind: str, extra: str, says: str, write) -> None:
-    path = write(chain(kind, extra))
+def test_refuses_unsupported_joints(kind: str, extra: str, says: str, tmp_path: Path) -> None:
+    path = written(tmp_path / "arm.urdf", chain(kind, extra))
     robot = load_robot(path)
     assert robot.joint_names == ("first",)
     with pytest.raises(RobotError, match=says) as caught:
@@ -163,14 +153,15 @@ def test_refuses_unsupported_joints(kind: str, extra: str, says: str, write) -> 
             load_robot({"urdf": str(path), "tool_frame": "c", "locked": {"second": 0.5}})
 
 
-def test_plans_prismatic_and_unbounded_joints(write) -> None:
-    path = write(
+def test_plans_prismatic_and_unbounded_joints(tmp_path: Path) -> None:
+    path = written(
+        tmp_path / "arm.urdf",
         urdfs.robot(
             *map(link, "abcd"),
             joint("slide", "prismatic", "a", "b"),
             joint("spin", "continuous", "b", "c"),
             joint("fix", "fixed", "c", "d"),
-        )
+        ),
     )
     robot = load_robot(path).with_tool("d")
     assert robot.joint_names == ("slide", "spin")
@@ -182,8 +173,8 @@ def test_plans_prismatic_and_unbounded_joints(write) -> None:
     np.testing.assert_allclose(tool, [0.2 + 0.2, 0.5, 0.4 - 0.1], atol=1e-12)
 
 
-def test_refuses_joint_without_range(write) -> None:
-    path = write(chain("revolute", '<limit velocity="1" effort="1"/>'))
+def test_refuses_joint_without_range(tmp_path: Path) -> None:
+    path = written(tmp_path / "arm.urdf", chain("revolute", '<limit velocity="1" effort="1"/>'))
     with pytest.raises(RobotError, match=r"'second'.*leaves it no range"):
         load_robot(path).with_tool("c")
     description = {"urdf": str(path), "tool_frame": "c"}
@@ -192,29 +183,31 @@ def test_refuses_joint_without_range(write) -> None:
     assert load_robot({**description, "limits": limits}).upper_position_limit[1] == 1
 
 
-def test_locked_mimic_joints_follow_master(write) -> None:
-    path = write(
+def test_locked_mimic_joints_follow_master(tmp_path: Path) -> None:
+    path = written(
+        tmp_path / "arm.urdf",
         urdfs.robot(
             *map(link, "abcd"),
             joint("arm", "revolute", "a", "b"),
             joint("finger", "revolute", "b", "c"),
             joint("twin", "revolute", "b", "d", '<mimic joint="finger" multiplier="-2"/>'),
-        )
+        ),
     )
     robot = load_robot({"urdf": str(path), "tool_frame": "b", "locked": {"finger": 0.3}})
     assert robot.locked == {"finger": 0.3, "twin": -0.6}
 
 
 @pytest.mark.parametrize("frame", ["b", None])
-def test_refuses_followers_of_planned_joints(write, frame) -> None:
+def test_refuses_followers_of_planned_joints(tmp_path: Path, frame) -> None:
     """A link beside the arm that turns with its first joint would be checked as if it stood."""
-    path = write(
+    path = written(
+        tmp_path / "arm.urdf",
         urdfs.robot(
             *map(link, "abcd"),
             joint("arm", "revolute", "a", "b"),
             joint("crank", "revolute", "a", "c", '<mimic joint="arm"/>'),
             joint("rod", "revolute", "c", "d", '<mimic joint="crank" multiplier="-1"/>'),
-        )
+        ),
     )
     task = {
         "robot": {"urdf": str(path)} | ({"tool_frame": frame} if frame else {}),
@@ -228,9 +221,9 @@ def test_refuses_followers_of_planned_joints(write, frame) -> None:
     assert plan.space.robot.locked == {"crank": 0.5, "rod": -0.5}
 
 
-def test_other_joints_are_locked_within_limits(write) -> None:
+def test_other_joints_are_locked_within_limits(tmp_path: Path) -> None:
     text = chain("revolute", '<limit lower="0.5" upper="1" velocity="1" effort="1"/>')
-    robot = load_robot(write(text)).with_tool("b")
+    robot = load_robot(written(tmp_path / "arm.urdf", text)).with_tool("b")
     assert robot.joint_names == ("first",)
     assert robot.locked == {"second": 0.5}
 

@@ -16,16 +16,12 @@ from judge.motion import Motion
 from judge.task import Task as JudgesTask
 from judge.verdict import judge
 from knotwork.files import storage
-from plans import arm
+from moving.moving_truth import down
 from urscript_controller import Controller
 
 BOX = {"from": "pick", "to": "place", "box": [0.2, 0.1, 0.1], "position": [0, 0, 0.06]}
 INERTIA = {"ixx": 0.02, "iyy": 0.03, "izz": 0.04, "ixy": 0.002}
 TOOL = {"offset": {"position": [0, 0.02, 0.1], "rpy": [0.3, 0, 0.2]}, "frame": "tool0"}
-
-
-def down(x: float, y: float, z: float) -> dict[str, Any]:
-    return {"position": [x, y, z], "rpy": [np.pi, 0, 0]}
 
 
 def stacking(held: dict[str, Any], **more: Any) -> dict[str, Any]:
@@ -158,7 +154,7 @@ def test_programs_of_universal_robots_set_payload_and_tool(tmp_path: Path) -> No
     both = (1.0 * np.array([0, 0, 0.05]) + 3.0 * (at * np.array([0, 0, 0.06]))) / 4.0
     expected = [(0.0, 1.0, [0, 0, 0.05]), (1.5, 4.0, both), (4.9, 1.0, [0, 0, 0.05])]
     controller = Controller(motion.position(0.0), 500.0)
-    robot = arm(plan)
+    robot = plan.space.robot
     controller.run(motion.to_urscript(robot=robot))
     flange = robot.tool_offset
     np.testing.assert_allclose(controller.tcp[:3], flange.translation)

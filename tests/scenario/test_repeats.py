@@ -15,6 +15,7 @@ import knotwork as kw
 from command_line import Command
 from knotwork.errors import DocumentError, FollowingError
 from shipped import SCENARIO_FILES
+from texts import written
 from urscript_controller import Controller
 
 DOWN = [np.pi, 0, 0]
@@ -161,9 +162,7 @@ FILE = SCENARIO_FILES["ur10_palletise_24"]
 def of_boxes(folder: Path, counts: str) -> Path:
     """The scenario with so many boxes along x, y and z."""
     text = FILE.read_text(encoding="utf-8")
-    path = folder / "pallet.yaml"
-    path.write_text(text.replace("counts: [4, 3, 2]", f"counts: {counts}"), encoding="utf-8")
-    return path
+    return written(folder / "pallet.yaml", text.replace("counts: [4, 3, 2]", f"counts: {counts}"))
 
 
 @pytest.mark.parametrize(

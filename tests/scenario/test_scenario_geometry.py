@@ -32,9 +32,7 @@ def task(pose: dict[str, Any], **rest: Any) -> Scenario:
 
 
 def first(pose: dict[str, Any], **rest: Any) -> CartesianWaypoint:
-    waypoint = task(pose, **rest).waypoints[0]
-    assert isinstance(waypoint, CartesianWaypoint)
-    return waypoint
+    return task(pose, **rest).waypoints[0]
 
 
 def turned(**orientation: Any) -> Array:
@@ -121,7 +119,6 @@ def test_units_hold_for_velocities_tools_frames_and_tolerances_alike() -> None:
         },
     )
     waypoint = scenario.waypoints[0]
-    assert isinstance(waypoint, CartesianWaypoint)
     np.testing.assert_allclose(waypoint.position, [0, 1.5, 0], atol=1e-15)
     np.testing.assert_allclose(waypoint.linear, [0, 0.05, 0], atol=1e-16)
     np.testing.assert_allclose(waypoint.angular, [0, 0, np.pi], atol=1e-15)

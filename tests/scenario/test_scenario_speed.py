@@ -39,9 +39,7 @@ def passing(positions: Any, index: int, rotations: Any = None, **rest: Any) -> C
         for i, pose in enumerate(poses_to_file(positions, rotations))
     ]
     scenario = load_scenario({"robot": "ur5", "waypoints": waypoints, **rest})
-    waypoint = scenario.waypoints[index]
-    assert isinstance(waypoint, CartesianWaypoint)
-    return waypoint
+    return scenario.waypoints[index]
 
 
 @examples()
@@ -89,5 +87,4 @@ def test_speed_in_any_frame_and_unit_is_the_same_motion() -> None:
     ]
     scenario = load_scenario({"robot": "ur5", "units": {"length": "mm"}, "waypoints": waypoints})
     waypoint = scenario.waypoints[1]
-    assert isinstance(waypoint, CartesianWaypoint)
     np.testing.assert_allclose(waypoint.linear, plain.linear, atol=1e-14)

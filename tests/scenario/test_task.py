@@ -32,6 +32,7 @@ from knotwork.task import (
     Velocity,
 )
 from shipped import SCENARIO_FILES
+from texts import written
 
 FILE = """
 robot: ur5
@@ -104,8 +105,7 @@ def motion(plan: kw.Plan) -> tuple[list[float], list[float]]:
 
 
 def test_a_task_in_python_and_its_file_give_one_motion(tmp_path: Path) -> None:
-    file = tmp_path / "task.yaml"
-    file.write_text(FILE, encoding="utf-8")
+    file = written(tmp_path / "task.yaml", FILE)
     plan = kw.plan(TASK)
     assert plan.report.ok
     assert motion(plan) == motion(kw.plan(file))
@@ -140,7 +140,6 @@ def test_free_time_is_nan() -> None:
 def test_lists_of_task_are_immutable() -> None:
     task = TASK.replace(knots=np.array([0.0, 2.0, 3.0]), gravity=[0.0, 0.0, -9.81])
     assert task.knots == (0.0, 2.0, 3.0)
-    assert isinstance(task.waypoints, tuple)
     assert task.waypoints[0].pose.rpy == (pi, 0.0, 0.0)
     assert task.to_dict()["gravity"] == [0.0, 0.0, -9.81]
 

@@ -7,12 +7,12 @@ from typing import Any
 
 import pytest
 import trimesh
-import yaml
 
 import knotwork as kw
 import urdfs
 from command_line import Command
 from knotwork.verification import Finding
+from texts import written
 from urdfs import collision, limits, link, visual
 
 Vector = tuple[float, float, float]
@@ -42,9 +42,8 @@ ELBOW = joint("elbow", "upper", "forearm", (0.4, 0, 0.1))
 
 def robot(folder: Path, parts: list[str], **more: Any) -> str:
     """Write a URDF and a robot file."""
-    (folder / "arm.urdf").write_text(urdfs.robot(*parts))
-    (folder / "arm.yaml").write_text(yaml.safe_dump({"urdf": "arm.urdf", **more}))
-    return str(folder / "arm.yaml")
+    written(folder / "arm.urdf", urdfs.robot(*parts))
+    return str(written(folder / "arm.yaml", {"urdf": "arm.urdf", **more}))
 
 
 def turn(arm: str, start: list[float], end: list[float], **more: Any) -> kw.Report:
@@ -160,11 +159,8 @@ def half(mesh: trimesh.Trimesh) -> str:
 
 def run(knotwork: Command, folder: Path, objects: str) -> str:
     """What `plan` says of a task that can't be planned."""
-    path = folder / "task.yaml"
-    path.write_text(TASK.format(objects=objects))
-    ran = knotwork("plan", path)
-    assert ran.code == 2, ran.out + ran.err
-    return " ".join(ran.err.split())
+    path = written(folder / "task.yaml", TASK.format(objects=objects))
+    return knotwork("plan", path).refused()
 
 
 @pytest.mark.parametrize(
@@ -200,9 +196,8 @@ def test_a_broken_srdf_is_named(knotwork: Command, tmp_path: Path) -> None:
         " wrist_1_joint: 0, wrist_2_joint: 1, wrist_3_joint: 0}\nwaypoints:\n"
         "- {pose: {position: [0.4, 0.1, 0.4], rpy: [0, 0, 0]}, after: 3}\n"
     )
-    ran = knotwork("plan", tmp_path / "task.yaml")
-    assert ran.code == 2
-    assert "arm.srdf is not an SRDF: it is not XML" in ran.err
+    err = knotwork("plan", tmp_path / "task.yaml").refused()
+    assert "arm.srdf is not an SRDF: it is not XML" in err
     pair = '<disable_collisions link1="{}" link2="{}" reason="Never"/>'
     pairs = pair.format("base_link", "forearm_link") + pair.format("base_link", "elbow_link")
     (tmp_path / "arm.srdf").write_text(f"<robot>{pairs}</robot>")
@@ -211,10 +206,9 @@ def test_a_broken_srdf_is_named(knotwork: Command, tmp_path: Path) -> None:
     (tmp_path / "arm.yaml").write_text(
         f"urdf: {robot}\ntool_frame: tool0\ncollision: {{ignore: [[forearm_link, hand]]}}\n"
     )
-    ran = knotwork("plan", tmp_path / "task.yaml")
-    assert ran.code == 2
-    assert "collision.ignore[0]" in ran.err
-    assert "hand" in ran.err
+    err = knotwork("plan", tmp_path / "task.yaml").refused()
+    assert "collision.ignore[0]" in err
+    assert "hand" in err
 
 
 RANGE = limits(-2, 2, velocity=2, effort=9)
@@ -239,13 +233,9 @@ def test_refuses_truncated_mesh_of_link(knotwork: Command, tmp_path: Path) -> No
     """One that is not there may be on another computer: that is a warning."""
     task, mesh = open_door(tmp_path, '<mesh filename="wall.stl"/>'), tmp_path / "wall.stl"
     box = trimesh.creation.box((1, 1, 1))
-    ran = knotwork("plan", task)
-    assert ran.code == 0, ran.err
-    assert "no mesh 'wall.stl'" in " ".join(ran.out.split())
+    assert "no mesh 'wall.stl'" in " ".join(knotwork("plan", task).done().split())
     mesh.write_text(half(box))
-    ran = knotwork("plan", task)
-    assert ran.code == 2, ran.out + ran.err
-    output = " ".join(ran.err.split())
+    output = knotwork("plan", task).refused()
     assert "door.urdf: collision shape of link 'post': mesh" in output
     assert "wall.stl can't be read: it is not read whole: its lines 'solid'" in output
     mesh.write_text(str(box.export(file_type="stl_ascii")))

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
-from test_checked_pairs import run
 from test_distances import CONVEX, compare, solid
 
 from command_line import Command
 from drawn import beside_an_arm, scene, thing, vertices, volume
+from knotwork.errors import InputError
 from knotwork.scene.containment import is_one_inside_other
 from knotwork.scene.solids import Placed, Solid
 
@@ -77,56 +77,10 @@ def test_a_part_of_a_cloud_inside_a_closed_mesh_is_found(tmp_path: Path) -> None
     assert not is_one_inside_other(Placed(box, still, nothing), Placed(two, still, np.ones(3)))
 
 
-ROWS = {
-    "empty.csv": "",
-    "bare.csv": "x,y,z\n",
-    "plain.csv": "1,2,3\n4,5,6\n",
-    "word.csv": "x,y,z\n1,2,3\n\n1,two,3\n",
-    "nan.csv": "x,y,z\n1,2,3\n1,nan,3\n",
-    "small.csv": "x,y,z,i\n0.1,0.2,0.3,7\n1,1,1,7\n",
-    "far.csv": "x,y,z\n0,0,0\n1e6,0,0\n",
-    "good.csv": "x,y,z\n0,0,0\n100,100,100\n",
-    "cut.ply": "ply\nformat ascii 1.0\nelement vertex 9\nproperty float x\nend_header\n",
-    "short.ply": "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\n"
-    "property float y\nproperty float z\nend_header\n" + 24 * "\0",
-    "none.ply": "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\n"
-    "property float z\nend_header\n",
-    "cloud.xyz": "0 0 0\n",
-}
-
-
-@pytest.mark.parametrize(
-    ("points", "says"),
-    [
-        ("{file: no.csv, resolution: 10}", "line 3: scene.objects.part.points.file: there is no"),
-        ("{file: good.csv}", "scene.objects.part.points.resolution: is missing"),
-        ("{file: good.csv, resolution: 0}", "resolution: 0: must be greater than 0"),
-        ("{file: good.csv, resolution: 10, scale: .nan}", "part.points.scale"),
-        ("{file: empty.csv, resolution: 10}", "has no rows"),
-        ("{file: bare.csv, resolution: 10}", "it has no points"),
-        ("{file: plain.csv, resolution: 10}", "expected are headings x,y,z"),
-        ("{file: word.csv, resolution: 10}", "line 4: column 2 (y): 'two' is not a number"),
-        ("{file: nan.csv, resolution: 10}", "point 2 of 2 is [1.0, nan, 3.0], not finite"),
-        ("{file: small.csv, resolution: 10}", "less than a cell of 0.01 m; give a smaller"),
-        ("{file: far.csv, resolution: 10}", "has a point 1000 m from its origin"),
-        ("{file: many.csv, resolution: 1}", "cells of 0.001 m, and at most 100000 are accepted"),
-        ("{file: cut.ply, resolution: 10}", "counts 9 of 'vertex', a line each, and it has 0"),
-        ("{file: short.ply, resolution: 10}", "counts 3 of 'vertex', and it is cut off"),
-        ("{file: none.ply, resolution: 10}", "it has no points"),
-        ("{file: mesh.ply, resolution: 10}", "it holds triangles"),
-        ("{file: cloud.xyz, resolution: 10}", "read are .csv and .ply"),
-        ("{file: good.csv, resolution: 10}, exact: true", "gives exact, which is for a mesh"),
-    ],
-)
-def test_refuses_wrong_cloud(points: str, says: str, knotwork: Command, tmp_path: Path) -> None:
-    for name, text in ROWS.items():
-        (tmp_path / name).write_text(text)
-    trimesh.creation.box([9, 9, 9]).export(tmp_path / "mesh.ply")
-    if "many" in points:
-        grid = np.mgrid[0:400, 0:400].reshape(2, -1).T
-        rows = "\n".join(f"{x},{y},0" for x, y in grid.tolist())
-        (tmp_path / "many.csv").write_text(f"x,y,z\n{rows}\n")
-    assert says in run(knotwork, tmp_path, f"part: {{points: {points}}}")
+def test_refuses_too_many_cells(tmp_path: Path) -> None:
+    points = np.insert(np.mgrid[0:400, 0:400], 2, 0, axis=0).reshape(3, -1).T
+    with pytest.raises(InputError, match=r"fills 160000 cells of 0\.03 m, and at most 100000 are"):
+        cloud(tmp_path / "many.csv", EDGE * (points + 0.5))
 
 
 def test_detects_cloud_in_path_and_free_space_next_to_it(knotwork: Command, tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ from tasks import LIFT
 
 import knotwork as kw
 from command_line import Command
+from texts import written
 
 
 def rows_of(vary: dict[str, Any], document: Any = None, **options: Any) -> list[tuple[Any, ...]]:
@@ -115,8 +116,7 @@ def test_what_is_refused(vary: Any, options: dict[str, Any], message: str | None
     ],
 )
 def test_files_of_rows_that_are_refused(tmp_path: Path, text: str, message: str) -> None:
-    file = tmp_path / "rows.csv"
-    file.write_text(text, encoding="utf-8")
+    file = written(tmp_path / "rows.csv", text)
     with pytest.raises(kw.InputError) as raised:
         kw.sweep(LIFT, rows=file, workers=0)
     assert str(file) in str(raised.value)
@@ -136,20 +136,17 @@ waypoints:
 def task(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A task in an empty folder."""
     monkeypatch.chdir(tmp_path)
-    file = tmp_path / "lift.yaml"
-    file.write_text(TASK, encoding="utf-8")
-    return file
+    return written(tmp_path / "lift.yaml", TASK)
 
 
 def test_a_study_is_made_shown_drawn_and_frozen(knotwork: Command, task: Path) -> None:
     after = ("--vary", "waypoints[up].after=1:2:5")
-    ran = knotwork("sweep", task, *after, "--workers", 0, "--out", "study")
-    assert ran.code == 0, ran.err
-    assert "lift: 5 rows, 4 pass" in ran.out
-    assert "velocity" in ran.out
-    assert "best duration: 1.25 s in row 1, waypoints[up].after = 1.25" in ran.out
+    out = knotwork("sweep", task, *after, "--workers", 0, "--out", "study").done()
+    assert "lift: 5 rows, 4 pass" in out
+    assert "velocity" in out
+    assert "best duration: 1.25 s in row 1, waypoints[up].after = 1.25" in out
     again = knotwork("sweep", task, *after, "--workers", 0, "--out", "study", "--resume")
-    assert again.out == ran.out
+    assert again.out == out
     shown = knotwork("sweep", "study", "--best", "velocity_use", "--freeze", "best.yaml")
     assert shown.code == 0, shown.err
     assert "in row 4, waypoints[up].after = 2" in shown.out
@@ -175,10 +172,9 @@ def test_none_passes(knotwork: Command, task: Path) -> None:
 def test_a_folder_of_a_study_is_not_planned(knotwork: Command, task: Path) -> None:
     knotwork("sweep", task, "--vary", "rate=100", "--workers", 0, "--out", "study")
     for option in ("--vary rate=1", "--workers 0", "--scheduler tcp://nowhere:1", "--zip"):
-        ran = knotwork("sweep", "study", *option.split())
-        assert (ran.code, ran.out) == (2, "")
+        err = knotwork("sweep", "study", *option.split()).refused()
         name = option.partition(" ")[0]
-        assert f"{name}: study is the folder of a study, which is not planned again" in ran.err
+        assert f"{name}: study is the folder of a study, which is not planned again" in err
 
 
 def test_progress_shows_rate_remaining_time_and_passes(

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from timing_cases import assert_kept, random_problem
 
 import knotwork as kw
+from knotwork.errors import TimingError
 from knotwork.joint_quantities import JointLimits
 from knotwork.planning.timing import Dynamics, TimingProblem, lower_bound, solve
 from knotwork.robot.payload import Payload
@@ -225,3 +226,11 @@ def test_keeps_tool_speed_limit_all_the_time() -> None:
     assert bound.ok
     assert bound.proved
     assert any(one.quantity == "tool speed" for one in motion.binding)
+
+
+def test_sufficient_duration_is_not_for_the_speed_of_a_longer_interval() -> None:
+    position = [[-1.0, 0.5], [-0.99, 0.5], [0.6, -0.4]]
+    problem = replace(swing(tool_speed=0.8), position=position, duration=[0.03, 20.0])
+    with pytest.raises(TimingError, match="is enough for a motion that stops") as caught:
+        solve(problem)
+    assert caught.value.bound < 0.11

@@ -184,6 +184,12 @@ def test_resting_motion_takes_rounding_of_velocity_as_rest() -> None:
     assert_kept(problem, replace(motion, status="optimal"))
 
 
+@pytest.mark.parametrize("given", [5e3, 1e5])
+def test_time_next_to_a_far_longer_one_is_least(given: float) -> None:
+    problem = one_joint([0, 1, 2], [0, 0, 0], duration=[given, np.nan])
+    assert solve(problem).duration - given < 2.02  # bang-bang is 2 s
+
+
 def test_effort_needs_dynamics() -> None:
     with pytest.raises(InputError, match="need dynamics"):
         one_joint([0, 1], [0, 0], JointLimits([1.0], [1.0], effort=[1.0]))

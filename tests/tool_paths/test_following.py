@@ -73,7 +73,7 @@ def test_profile_holds_or_gives_feasible_values(parts, acceleration, v0, v1, sto
     assert float(s.derivative().extrema().minimum) >= -1e-12
     assert timing(np.zeros(1), 1)[0] == pytest.approx(v0, abs=1e-12)
     assert timing(s.x[-1:], 1)[0] == pytest.approx(v1, abs=1e-9)
-    for i, (start, end) in enumerate(timing.full_speed):
+    for i, (start, end) in enumerate(timing.full_speed_intervals):
         assert timing.times[i] <= start <= end <= timing.times[i + 1]
         if end > start:
             np.testing.assert_allclose(

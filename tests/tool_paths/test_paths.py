@@ -239,6 +239,8 @@ def test_nearest_stays_in_turn_of_guess():
 REFUSED = [
     (lambda: tp.Line([0, 0, 0], [0, 0, 0]), "has no length"),
     (lambda: tp.Arc.through([0, 0, 0], [1, 1, 0], [2, 2, 0]), "on a line"),
+    (lambda: tp.Arc.through([0, 0, 0], [2, 2, 0], [1, 1, 0]), "on a line"),
+    (lambda: tp.Arc.through([1, 1, 0], [0, 0, 0], [2, 2, 0]), "on a line"),
     (lambda: tp.Arc.through([0, 0, 0], [1, 1, 0], [0, 0, 0]), "give its centre"),
     (lambda: tp.Arc.through([0, 0, 0], [0, 0, 0], [1, 0, 0]), "are on a line"),
     (lambda: tp.Arc.about([1, 0, 0], [0, 0, 0], [0, 1.1, 0]), "is 1 m from .* 1.1 m from the end"),

@@ -120,7 +120,7 @@ def test_tolerance_equal_to_deviation_stays_unproved(line: kw.Plan) -> None:
     stretch = path.stretches[0]
 
     def bound(tolerance: float) -> PathBound:
-        limits = PathLimits(tolerance, 0.01, 0.01, stretch.speed, stretch.full_speed)
+        limits = PathLimits(tolerance, 0.01, 0.01, stretch.speed, stretch.full_speed_interval)
         interval, robot = (stretch.start, stretch.end), arm(line)
         found = path_bounds(robot, line.trajectory.polynomial, path.motion, interval, limits)
         return found.bounds["path_deviation"]

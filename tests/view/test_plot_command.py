@@ -18,6 +18,7 @@ from knotwork.errors import InputError
 from knotwork.view import plot_joints, plot_tool, save_figure
 from shipped import SCENARIO_FILES
 from sweeps import first_of, mostly_exhaustive
+from texts import written
 
 START = {".png": b"\x89PNG", ".svg": b"<?xml", ".pdf": b"%PDF"}
 """First bytes of pictures by suffix."""
@@ -40,8 +41,7 @@ def test_commands_of_the_help_draw_the_figures_of_the_paper(
     commands = commands_of_the_figures(knotwork("plot", "--help").out)
     assert len(commands) == 4
     for arguments in commands:
-        ran = knotwork("plot", *arguments)
-        assert ran.code == 0, ran.err
+        knotwork("plot", *arguments).done()
     names = {path.name for path in tmp_path.iterdir()}
     assert names == {f"figure{number}.png" for number in (12, 13, 14, 15)}
 
@@ -88,8 +88,7 @@ def figure(paper_case: Plan) -> Figure:
 def test_pictures_have_named_type_and_replace_others(
     suffix: str, figure: Figure, tmp_path: Path
 ) -> None:
-    path = tmp_path / f"a{suffix}"
-    path.write_text("old")
+    path = written(tmp_path / f"a{suffix}", "old")
     assert save_figure(figure, str(path)) == path
     assert path.read_bytes().startswith(START[suffix])
     mask = os.umask(0)

@@ -25,6 +25,7 @@ from drawn import (
 )
 from shipped import SCENARIO_FILES
 from sweeps import mostly_exhaustive
+from texts import written
 from urdfs import joint, link, robot, visual
 
 STL = "solid a\nfacet normal 0 0 0\nouter loop\n{}endloop\nendfacet\nendsolid a\n"
@@ -83,8 +84,7 @@ def arm(tmp_path: Path):
         (tmp_path / name).write_text(content, encoding="utf-8")
 
     def make(text: str) -> kw.Robot:
-        path = tmp_path / "arm.urdf"
-        path.write_text(text, encoding="utf-8")
+        path = written(tmp_path / "arm.urdf", text)
         return kw.load_robot(path).with_tool("c")
 
     return make
@@ -142,9 +142,7 @@ def test_meshes_come_from_package_paths(
 ) -> None:
     """Named in the robot's file, relative to it, or on the command line."""
     arm(urdf('<mesh filename="package://mine/meshes/there.stl"/>'))
-    there = tmp_path / "elsewhere" / "mine" / "meshes"
-    there.mkdir(parents=True)
-    (there / "there.stl").write_text(GOOD, encoding="utf-8")
+    written(tmp_path / "elsewhere" / "mine" / "meshes" / "there.stl", GOOD)
     description = {"urdf": "arm.urdf", "tool_frame": "c"}
     lost = shape_warnings(kw.load_robot(description, relative_to=tmp_path))
     assert "there is no mesh 'package://mine/meshes/there.stl'" in lost[0]

@@ -15,7 +15,6 @@ from PIL import Image
 
 import knotwork as kw
 from drawn import numbers, scene
-from plans import arm
 from shipped import QUICK
 from sweeps import first_of
 
@@ -54,7 +53,7 @@ def test_all_of_a_shipped_scenario_is_in_view(name: str, tabs: Any, tmp_path: Pa
     plan = kw.plan(name)
     page = plan.view()
     data = scene(page)
-    robot = arm(plan)
+    robot = plan.space.robot
     known = data["first_joint"] + robot.model.njoints  # joints of what moves by itself
     data["things"] = [
         one

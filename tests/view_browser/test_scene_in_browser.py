@@ -14,7 +14,7 @@ from PIL import Image
 from serving import NEXT_FRAME
 
 import knotwork as kw
-from plans import arm, planned
+from plans import planned
 from sweeps import mostly_exhaustive
 from walls import through_wall
 
@@ -65,8 +65,7 @@ def is_red(shown: Picture) -> NDArray[np.bool_]:
 
 def tool_position(tab: Any, plan: kw.Plan) -> NDArray[np.float64]:
     """Where the page has the tool centre point, in the axes of the URDF's root [m]."""
-    robot = arm(plan)
-    assert robot.tcp_frame_id is not None
+    robot = plan.space.robot
     x, y, z = tab.evaluate(
         """(tip) => {
           const data = JSON.parse(document.getElementById("data").textContent);
@@ -85,7 +84,7 @@ def tool_position(tab: Any, plan: kw.Plan) -> NDArray[np.float64]:
 
 
 def true_position(plan: kw.Plan, time: float) -> NDArray[np.float64]:
-    robot = arm(plan)
+    robot = plan.space.robot
     pose = robot.base_placement * robot.forward(plan.trajectory.position(time))
     return np.array(pose.translation)
 

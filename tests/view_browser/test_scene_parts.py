@@ -15,7 +15,7 @@ import knotwork as kw
 from drawn import at_rest, faces, numbers, placed, scene, shape_warnings, thing, vertices
 from knotwork.errors import InputError
 from knotwork.view import view_trajectory
-from plans import arm, planned
+from plans import planned
 from sweeps import mostly_exhaustive
 from urdfs import joint, link, robot, visual
 
@@ -144,7 +144,7 @@ def test_a_stored_trajectory_does_not_name_its_tool() -> None:
 
 def test_arrows_are_as_long_as_the_tool_goes_and_turn_with_the_robots_base() -> None:
     plan = planned("kinova_dispense")
-    robot = arm(plan)
+    robot = plan.space.robot
     data = scene(plan.view())
     seconds = data["legend"]["arrow_seconds"]
     arrows = vertices(thing(data, "given speeds"))

@@ -15,7 +15,7 @@ from serving import READY, needs_signals, serve
 import knotwork as kw
 from drawn import scene
 from knotwork.view import view_trajectory
-from plans import arm, planned
+from plans import planned
 from shipped import SCENARIO_FILES
 
 
@@ -40,7 +40,7 @@ def test_motions_share_one_clock(tabs: Any, knotwork: Any, tmp_path: Path, barri
     assert tab.locator("h1").all_inner_texts() == names
     plans = [planned("planar2_closed_form"), kw.plan(other)]
     first, second = plans
-    robot, at = arm(first), 0.5 * first.trajectory.duration
+    robot, at = first.space.robot, 0.5 * first.trajectory.duration
     tab.evaluate("at => seek(at)", at)
     for inner in tab.frames[1:]:
         inner.wait_for_function("at => Math.abs(knotwork.time() - at) < 0.01", arg=at)
@@ -86,20 +86,6 @@ def test_motions_share_one_clock(tabs: Any, knotwork: Any, tmp_path: Path, barri
     seen = f"{labels}.filter((one) => one.style.visibility === 'visible').length"
     other_scene.wait_for_function(f"innerWidth < 390 && {seen} === 1")
     assert not barriers(tab)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("planar2_closed_form", "--beside", "z1_pick"), "z1_pick"),
-        (("planar2_closed_form", "--beside", "ur5_deburring"), "only motions of one robot"),
-        (("planar2_closed_form", "--beside", "planar2_closed_form", "--watch"), "--watch"),
-    ],
-)
-def test_refuses_these_together(arguments: tuple[str, ...], words: str, knotwork: Any) -> None:
-    ran = knotwork("view", *arguments, "--no-open")
-    assert ran.code == 2
-    assert words in ran.err
 
 
 @needs_signals

@@ -29,7 +29,7 @@ from knotwork.files.foreign import is_foreign
 from knotwork.verification import Finding, check
 from knotwork.verification.brief import failure_lines
 from knotwork.verification.checks import UNMET_BY_CUBIC_FITS
-from knotwork.verification.verdict import CheckedMotion
+from knotwork.verification.report import CheckedMotion
 
 _EXPORT_EPILOG = f"""
 Formats:

@@ -17,11 +17,12 @@ from knotwork.cli.parameters import (
     motion_options,
     package_path_option,
 )
-from knotwork.cli.sources import Motion, print_failures, read_motions
+from knotwork.cli.sources import print_failures, read_motions
 from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
 from knotwork.joint_quantities import DERIVATIVES
 from knotwork.planning import Plan
+from knotwork.verification.report import AnyMotion
 from knotwork.view.picture_files import checked_path
 from knotwork.view.plotted_motions import choose_names
 
@@ -120,7 +121,7 @@ def plot(
     return PASSED
 
 
-def _default_path(source: str, drawn: Motion, tool: bool) -> Path:
+def _default_path(source: str, drawn: AnyMotion, tool: bool) -> Path:
     """A file in the current folder, named after the motion."""
     if isinstance(drawn, Plan):
         name = drawn.scenario.name

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 from knotwork import planning
 from knotwork.cli.logs import (
@@ -30,13 +30,10 @@ from knotwork.task.scenario import load_scenario
 from knotwork.task.scenario.joint_space import joint_space
 from knotwork.verification import check
 from knotwork.verification.brief import failure_lines
-from knotwork.verification.verdict import CheckedMotion
+from knotwork.verification.report import AnyMotion, CheckedMotion
 
 # Number of listed failures; more are counted.
 MAX_NOTED_FAILURES = 3
-
-
-Motion: TypeAlias = CheckedMotion | JointTrajectory
 
 
 def read_motions(
@@ -47,7 +44,7 @@ def read_motions(
     *,
     robot: Robot | None = None,
     log: LogOptions | None = None,
-) -> list[Motion]:
+) -> list[AnyMotion]:
     """Plan a scenario, or read a trajectory and check it if its scenario is given.
 
     Args:
@@ -163,12 +160,12 @@ def _plan_all(source: str, options: PlanOptions, planners: list[str]) -> list[Pl
     return plans
 
 
-def checked_motions(motions: Iterable[Motion]) -> list[CheckedMotion]:
+def checked_motions(motions: Iterable[AnyMotion]) -> list[CheckedMotion]:
     """The motions that were checked against a scenario."""
     return [motion for motion in motions if not isinstance(motion, JointTrajectory)]
 
 
-def print_failures(motions: Iterable[Motion]) -> None:
+def print_failures(motions: Iterable[AnyMotion]) -> None:
     """Print failed checks and their first failures on standard error."""
     for motion in checked_motions(motions):
         report = motion.report

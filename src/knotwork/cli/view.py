@@ -25,7 +25,6 @@ from knotwork.cli.parameters import (
     port_option,
 )
 from knotwork.cli.sources import (
-    Motion,
     checked_motions,
     print_failures,
     read_motions,
@@ -39,7 +38,7 @@ from knotwork.planning import plan
 from knotwork.planning.sweeps.folder import is_study
 from knotwork.planning.sweeps.named_files import named_files
 from knotwork.robot import Robot, load_robot
-from knotwork.verification.verdict import CheckedMotion
+from knotwork.verification.report import AnyMotion, CheckedMotion
 from knotwork.view.live_server import LiveServer
 from knotwork.view.meshcat_player import play_scene
 from knotwork.view.page import Page, scene_page
@@ -166,7 +165,10 @@ def _show(page: Page, out: Path | None, port: int | None, no_open: bool) -> int:
 
 
 def _scene(
-    source: str, robot: Robot | None, motions: list[Motion], before: Mapping[str, Any] | None = None
+    source: str,
+    robot: Robot | None,
+    motions: list[AnyMotion],
+    before: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """The scene of the first motion."""
     print_failures(motions)
@@ -187,7 +189,7 @@ def _watch(
     reference: str | None,
     port: int | None,
     no_open: bool,
-    read: Callable[[], list[Motion]],
+    read: Callable[[], list[AnyMotion]],
     robot: Robot | None,
 ) -> int:
     """Serve a page that follows its files."""

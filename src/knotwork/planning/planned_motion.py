@@ -16,7 +16,7 @@ from knotwork.planning.execution import scaled_motion, stopped_motion
 from knotwork.planning.replanning import scenario_from
 from knotwork.planning.task_to_joint import TaskSolution
 from knotwork.task import Task
-from knotwork.verification.verdict import CheckedMotion
+from knotwork.verification.report import CheckedMotion
 from knotwork.waypoints import JointWaypoints
 
 if TYPE_CHECKING:

@@ -16,9 +16,9 @@ from knotwork.planning.scenario_planner import ScenarioPlanner
 from knotwork.planning.task_to_joint import SequenceStep, TaskSolution
 from knotwork.task import Task
 from knotwork.task.scenario import Scenario, Unknowns, change_task, load_scenario
-from knotwork.verification.checked_motion import AT_WAYPOINT
 from knotwork.verification.collisions import COLLISIONS, failed_pairs
 from knotwork.verification.finding import TRIED, Finding
+from knotwork.verification.motion import AT_WAYPOINT
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:

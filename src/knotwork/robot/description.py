@@ -62,7 +62,8 @@ class Description:
         gravity: Gravity in the axes of the base frame [m/s²], or `None` for 9.81 along -z of the
             root.
         locked: Positions of the joints that the description locks [rad or m].
-        rest: Positions of other joints that are not planned, 0 by default [rad or m].
+        rest: Positions of other joints that are not planned, by default nearest to 0 within their
+            limits [rad or m].
         configurations: Name to joint to position [rad or m].
         limits: Limits that override the URDF's.
         limit_margin: Fraction of the limits of magnitudes that is used.

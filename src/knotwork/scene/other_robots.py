@@ -83,7 +83,7 @@ def _load_motion(source: str, motion: Path | None, changed: tuple[int, ...]) -> 
         trajectory, faults = read(motion, space.joint_names, space.joint_units)
         if faults:
             raise InputError(f"{motion}: {faults[0]}")
-    moved = _load_callable("verification.checked_motion", "Motion")(trajectory, space)
+    moved = _load_callable("verification.motion", "Motion")(trajectory, space)
     model = _load_callable("verification.collisions", "motion_model")(moved, scenario, space.robot)
     held = frozenset(held.name for held in scenario.scene.held)
     known = (ExtendedCurve(moved.curve), *model.known)

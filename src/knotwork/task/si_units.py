@@ -42,7 +42,7 @@ def unit_at(data: Any, location: Location, joints: Mapping[str, str] | None = No
     return re.sub("length|angle", lambda word: own_units[word[0]], unit)
 
 
-def in_si(part: PartT, length: float, angle: float) -> PartT:
+def to_si(part: PartT, length: float, angle: float) -> PartT:
     """A task, or a part of one, with all but joint values in SI.
 
     Args:
@@ -54,7 +54,7 @@ def in_si(part: PartT, length: float, angle: float) -> PartT:
 
     def scaled(value: Any, factor: float) -> Any:
         if isinstance(value, TaskPart):
-            return in_si(value, length, angle)
+            return to_si(value, length, angle)
         if isinstance(value, dict):
             return {key: scaled(item, factor) for key, item in value.items()}
         if isinstance(value, tuple):

@@ -217,7 +217,7 @@ class PathWaypoint(_Posed):
         "surface; left out: interpolated from pose to pose"
     )
     blend: Positive | None = optional(
-        "Corner rounding between two lines: largest distance from the corner", unit="length"
+        "Corner rounding between two lines: distance of its ends from the corner", unit="length"
     )
     weave: Weave | None = optional("Oscillation added to the path; speed is that of the path")
 

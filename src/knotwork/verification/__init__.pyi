@@ -5,9 +5,9 @@ from .bounds import singular_value_bound as singular_value_bound
 from .bounds import tool_acceleration_bound as tool_acceleration_bound
 from .bounds import tool_speed_bound as tool_speed_bound
 from .bounds import torque_bound as torque_bound
-from .checked_motion import Motion as Motion
 from .checks import CHECKS as CHECKS
 from .checks import Check as Check
 from .finding import Finding as Finding
-from .verdict import Report as Report
-from .verdict import check as check
+from .motion import Motion as Motion
+from .report import Report as Report
+from .report import check as check

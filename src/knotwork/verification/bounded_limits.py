@@ -12,7 +12,6 @@ import numpy as np
 from knotwork.joint_quantities import rate_unit
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
-from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding, Subject
 from knotwork.verification.limits import (
     LIMIT_SLACK,
@@ -27,6 +26,7 @@ from knotwork.verification.limits import (
     limit_finding,
     slowing_remedy,
 )
+from knotwork.verification.motion import Motion
 
 if TYPE_CHECKING:
     from knotwork.verification.bounds import Bound

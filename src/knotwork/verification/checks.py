@@ -11,13 +11,13 @@ from knotwork.verification.bounded_limits import (
     check_singularity,
     check_tool_limits,
 )
-from knotwork.verification.checked_motion import Motion
 from knotwork.verification.collisions import check_collisions
 from knotwork.verification.continuity import check_continuity, check_resolution, report_cycles
 from knotwork.verification.event_checks import check_events, report_segments
 from knotwork.verification.finding import Finding
 from knotwork.verification.freedom_use import report_freedoms
 from knotwork.verification.limits import check_accelerations, check_joint_limits, report_unlimited
+from knotwork.verification.motion import Motion
 from knotwork.verification.path_checks import check_point_spacing, check_tool_paths
 from knotwork.verification.waypoint_checks import (
     check_joint_values,

@@ -12,9 +12,9 @@ from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors.plain_text import waypoint_text
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
-from knotwork.verification.checked_motion import AT_WAYPOINT, Motion, describe_time
 from knotwork.verification.finding import Finding, Verdict
 from knotwork.verification.limits import find_absurd_limit
+from knotwork.verification.motion import AT_WAYPOINT, Motion, describe_time
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:

@@ -11,8 +11,8 @@ from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.task.scenario.repetitions import repetition_starts
-from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding
+from knotwork.verification.motion import Motion
 
 CONTINUITY_GROUP = "Continuity"
 

@@ -12,8 +12,8 @@ from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.event_reader import segments
 from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.task.scenario.scenario import RequestedEvent
-from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding, Verdict
+from knotwork.verification.motion import Motion
 from knotwork.verification.waypoint_checks import TIME_ROUNDING
 
 EVENTS = "Events"

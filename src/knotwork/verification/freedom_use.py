@@ -11,8 +11,8 @@ from knotwork.task.scenario import Scenario, ScenarioPath
 from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.units import Units
 from knotwork.verification.bounds.free_turn import free_angles, open_ranges
-from knotwork.verification.checked_motion import Motion
 from knotwork.verification.finding import Finding, Subject
+from knotwork.verification.motion import Motion
 from knotwork.verification.path_checks import join_paths
 from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
 

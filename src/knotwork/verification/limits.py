@@ -17,9 +17,9 @@ from knotwork.joint_quantities import DERIVATIVES, JOINT_QUANTITIES, MAGNITUDES,
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.units import Units, rounded_up
-from knotwork.verification.checked_motion import Motion, describe_time
 from knotwork.verification.continuity import CONTINUITY_GROUP
 from knotwork.verification.finding import Finding, Proof, Subject, verdict_on
+from knotwork.verification.motion import Motion, describe_time
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:

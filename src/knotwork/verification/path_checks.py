@@ -10,8 +10,8 @@ import numpy as np
 
 from knotwork.task.scenario import Scenario, ScenarioPath, Stretch
 from knotwork.task.scenario.joint_space import JointSpace
-from knotwork.verification.checked_motion import Execution, Motion
 from knotwork.verification.finding import Finding, verdict_on
+from knotwork.verification.motion import Execution, Motion
 from knotwork.waypoints import CartesianWaypoint, PoseFreedom
 
 if TYPE_CHECKING:
@@ -208,7 +208,7 @@ def _follow_stretches(
             orientation=allowed.path_orientation,
             speed=allowed.path_speed * stretch.speed,
             full_speed=stretch.speed,
-            full_interval=stretch.full_speed,
+            full_speed_interval=stretch.full_speed_interval,
         )
         interval = stretch.start, stretch.end
         result = path_bounds(
@@ -268,7 +268,7 @@ def _stretch_findings(scenario: Scenario, followed: _FollowedStretch) -> Iterato
             margin=bound.limit - (bound.value if bound.value > bound.limit else bound.bound),
             unit=unit,
             time=bound.time,
-            interval=stretch.full_speed
+            interval=stretch.full_speed_interval
             if quantity == "path_speed"
             else (stretch.start, stretch.end),
             proof="bounded" if bound.proved else "sampled",
@@ -306,7 +306,7 @@ def _text(quantity: str, bound: PathBound, followed: _FollowedStretch, scenario:
     within = f"tolerance {100 * scenario.task.tolerances.path_speed:.3g} %"
     if quantity == "path_ramp":
         return f"where the speed changes it is {beyond} beyond 0 to {speed}, {within}"
-    start, end = (f"{time:.3f} s" for time in stretch.full_speed)
+    start, end = (f"{time:.3f} s" for time in stretch.full_speed_interval)
     speeds = _speeds(followed.result.errors, scenario, 5)
     return f"the speed is {speeds}, required {speed} from {start} to {end}, {within}"
 

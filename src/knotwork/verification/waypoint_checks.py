@@ -17,8 +17,8 @@ from knotwork.task.scenario.joint_reader import JointState
 from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.units import Units
 from knotwork.verification.bounds.free_turn import turned_beyond
-from knotwork.verification.checked_motion import Execution, Motion
 from knotwork.verification.finding import Finding, verdict_on
+from knotwork.verification.motion import Execution, Motion
 from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
 
 if TYPE_CHECKING:

@@ -21,7 +21,7 @@ from knotwork.verification.brief import (
     without_utilisation,
 )
 from knotwork.verification.finding import TRIED
-from knotwork.verification.verdict import CheckedMotion
+from knotwork.verification.report import CheckedMotion
 from knotwork.view.joint_plots import plot_joints
 from knotwork.view.page import Page, asset, iframe, render_template, scene_page
 from knotwork.view.picture_files import inline_svg, night_colours

@@ -15,11 +15,12 @@ from knotwork.task.scenario import Scenario
 from knotwork.units import Units
 from knotwork.verification import Finding
 from knotwork.verification.limits import LIMIT_SLACK
+from knotwork.verification.report import AnyMotion
 from knotwork.view.curves import strokes
 from knotwork.view.panel import LimitLine, Panel
 from knotwork.view.picture import CURVE_LETTERS, DrawPanel, draw_picture, picture_title
 from knotwork.view.plotted_motions import choose_names, motions_of
-from knotwork.view.shown_motion import Drawable, ShownMotion
+from knotwork.view.shown_motion import ShownMotion
 from knotwork.view.style import DARK, colour, printable, rounded_text, shorten_names
 
 if TYPE_CHECKING:
@@ -73,7 +74,7 @@ class Series:
 
 
 def plot_joints(
-    motions: Drawable | Sequence[Drawable],
+    motions: AnyMotion | Sequence[AnyMotion],
     *,
     joints: Sequence[str] | None = None,
     quantities: Sequence[str] | None = None,

@@ -9,12 +9,13 @@ from typing import Any
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError, UnknownNameError
 from knotwork.task.scenario import Scenario
-from knotwork.view.shown_motion import Drawable, ShownMotion
+from knotwork.verification.report import AnyMotion
+from knotwork.view.shown_motion import ShownMotion
 from knotwork.view.style import DASHES
 
 
 def motions_of(
-    motions: Drawable | Sequence[Drawable], scenario: Scenario | None = None
+    motions: AnyMotion | Sequence[AnyMotion], scenario: Scenario | None = None
 ) -> list[ShownMotion]:
     """Collect the motions of a picture, with distinct labels.
 

@@ -15,7 +15,7 @@ from knotwork.curves.trajectory.sampling import make_sample_times
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import joint_tree, place_joints
 from knotwork.units import Units
-from knotwork.verification.verdict import CheckedMotion
+from knotwork.verification.report import CheckedMotion
 from knotwork.view.base_joints import base_joints, drawn_joints
 from knotwork.view.environment_joints import (
     draw_other_robots,

@@ -10,7 +10,7 @@ from knotwork.task.scenario import Scenario
 from knotwork.units import Units
 from knotwork.verification import Finding, Report
 from knotwork.verification.brief import brief_texts_by_group, group_alike, short_text
-from knotwork.verification.checked_motion import OUTSIDE, describe_time
+from knotwork.verification.motion import OUTSIDE, describe_time
 from knotwork.view.base_joints import base_joints
 from knotwork.view.shown_motion import ShownMotion
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
@@ -25,11 +25,9 @@ from knotwork.verification.brief import worst_short_text
 from knotwork.verification.collisions import motion_model
 from knotwork.verification.finding import unite_intervals
 from knotwork.verification.limits import LIMITS, check_derivative_limits
-from knotwork.verification.verdict import CheckedMotion
+from knotwork.verification.report import CheckedMotion
 from knotwork.view.links import LinkShapes, link_shapes
 from knotwork.waypoints import FloatArray, JointWaypoints
-
-Drawable: TypeAlias = CheckedMotion | JointTrajectory
 
 CACHED_MOTIONS = 4
 """Number of motions whose tool trace is kept: two side by side, and these before a change."""
@@ -193,7 +191,7 @@ class ShownMotion:
         waypoints = self.joint_waypoints
         if waypoints is not None:
             order = [waypoints.joint_names.index(name) for name in joints]
-            rows = list(waypoints.task_rows)
+            rows = list(waypoints.waypoint_rows)
             chosen = np.isin(self.names, list(self.chosen_velocities))[:, np.newaxis]
             velocity = np.where(chosen, np.nan, waypoints.velocity[rows][:, order])
             return waypoints.position[rows][:, order], velocity

@@ -10,7 +10,7 @@ import numpy as np
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.robot import Robot
-from knotwork.verification.verdict import CheckedMotion
+from knotwork.verification.report import CheckedMotion
 from knotwork.view.page import Page, asset, iframe, json_in_html, render_template, scene_page
 from knotwork.view.path_meshes import max_speed
 from knotwork.view.scene_data import make_scene

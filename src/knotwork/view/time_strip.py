@@ -15,7 +15,7 @@ from knotwork.view.clearance_curve import clearance_curve
 from knotwork.view.plotted_utilisation import frame_values, sample_utilisation
 from knotwork.view.scene_parts import pack_numbers
 from knotwork.view.shown_motion import ShownMotion
-from knotwork.view.tool_curves import stretches
+from knotwork.view.tool_curves import full_speeds
 from knotwork.waypoints import FloatArray
 
 STRIP_SAMPLES = 800
@@ -37,10 +37,7 @@ def time_strip(shown: ShownMotion) -> dict[str, Any]:
     start, end = float(curve.x[0]), float(curve.x[-1])
     time = np.linspace(start, end, STRIP_SAMPLES)
     utilisations = list(sample_utilisation(shown, shown.findings, time))
-    given = [
-        [max(part.full_speed[0], low) - start, min(part.full_speed[1], high) - start, part.speed]
-        for _, part, low, high in stretches(shown)
-    ]
+    given = [[low - start, high - start, part.speed] for _, part, low, high in full_speeds(shown)]
     by_limit = [utilisation for _, utilisation in utilisations]
     largest = np.max([np.zeros(STRIP_SAMPLES), *by_limit], axis=0)
     return {

@@ -41,7 +41,8 @@ def stretches(motion: ShownMotion) -> Iterator[tuple[ScenarioPath, Stretch, floa
 def full_speeds(motion: ShownMotion) -> Iterator[tuple[ScenarioPath, Stretch, float, float]]:
     """Stretches with a given constant speed, with their time intervals [s]."""
     for path, stretch, start, end in stretches(motion):
-        low, high = max(stretch.full_speed[0], start), min(stretch.full_speed[1], end)
+        low, high = stretch.full_speed_interval
+        low, high = max(low, start), min(high, end)
         if low < high:
             yield path, stretch, low, high
 

@@ -11,10 +11,11 @@ import numpy as np
 from knotwork.task.scenario import Scenario
 from knotwork.units import Units
 from knotwork.verification.limits import LIMIT_SLACK
+from knotwork.verification.report import AnyMotion
 from knotwork.view.panel import LimitLine, Panel
 from knotwork.view.picture import draw_picture, picture_title
 from knotwork.view.plotted_motions import motions_of
-from knotwork.view.shown_motion import Drawable, ShownMotion
+from knotwork.view.shown_motion import ShownMotion
 from knotwork.view.style import MARK_LOOKS, rounded_text
 from knotwork.view.tool_curves import (
     Curve,
@@ -35,7 +36,7 @@ ZERO_SHARE = 1e-3
 
 
 def plot_tool(
-    motions: Drawable | Sequence[Drawable],
+    motions: AnyMotion | Sequence[AnyMotion],
     *,
     degrees: bool | None = None,
     scenario: Scenario | None = None,

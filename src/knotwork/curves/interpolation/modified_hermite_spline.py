@@ -14,7 +14,7 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.errors import InputError, OptionError, WaypointDataError
 from knotwork.waypoints import FloatArray, checked_times, known_rows, read_only
 
-EndAcceleration = str | tuple[ArrayLike, ArrayLike] | None
+EndAccelerationLike = str | tuple[ArrayLike, ArrayLike] | None
 """`None`, `"zero"`, or the accelerations at start and end."""
 
 
@@ -74,7 +74,7 @@ class ModifiedHermiteSpline(PiecewisePolynomial):
         *,
         axis: int = 0,
         knots: str | BalancedKnots | ArrayLike = "paper",
-        end_acceleration: EndAcceleration = None,
+        end_acceleration: EndAccelerationLike = None,
         acceleration: ArrayLike | None = None,
     ) -> None:
         times = checked_times(_require_real(x, "x"))
@@ -169,7 +169,7 @@ def _move_time_axis(
 
 
 def end_accelerations(
-    option: EndAcceleration | Any, trailing: tuple[int, ...]
+    option: EndAccelerationLike | Any, trailing: tuple[int, ...]
 ) -> tuple[FloatArray, FloatArray] | None:
     """First and last acceleration of all components, flat, shape (d,) each; `None` if not given.
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from knotwork.curves.interpolation.knots import BalancedKnots
-from knotwork.curves.interpolation.modified_hermite_spline import EndAcceleration
+from knotwork.curves.interpolation.modified_hermite_spline import EndAccelerationLike
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import OptionError, suggest_name
 from knotwork.waypoints import ChosenSection, JointWaypoints
@@ -45,7 +45,7 @@ class PlannerOptions:
     """
 
     knots: str | BalancedKnots | ArrayLike = "paper"
-    end_acceleration: EndAcceleration = None
+    end_acceleration: EndAccelerationLike = None
     accelerations: str | ArrayLike | None = None
     chosen: tuple[ChosenSection, ...] | None = None
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from knotwork.curves.tool_paths.curve import (
     SAME_POINT,
     Curve,
-    checked_order,
+    checked_curve_order,
     geometry_error,
     to_unit_vector,
 )
@@ -219,7 +219,7 @@ class Arc(Curve):
     def position(self, s: ArrayLike, order: int = 0) -> FloatArray:
         """Points of the arc, or their derivatives: see `Curve.position`."""
         angle = np.asarray(s, dtype=float)[:, None] / self.radius
-        if checked_order(order) == 0:  # from the start, so that large radii lose no digits
+        if checked_curve_order(order) == 0:  # from the start, so that large radii lose no digits
             inward = -2.0 * self.radius * np.sin(0.5 * angle) ** 2
             onward = self.radius * np.sin(angle)
             return np.asarray(self.start + onward * self._forward + inward * self._outward)

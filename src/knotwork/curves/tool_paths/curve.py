@@ -39,7 +39,7 @@ class Curve(ABC):
 
     def derivatives(self, s: ArrayLike, order: int) -> list[FloatArray]:
         """Points of the curve and their derivatives up to an order: see `position`."""
-        return [self.position(s, k) for k in range(checked_order(order) + 1)]
+        return [self.position(s, k) for k in range(checked_curve_order(order) + 1)]
 
     @abstractmethod
     def nearest(self, points: ArrayLike, guess: ArrayLike) -> FloatArray:
@@ -64,7 +64,7 @@ def sort_ends(s0: ArrayLike, s1: ArrayLike) -> tuple[FloatArray, FloatArray]:
     return np.minimum(*ends), np.maximum(*ends)
 
 
-def checked_order(order: int, max_order: int = 3) -> int:
+def checked_curve_order(order: int, max_order: int = 3) -> int:
     """Return the order of a derivative.
 
     Raises:

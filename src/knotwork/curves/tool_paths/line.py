@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from knotwork.curves.tool_paths.curve import SAME_POINT, Curve, checked_order, geometry_error
+from knotwork.curves.tool_paths.curve import SAME_POINT, Curve, checked_curve_order, geometry_error
 from knotwork.waypoints import FloatArray, read_only
 
 
@@ -42,7 +42,7 @@ class Line(Curve):
     def position(self, s: ArrayLike, order: int = 0) -> FloatArray:
         """Points of the line, or their derivatives: see `Curve.position`."""
         s = np.asarray(s, dtype=float)[:, None]
-        if checked_order(order) == 0:
+        if checked_curve_order(order) == 0:
             return np.asarray(self.start + s * self.direction)
         return np.broadcast_to(self.direction if order == 1 else np.zeros(3), (len(s), 3)).copy()
 

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 
 from knotwork.curves.tool_paths.bernstein import TurnBounds, bernstein_sums, bernstein_values
 from knotwork.curves.tool_paths.curve import (
-    checked_order,
+    checked_curve_order,
     geometry_error,
     sort_ends,
     to_unit_vector,
@@ -280,7 +280,7 @@ class OrientationCurve:
             s: Arc lengths [m], shape (k,).
             order: 0 for the rate [rad/m], 1 for its derivative with respect to s [rad/m²].
         """
-        return self.states(s)[1 + checked_order(order, 1)]
+        return self.states(s)[1 + checked_curve_order(order, 1)]
 
     def states(
         self, s: ArrayLike, at: ArrayLike | None = None

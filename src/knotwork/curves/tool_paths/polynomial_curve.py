@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.critical_points import differentiate, horner, to_bernstein
 from knotwork.curves.polynomial.splitting import split_at
-from knotwork.curves.tool_paths.curve import Curve, checked_order, geometry_error, sort_ends
+from knotwork.curves.tool_paths.curve import Curve, checked_curve_order, geometry_error, sort_ends
 from knotwork.waypoints import FloatArray
 
 NODES, WEIGHTS = (array for array in np.polynomial.legendre.leggauss(8))
@@ -97,7 +97,7 @@ class PolynomialCurve(Curve):
 
     def derivatives(self, s: ArrayLike, order: int) -> list[FloatArray]:
         """Points and their derivatives up to an order, each of shape (k, 3)."""
-        checked_order(order)
+        checked_curve_order(order)
         span, w = self._parameters(np.asarray(s, dtype=float))
         C = [horner(c[:, span], w[:, None]) for c in self._c[: order + 1]]
         result = C[:1]

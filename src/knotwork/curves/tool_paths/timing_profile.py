@@ -43,13 +43,13 @@ class Timing:
     Attributes:
         arc_length: Arc length over time from 0 [m], of degree 4.
         times: Times at the ends of the stretches [s], shape (n + 1,).
-        full_speed: Interval in which each stretch has its full speed [s], shape (n, 2).
+        full_speed_intervals: Interval in which each stretch has its full speed [s], shape (n, 2).
         speeds: Full speed of each stretch [m/s], shape (n,).
     """
 
     arc_length: PiecewisePolynomial
     times: FloatArray
-    full_speed: FloatArray
+    full_speed_intervals: FloatArray
     speeds: FloatArray
 
     @property
@@ -125,7 +125,7 @@ def speed_profile(
 
     >>> ends = {"start_speed": 0.0, "end_speed": 0.0}
     >>> timing = kw.tool_paths.speed_profile([0.1], [0.05], acceleration=0.5, **ends)
-    >>> timing.full_speed.round(6), round(timing.duration, 6)
+    >>> timing.full_speed_intervals.round(6), round(timing.duration, 6)
     (array([[0.15, 2.  ]]), 2.15)
     """
     acceleration = require_number(acceleration, "acceleration", "m/s²", positive=True)

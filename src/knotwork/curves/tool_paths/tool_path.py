@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.curves.tool_paths.curve import (
     Curve,
-    checked_order,
+    checked_curve_order,
     geometry_error,
     point_text,
     sort_ends,
@@ -154,7 +154,7 @@ class ToolPath:
         Returns:
             Points [m], or derivatives [m^(1 - order)], shape (k, 3).
         """
-        return np.asarray(self.derivatives(s, checked_order(order))[order])
+        return np.asarray(self.derivatives(s, checked_curve_order(order))[order])
 
     def derivatives(self, s: ArrayLike, order: int, at: ArrayLike | None = None) -> FloatArray:
         """Points of the path and their derivatives up to an order, shape (order + 1, k, 3).

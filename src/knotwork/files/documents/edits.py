@@ -71,7 +71,7 @@ def differences(old: Any, new: Any, location: Location = ()) -> Edits:
     return edits
 
 
-def part_of(data: Any, location: Location) -> Any:
+def value_at(data: Any, location: Location) -> Any:
     """The value at a location, or `None`."""
     for key in location:
         if isinstance(data, dict):
@@ -125,26 +125,26 @@ def changed_text(text: str, location: Location, value: Any, *, insert: bool = Fa
     """
     data = parse(text).data
     if value is REMOVED:
-        while len(location) > 1 and isinstance(parent := part_of(data, location[:-1]), dict):
+        while len(location) > 1 and isinstance(parent := value_at(data, location[:-1]), dict):
             if len(parent) > 1:
                 break
             location = location[:-1]
     else:
-        while len(location) > 1 and part_of(data, location[:-1]) is None:
+        while len(location) > 1 and value_at(data, location[:-1]) is None:
             location, value, insert = (
                 location[:-1],
                 [value] if insert else {location[-1]: value},
                 False,
             )
-    parent, last = part_of(data, location[:-1]), location[-1]
+    parent, last = value_at(data, location[:-1]), location[-1]
     inside = isinstance(parent, list) and isinstance(last, int) and 0 <= last < len(parent) + insert
-    exists = part_of(data, location) is not None if value is REMOVED else isinstance(last, str)
+    exists = value_at(data, location) is not None if value is REMOVED else isinstance(last, str)
     if not inside and not (isinstance(parent, dict) and exists and not insert):
         raise InputError(f"nothing can be changed at {field_path(location)}: no such field")
     if not insert and not (value is REMOVED and isinstance(last, int)):
         return edited_text(text, {location: value})
     wanted = copy.deepcopy(data)
-    items = part_of(wanted, location[:-1])
+    items = value_at(wanted, location[:-1])
     items[int(last) : int(last) + (not insert)] = [value] if insert else []
     if not items or not parent:
         return edited_text(text, {location[:-1]: items})

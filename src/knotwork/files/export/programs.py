@@ -108,7 +108,7 @@ def to_krl(
         return "{" + ", ".join(f"{name} {value:.6f}" for name, value in values) + "}"
 
     def switch(event: Event) -> str:
-        return f"$OUT[{_number(event, 'KUKA')}]={'TRUE' if event.value else 'FALSE'}"
+        return f"$OUT[{_output_number(event, 'KUKA')}]={'TRUE' if event.value else 'FALSE'}"
 
     def move(step: ProgramStep) -> Iterator[str]:
         if step.first:
@@ -195,7 +195,7 @@ def to_ls(
     arm, outer, further = _axes(points, from_horizontal(points, robot), robot)
 
     def switch(event: Event) -> str:
-        return f"  DO[{_number(event, 'FANUC')}]={'ON' if event.value else 'OFF'}"
+        return f"  DO[{_output_number(event, 'FANUC')}]={'ON' if event.value else 'OFF'}"
 
     def move(step: ProgramStep) -> Iterator[str]:
         end = "FINE" if step.last else "CNT100"
@@ -310,7 +310,7 @@ def _signal(event: Event) -> str:
     return name
 
 
-def _number(event: Event, maker: str) -> int:
+def _output_number(event: Event, maker: str) -> int:
     """The output of an event.
 
     Raises:

@@ -175,7 +175,7 @@ def words(text: str) -> list[str]:
     return [word for word in _SEPARATORS.split(text) if word]
 
 
-def in_si(text: str) -> bool:
+def is_si(text: str) -> bool:
     """Whether a text names s, rad, m, a rate of these, or a unit of efforts or currents."""
     base, *per = [word for word in words(text) if word != "per"] or [""]
     own = base in (*_SECONDS, *_LOADS) or (base in _BASES and _BASES[base][1] == 1.0)

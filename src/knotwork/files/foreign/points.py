@@ -20,7 +20,7 @@ from knotwork.files.documents import (
     validate,
 )
 from knotwork.files.documents.values import Forms
-from knotwork.files.foreign.header import in_si
+from knotwork.files.foreign.header import is_si
 from knotwork.files.foreign.point_table import QUANTITIES, Joints, PointTable
 
 QUANTITY_KEYS: dict[str, tuple[str, ...]] = {
@@ -233,7 +233,7 @@ def _check_units(document: Document, stated: Any, where: Location) -> None:
     if isinstance(stated, Mapping | list):
         for key, unit in stated.items() if isinstance(stated, Mapping) else enumerate(stated):
             _check_units(document, unit, (*where, key))
-    elif stated is not None and not (isinstance(stated, str) and in_si(stated)):
+    elif stated is not None and not (isinstance(stated, str) and is_si(stated)):
         raise document.error(where, f"is {stated!r}", "s, rad or m, or these per s or s²")
 
 

@@ -156,7 +156,9 @@ def _parts(timing: Timing) -> FloatArray:
 
     A stretch has a change of speed at its start, its own speed, and a change of speed at its end.
     """
-    return np.append(np.column_stack((timing.times[:-1], timing.full_speed)), timing.times[-1])
+    return np.append(
+        np.column_stack((timing.times[:-1], timing.full_speed_intervals)), timing.times[-1]
+    )
 
 
 def _largest_by_part(utilisation: FloatArray, x: FloatArray, ends: FloatArray) -> FloatArray:

@@ -65,7 +65,7 @@ class TimingTask:
     @property
     def rows(self) -> IndexArray:
         """Rows of the scenario's waypoints, shape (n,)."""
-        return np.array(self.waypoints.task_rows)
+        return np.array(self.waypoints.waypoint_rows)
 
     @cached_property
     def _dynamics(self) -> tuple[Dynamics, ...]:

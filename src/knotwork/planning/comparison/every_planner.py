@@ -205,8 +205,8 @@ def _score(name: str, trajectory: JointTrajectory, seconds: float, base: Plan) -
         velocity_fluctuation=float(metrics.velocity_fluctuation(trajectory, waypoints).max()),
         squared_acceleration=metrics.integral_of_square(trajectory, 2),
         squared_jerk=metrics.integral_of_square(trajectory, 3) if jerk_bounded else None,
-        path_deviation=deviation.position if deviation is not None else None,
-        path_turn=deviation.orientation if deviation is not None else None,
+        straight_path_deviation=deviation.position if deviation is not None else None,
+        straight_path_turn=deviation.orientation if deviation is not None else None,
         tool_path_deviation=max((value for value, _ in deviations), default=None),
         tool_path_speed_error=max(
             (speed_tolerance * value / limit for value, limit in speeds), default=None

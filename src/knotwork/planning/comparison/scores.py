@@ -30,9 +30,9 @@ class Score:
         squared_acceleration: Integral of acceleration squared over time, summed over the joints.
         squared_jerk: Integral of jerk squared over time, summed over the joints; `None` where the
             acceleration jumps.
-        path_deviation: Distance of the tool from the straight path between poses [m], sampled;
-            `None` without consecutive poses off tool paths.
-        path_turn: Angle of the tool from that path [rad], sampled; `None` without such poses.
+        straight_path_deviation: Distance of the tool from straight lines between poses [m],
+            sampled; `None` without consecutive poses off tool paths.
+        straight_path_turn: Angle of the tool from them [rad], sampled; `None` without such poses.
         tool_path_deviation: Largest distance of the tool from the scenario's tool paths in the
             check [m]; `None` without such paths.
         tool_path_speed_error: Largest deviation from the given speed along them, as a fraction of
@@ -57,8 +57,8 @@ class Score:
     velocity_fluctuation: float
     squared_acceleration: float
     squared_jerk: float | None
-    path_deviation: float | None
-    path_turn: float | None
+    straight_path_deviation: float | None
+    straight_path_turn: float | None
     tool_path_deviation: float | None
     tool_path_speed_error: float | None
     clearance: float | None

@@ -157,7 +157,7 @@ def with_virtual_joints(scenario: Scenario, space: JointSpace, chains: FreedomCh
             for target in space.targets
         ),
         near=None if space.near is None else pad_virtual(space.near, count),
-        solutions=_solutions(scenario, space.solutions, chains),
+        near_by_waypoint=_solutions(scenario, space.near_by_waypoint, chains),
         chosen=None,
     )
 

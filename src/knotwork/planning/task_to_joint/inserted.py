@@ -106,7 +106,7 @@ def complete_waypoints(
         names=tuple(map(str, rows.name)),
         joint_units=space.joint_units,
         acceleration=None if np.isnan(rows.acceleration).all() else rows.acceleration,
-        task_rows=tuple(np.flatnonzero(rows.requested).tolist()),
+        waypoint_rows=tuple(np.flatnonzero(rows.requested).tolist()),
     )
 
 

@@ -159,7 +159,7 @@ class _Insertion:
         start, length = followed.time[:-1, None], np.diff(followed.time)[:, None]
         times = (start + length * np.array(FOLLOWING_SAMPLES)).ravel()
         allowed, q = self.tolerance, spline(times)
-        off = path_errors(self.joints.robot, self.joints.path, q, spline(times, 1), times)
+        off = sampled_path_errors(self.joints.robot, self.joints.path, q, spline(times, 1), times)
         limits = np.array([allowed.path, allowed.path_orientation, allowed.path_speed])
         utilisation = (off / (SAMPLED_SHARE * limits)).max(axis=1)
         if self.joints.robot.dof > 6:  # the tool's error does not include self-motion
@@ -211,7 +211,7 @@ def _waypoint_times(path: TimedPath, times: ArrayLike) -> FloatArray:
     return np.array(ends)
 
 
-def path_errors(
+def sampled_path_errors(
     robot: Robot, path: TimedPath, q: FloatArray, v: FloatArray, times: FloatArray
 ) -> FloatArray:
     """Errors of joints on a path: distance [m], angle [rad], relative speed; shape (k, 3)."""
@@ -272,13 +272,13 @@ def _proved_utilisation(
     timing, start = path.timing, path.start_time
     for i, speed in enumerate(timing.speeds.tolist()):
         begin, end = start + timing.times[i : i + 2]
-        low, high = start + timing.full_speed[i]
+        low, high = start + timing.full_speed_intervals[i]
         limits = PathLimits(
             position=part * tolerance.path,
             orientation=part * tolerance.path_orientation,
             speed=part * tolerance.path_speed * speed,
             full_speed=speed,
-            full_interval=(low, high),
+            full_speed_interval=(low, high),
         )
         bounds = path_bounds(robot, curve, path, (begin, end), limits)
         middle = 0.5 * (bounds.times[1:] + bounds.times[:-1])

@@ -119,7 +119,7 @@ def _with_chosen_velocities(solution: TaskSolution, space: JointSpace) -> TaskSo
     velocity = solution.waypoints.velocity.copy()
     for section in space.chosen or ():
         for i, values in section.velocity.items():
-            velocity[solution.waypoints.task_rows[i]] = values
+            velocity[solution.waypoints.waypoint_rows[i]] = values
     return replace(solution, waypoints=replace(solution.waypoints, velocity=velocity))
 
 

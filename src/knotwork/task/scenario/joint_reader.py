@@ -41,7 +41,7 @@ class JointReader:
     units: tuple[str, ...]
     configurations: Mapping[str, FloatArray] = field(default_factory=dict)
 
-    def by_joint(self, values: Any, *location: str | int, si: bool = False) -> dict[str, Any]:
+    def in_si(self, values: Any, *location: str | int, si: bool = False) -> dict[str, Any]:
         """Values by joint [rad or m, and per second]; `si` for values that are in SI already."""
         length, angle = (1.0, 1.0) if si else self.scenario.given.units.in_si
         units = zip(self.names, self.units, strict=True)
@@ -65,7 +65,7 @@ class JointReader:
                     suggest_name(values, self.configurations),
                 )
             return np.array(self.configurations[values])
-        values = self.by_joint(values, *location)
+        values = self.in_si(values, *location)
         absent = [name for name in self.names if name not in values]
         if absent and missing is None:
             raise self.scenario.locations.error(
@@ -79,7 +79,7 @@ class JointReader:
         """Limits by quantity and joint; position limits are pairs."""
         limits = {kind: getattr(self.scenario.given.limits, kind) for kind in JOINT_QUANTITIES}
         return {
-            kind: self.by_joint(values, "limits", kind, si=JOINT_QUANTITIES[kind].order is None)
+            kind: self.in_si(values, "limits", kind, si=JOINT_QUANTITIES[kind].order is None)
             for kind, values in limits.items()
             if values is not None
         }
@@ -99,11 +99,11 @@ class JointReader:
         if isinstance(presets, tuple):
             location = "planner_options", "accelerations"
             presets = np.array([self.array(row, *location, i) for i, row in enumerate(presets)])
-        solutions = {}
+        near_by_waypoint = {}
         for waypoint, i in enumerate(self.scenario.task_index):
             near = getattr(task.waypoints[i], "near", None) if i >= 0 else None
             if near is not None:
-                solutions[waypoint] = self.array(near, "waypoints", i, "near")
+                near_by_waypoint[waypoint] = self.array(near, "waypoints", i, "near")
         chosen = tuple(
             self._chosen_section(motion, i) for i, motion in enumerate(task.chosen or ())
         )
@@ -115,7 +115,7 @@ class JointReader:
             "end_acceleration": self._ends(),
             "accelerations": presets,
             "chosen": chosen or None,
-            "solutions": solutions,
+            "near_by_waypoint": near_by_waypoint,
             "shown_in": self.scenario.units,
         }
 
@@ -141,8 +141,8 @@ class JointReader:
         """Tolerance of a quantity of the joints, shape (d,); its default is in SI."""
         name, tolerances = f"joint_{quantity}", self.scenario.given.tolerances
         is_given = name in tolerances.model_fields_set
-        by_joint = self.by_joint(getattr(tolerances, name), "tolerances", name, si=not is_given)
-        return np.array([*by_joint.values()])
+        values = self.in_si(getattr(tolerances, name), "tolerances", name, si=not is_given)
+        return np.array([*values.values()])
 
     def _ends(self) -> tuple[FloatArray, FloatArray] | None:
         ends = self.scenario.given.end_acceleration

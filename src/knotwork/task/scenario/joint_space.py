@@ -49,8 +49,8 @@ class JointSpace:
             shape (d,), in the unit of the joint, per second and per second squared.
         waits: Waypoints at which the arm dwells until the next one, by index.
         chosen: Sections of waypoints with a chosen motion, or `None`.
-        solutions: Joint positions near which solutions are chosen, shape (d,), by index of the
-            waypoint.
+        near_by_waypoint: Joint positions near which solutions are chosen at waypoints [rad or m],
+            shape (d,), by index of the waypoint.
         shown_in: Units of the scenario, for output.
     """
 
@@ -66,7 +66,7 @@ class JointSpace:
     tolerances: Mapping[str, FloatArray] = field(default_factory=dict)
     waits: tuple[int, ...] = ()
     chosen: tuple[ChosenSection, ...] | None = None
-    solutions: Mapping[int, FloatArray] = field(default_factory=dict)
+    near_by_waypoint: Mapping[int, FloatArray] = field(default_factory=dict)
     shown_in: Units = field(default_factory=Units)
 
 

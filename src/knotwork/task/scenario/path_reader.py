@@ -138,14 +138,14 @@ class _PathReader:
             reader = WeaveReader(self.curves, self.first, self.steps)
             weaves, added, anew = reader.read(path, timing, self.start)
         motion = TimedPath(path, timing, self.start, carrier, added, anew)
-        times, full = self.start + timing.times, self.start + timing.full_speed
+        times, full = self.start + timing.times, self.start + timing.full_speed_intervals
         parts = tuple(
             Stretch(
                 kind=("woven " if step.weave else "") + kind_of(step),
                 start=float(begin),
                 end=float(end),
                 speed=speed,
-                full_speed=(float(low), float(high)),
+                full_speed_interval=(float(low), float(high)),
                 weave=weave,
             )
             for step, speed, (begin, end), (low, high), weave in zip(

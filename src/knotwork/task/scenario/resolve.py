@@ -18,7 +18,7 @@ from knotwork.task.scenario.scene_reader import read_scene
 from knotwork.task.scenario.task_in_si import TaskInSI
 from knotwork.task.scenario.unknowns import read_unknowns
 from knotwork.task.scenario.waypoint_reader import read_waypoints
-from knotwork.task.si_units import in_si
+from knotwork.task.si_units import to_si
 from knotwork.task.task_source import read_document
 from knotwork.units import SI
 
@@ -67,7 +67,7 @@ def resolve_task(
     """
     given, locations = expand_repeats(task, locations or Locations())
     length, angle = given.units.in_si
-    source = TaskInSI(with_waits(in_si(given, length, angle)), locations)
+    source = TaskInSI(with_waits(to_si(given, length, angle)), locations)
     _check_keys(source, given)
     task_in_si = source.task
     waypoints, paths, task_index = read_waypoints(source, expected or {})

@@ -66,10 +66,11 @@ class Stretch:
     """The part of a tool path between two consecutive waypoints.
 
     Attributes:
-        kind: `"line"`, `"arc"` or `"points"`, prefixed by `"woven "` if a weave is added.
+        kind: `"line"`, `"arc"` or `"points"`, prefixed by `"woven "` if a weave is added, or
+            `"place"` for a wait in a moving frame.
         start, end: Time interval [s].
         speed: Speed of the TCP along it [m/s].
-        full_speed: Time interval of that speed [s]; outside, the speed changes.
+        full_speed_interval: Time interval of that speed [s]; outside, the speed changes.
         weave: The added weave, or `None`.
     """
 
@@ -77,7 +78,7 @@ class Stretch:
     start: float
     end: float
     speed: float
-    full_speed: tuple[float, float]
+    full_speed_interval: tuple[float, float]
     weave: WeavePattern | None = None
 
 
@@ -142,8 +143,8 @@ class Scenario:
         waypoints: At least two waypoints, in order of time.
         task: The task in SI, except joint values. Waits in `do` are moved to `wait`. A planner
             passed to `plan` replaces the task's own here.
-        given: The task as it was given, in its own units, for changing, planning and saving it
-            again.
+        given: The task in its own units, its repeats written out, for changing, planning and saving
+            it again.
         task_index: Index in the task of each waypoint, -1 for the start; one with a wait appears
             twice.
         units: Units of the file, for output.

@@ -38,7 +38,7 @@ EVALUATIONS_PER_PIECE = 8
 """Minimum budget per piece and coefficient, sufficient for every polynomial."""
 
 ABSURD_EXCESS = 10.0
-"""Factor on a limit. If a sample exceeds it, no bound is computed."""
+"""Excess over a limit, relative to the limit. If a sample has more, no bound is computed."""
 
 BOUND_PRECISION = 1e-3
 """Tightness of a bound, relative to the largest sample or to the limit."""

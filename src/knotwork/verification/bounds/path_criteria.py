@@ -28,14 +28,14 @@ class PathLimits(NamedTuple):
         orientation: Tolerance of the angle from its orientation [rad].
         speed: Tolerance of the speed [m/s].
         full_speed: Speed of the stretch [m/s]; infinite if any speed is accepted.
-        full_interval: Interval of this speed [s]; outside, the speed changes.
+        full_speed_interval: Interval of this speed [s]; outside, the speed changes.
     """
 
     position: float
     orientation: float
     speed: float
     full_speed: float
-    full_interval: tuple[float, float]
+    full_speed_interval: tuple[float, float]
 
 
 class PathBound(NamedTuple):
@@ -135,7 +135,7 @@ class TurnErrors(NamedTuple):
     turns: tuple[float, float]
 
 
-def path_errors(
+def bounded_path_errors(
     path: ToolPath,
     samples: PathSamples,
     t: FloatArray,
@@ -177,7 +177,7 @@ def path_errors(
     velocity_error = square * sizes.jerk / 8.0 + sizes.rounding
     slowest = _least_velocity(samples, bend, velocity_error)
     fastest = _worse_end(speed) + velocity_error
-    in_full = (t[:-1] >= limits.full_interval[0]) & (t[1:] <= limits.full_interval[1])
+    in_full = (t[:-1] >= limits.full_speed_interval[0]) & (t[1:] <= limits.full_speed_interval[1])
     if np.isfinite(limits.full_speed):
         for quantity, minimum, judged in (
             ("path_speed", limits.full_speed, in_full),

@@ -22,7 +22,7 @@ from knotwork.verification.bounds.path_criteria import (
     PathBound,
     PathErrors,
     PathLimits,
-    path_errors,
+    bounded_path_errors,
 )
 from knotwork.verification.bounds.path_samples import PathStretch
 from knotwork.verification.bounds.rate_bounds import divide_intervals
@@ -121,7 +121,7 @@ def path_bounds(
         clock: Time of the path's timing over the time of the curve, see `PathStretch`.
     """
     stretch = PathStretch(robot, curve, motion, *interval, freedom, clock)
-    t = _first_times(curve, interval, limits.full_interval)
+    t = _first_times(curve, interval, limits.full_speed_interval)
     inside = (curve.x > interval[0]) & (curve.x < interval[1])
     budget = max(SAMPLE_BUDGET, SAMPLES_PER_PIECE * int(inside.sum()))
     # the bounds alone give the required density of samples
@@ -137,7 +137,7 @@ def path_bounds(
         t, sizes = finer, stretch.sizes(finer)
     samples = stretch.sample(t)
     for remaining in range(MAX_ROUNDS, -1, -1):
-        errors = path_errors(motion.path, samples, t, sizes, limits, freedom, start_turn)
+        errors = bounded_path_errors(motion.path, samples, t, sizes, limits, freedom, start_turn)
         needed = np.max([error.parts for error in errors.criteria.values()], axis=0)
         if not remaining or not needed.any():
             break

@@ -1,4 +1,4 @@
-"""Deviation of the tool from its path, or from straight lines between its waypoints."""
+"""Deviation of the tool from straight lines between waypoints that no tool path joins."""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
 """Metrics of a joint motion: misses, jumps, peaks, fluctuation, effort.
 
-No value is sampled. Extrema, variations and integrals come from the polynomials.
+Extrema, variations and integrals come from the polynomials; only the integral of the effort is
+numerical.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError, KnotworkError
 from knotwork.files import storage
 from knotwork.files.documents import edited_text, read, validate
-from knotwork.files.documents.edits import part_of
+from knotwork.files.documents.edits import value_at
 from knotwork.planning import Plan, plan
 from knotwork.robot import Robot
 from knotwork.robot.kinematics import solve_pose_ik
@@ -74,7 +74,7 @@ class DraftReading:
             revision=revision,
             scenario=scenario,
             robot=robot,
-            handles=[handle for handle in all_handles if part_of(document.data, handle.at)],
+            handles=[handle for handle in all_handles if value_at(document.data, handle.at)],
             structure=structure_digest(document.data),
             units=units(document.data, robot),
             names=_names(scenario),

@@ -19,16 +19,16 @@ from knotwork.robot.kinematics.chain.joint_ranges import (
 from knotwork.robot.kinematics.chain.levenberg_marquardt import (
     FIRST_FACTOR,
     HALVED_SQUARE,
-    HASTY_EFFORT,
+    HASTY_BUDGET,
     MAX_FACTOR,
     MAX_STEP,
-    Effort,
+    SearchBudget,
 )
 from knotwork.waypoints import FloatArray
 
 # Enumerations need every solution, so a search may halve its error in more steps than a single one:
 # with twelve, one of three solutions of an arm without a closed form was missed.
-BATCH_EFFORT = Effort(patience=16)
+BATCH_BUDGET = SearchBudget(patience=16)
 # Most successful searches are within `STRAGGLER_ERROR` after `STRAGGLER_ITERATIONS` iterations. The
 # others take as long as two new starts, so they are stopped.
 STRAGGLER_ITERATIONS = 20
@@ -109,7 +109,7 @@ def solve_batch(
         max_iterations: Maximum number of steps.
         hasty: Whether searches stop early, because others may find a solution.
     """
-    effort = HASTY_EFFORT if hasty else BATCH_EFFORT
+    budget = HASTY_BUDGET if hasty else BATCH_BUDGET
     n, limits = len(start), infinite_limits(robot) if limits is None else limits
     q = clip_to_limits(start, limits)
     position, orientation = np.full((2, n), np.inf)
@@ -122,7 +122,7 @@ def solve_batch(
     while True:
         converged = np.maximum(states.distance, states.angle) <= tolerance
         leaving = converged | (factor > MAX_FACTOR) | (iterations >= max_iterations)
-        if iterations % effort.patience == effort.patience - 1:
+        if iterations % budget.patience == budget.patience - 1:
             leaving |= states.square > HALVED_SQUARE * checkpoint
             checkpoint = states.square
         if iterations == STRAGGLER_ITERATIONS:
@@ -142,7 +142,7 @@ def solve_batch(
         )
         better = trial.square < states.square
         states = states.replace_where(better, trial)
-        factor = np.where(better, np.maximum(0.2 * factor, effort.min_factor), 8 * factor)
+        factor = np.where(better, np.maximum(0.2 * factor, budget.min_factor), 8 * factor)
     converged = np.maximum(position, orientation) <= tolerance
     return BatchSolution(q, position, orientation, converged=converged, iterations=iterations)
 

@@ -20,7 +20,7 @@ MAX_STEP = 1.0
 # the solution to keep quadratic convergence (Fan and Yuan, Computing 74, 2005).
 FIRST_FACTOR = 1e-2
 MAX_FACTOR = 1e8
-# Error below which a search gets the usual effort, because the solution is near [m, rad].
+# Error below which a search gets the usual budget, because the solution is near [m, rad].
 CLOSE_ERROR = 0.3
 # Ratio of the square of an error that has halved.
 HALVED_SQUARE = 0.25
@@ -32,8 +32,8 @@ POLISHED_SHARE = 1e-4
 POLISH_STEPS = 2
 
 
-class Effort(NamedTuple):
-    """The effort of a local search.
+class SearchBudget(NamedTuple):
+    """The maximum effort of a local search.
 
     Attributes:
         iterations: Maximum number of steps.
@@ -48,12 +48,12 @@ class Effort(NamedTuple):
 
 # A search that has not halved its error in twelve steps is at a local minimum. Even at a
 # singularity of a stretched arm, a Newton step reduces the error to a quarter.
-USUAL_EFFORT = Effort()
+USUAL_BUDGET = SearchBudget()
 # At simultaneous singularities convergence takes longer.
-PATIENT_EFFORT = Effort(iterations=400, patience=60)
+PATIENT_BUDGET = SearchBudget(iterations=400, patience=60)
 # Searches for any solution stop earlier and keep more damping. Over random poses this takes the
 # smallest total number of steps.
-HASTY_EFFORT = Effort(patience=5, min_factor=1e-2)
+HASTY_BUDGET = SearchBudget(patience=5, min_factor=1e-2)
 
 
 class LocalSolution(NamedTuple):
@@ -186,14 +186,14 @@ class PoseSearch:
         return step
 
     def solve(
-        self, start: FloatArray, limits: Limits, effort: Effort = USUAL_EFFORT
+        self, start: FloatArray, limits: Limits, budget: SearchBudget = USUAL_BUDGET
     ) -> LocalSolution:
         """Search from a start.
 
         Args:
             start: Joint positions [rad or m], shape (d,); clipped to the limits.
             limits: Joint limits.
-            effort: Effort of the search; close to the pose `HASTY_EFFORT` becomes `USUAL_EFFORT`.
+            budget: Maximum effort; close to the pose `HASTY_BUDGET` becomes `USUAL_BUDGET`.
         """
         # For six numbers the overhead of NumPy dominates, so no array is computed or read twice.
         lows, highs = limits[0].tolist(), limits[1].tolist()
@@ -203,9 +203,9 @@ class PoseSearch:
         e, square, position, orientation = self._error(q)
         if not square < math.inf:
             return LocalSolution(q.copy(), math.inf, math.inf, 0, False)
-        if effort is HASTY_EFFORT and square <= CLOSE_ERROR**2:
-            effort = USUAL_EFFORT
-        iterations, patience, min_factor = effort
+        if budget is HASTY_BUDGET and square <= CLOSE_ERROR**2:
+            budget = USUAL_BUDGET
+        iterations, patience, min_factor = budget
         factor, checkpoint, polished, iteration, accepted = FIRST_FACTOR, square, 0, 0, True
         while iteration < iterations:
             if position <= max_position and orientation <= max_orientation:

@@ -11,14 +11,14 @@ from knotwork.robot.kinematics.chain.joint_ranges import (
     find_blocked_joints,
     position_limits,
 )
-from knotwork.robot.kinematics.chain.levenberg_marquardt import Effort, PoseSearch
+from knotwork.robot.kinematics.chain.levenberg_marquardt import PoseSearch, SearchBudget
 from knotwork.waypoints import FloatArray
 
 MAX_NULL_SPACE_STEPS = 30
 # Shorter steps end the motion [rad or m].
 SMALLEST_STEP = 1e-6
-# Effort of the correction back onto the pose after a null-space step.
-CORRECTION = Effort(iterations=12)
+# Maximum effort of the correction back onto the pose after a null-space step.
+CORRECTION = SearchBudget(iterations=12)
 
 
 def minimise_by_self_motion(

@@ -21,7 +21,7 @@ from knotwork.robot.kinematics.chain.joint_ranges import (
     turning_limits,
 )
 from knotwork.robot.kinematics.chain.levenberg_marquardt import (
-    PATIENT_EFFORT,
+    PATIENT_BUDGET,
     LocalSolution,
     PoseSearch,
 )
@@ -67,10 +67,10 @@ def find_solution_or_raise(
     robot, limits = search.robot, turning_limits(search.robot)
     beyond = _solve_without_limits(search, near)
     starts = [*_search_batch(search, near, limits), *beyond]
-    ends = [search.solve(q, limits, PATIENT_EFFORT) for q in starts]
+    ends = [search.solve(q, limits, PATIENT_BUDGET) for q in starts]
     if not any(end.converged for end in ends):  # a solution may be singular, where steps are short
         starts = [_minimise(search, end.q, limits) for end in ends]
-        ends += [search.solve(q, limits, PATIENT_EFFORT) for q in starts]
+        ends += [search.solve(q, limits, PATIENT_BUDGET) for q in starts]
     inside = [search.measure(turn_into_limits(robot, end.q, near)) for end in ends]
     solutions = [end.q for end in inside if end.converged]
     if solutions:
@@ -86,7 +86,7 @@ def find_solution_or_raise(
     # nearest points may be far from the ends of searches for the whole pose
     spread = spread_starts(robot, limits, MAX_REFINED, centre=near)
     closest = _find_closest_pose(search, [*(end.q for end in ends), *spread], limits)
-    end = search.solve(closest.q, limits, PATIENT_EFFORT)
+    end = search.solve(closest.q, limits, PATIENT_BUDGET)
     end = search.measure(turn_into_limits(robot, end.q, near))
     if end.converged:
         return end.q
@@ -106,7 +106,7 @@ def _solve_without_limits(search: PoseSearch, near: FloatArray) -> list[FloatArr
     if joint_axes(robot).distance_beyond_reach(search.pose.translation) > search.tolerances[0]:
         return []
     starts = _search_batch(search, near, endless)
-    ends = [search.solve(q, endless, PATIENT_EFFORT) for q in starts]
+    ends = [search.solve(q, endless, PATIENT_BUDGET) for q in starts]
     return [nearest_turns(robot, end.q, near) for end in ends if end.converged]
 
 

@@ -17,10 +17,10 @@ from knotwork.robot.kinematics.chain.joint_ranges import (
     spread_starts,
 )
 from knotwork.robot.kinematics.chain.levenberg_marquardt import (
-    HASTY_EFFORT,
+    HASTY_BUDGET,
     TOLERANCE_MARGIN,
-    Effort,
     PoseSearch,
+    SearchBudget,
 )
 from knotwork.robot.kinematics.chain.null_space import minimise_by_self_motion
 from knotwork.robot.kinematics.pose_arguments import check_request
@@ -127,7 +127,7 @@ def solve_pose_ik(
     margin = TOLERANCE_MARGIN
     search = PoseSearch(robot, pose, margin * position_tolerance, margin * orientation_tolerance)
     best = _NearestSolution(search, goal, nearest)
-    best.search_from(first, HASTY_EFFORT)
+    best.search_from(first, HASTY_BUDGET)
     hopeless = joint_axes(robot).distance_beyond_reach(pose.translation) > position_tolerance
     if not hopeless and (best.is_nearest() if nearest else best.find_any()):
         return best.result(f"{'nearest' if nearest else 'first'} solution")
@@ -148,8 +148,8 @@ class _NearestSolution:
         self.distance = np.inf
         self.iterations, self.restarts = 0, -1
 
-    def search_from(self, start: FloatArray, effort: Effort) -> None:
-        solution = self.search.solve(start, self.limits, effort)
+    def search_from(self, start: FloatArray, budget: SearchBudget) -> None:
+        solution = self.search.solve(start, self.limits, budget)
         self.iterations += solution.iterations
         self.restarts += 1
         if solution.converged:
@@ -160,7 +160,7 @@ class _NearestSolution:
         for start in spread_starts(self.search.robot, self.limits, MAX_RESTARTS):
             if self.best is not None:
                 break
-            self.search_from(start, HASTY_EFFORT)
+            self.search_from(start, HASTY_BUDGET)
         return self.best is not None
 
     def keep(self, q: FloatArray) -> None:

@@ -13,7 +13,7 @@ from knotwork.robot import Robot
 from knotwork.robot.kinematics.chain.batch import BatchSolution, Targets, solve_batch
 from knotwork.robot.kinematics.chain.joint_ranges import position_limits, spread_starts
 from knotwork.robot.kinematics.chain.levenberg_marquardt import (
-    HASTY_EFFORT,
+    HASTY_BUDGET,
     TOLERANCE_MARGIN,
     LocalSolution,
     PoseSearch,
@@ -80,7 +80,7 @@ def solve_pose_ik_batch(
     for i in np.flatnonzero(~ended.converged).tolist():
         search = PoseSearch(robot, wanted[i], tolerance, tolerance)
         starts = spread_starts(robot, limits, max_restarts)
-        _search_again(ended, i, (search.solve(begin, limits, HASTY_EFFORT) for begin in starts))
+        _search_again(ended, i, (search.solve(begin, limits, HASTY_BUDGET) for begin in starts))
     return ended
 
 

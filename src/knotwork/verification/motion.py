@@ -86,7 +86,7 @@ class Execution:
             start=self.arrivals.get(waypoint, start),
             end=self.arrivals.get(waypoint + 1, end),
             speed=np.inf,
-            full_speed=(np.inf, np.inf),
+            full_speed_interval=(np.inf, np.inf),
         )
         return executed_names, executed
 

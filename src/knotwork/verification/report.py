@@ -10,7 +10,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeAlias
 
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import CheckFailedError, InputError
@@ -26,9 +26,9 @@ from knotwork.verification.brief import (
     worst_lines,
     wrap,
 )
-from knotwork.verification.checked_motion import Motion
 from knotwork.verification.checks import CHECKS
 from knotwork.verification.finding import TRIED, Finding
+from knotwork.verification.motion import Motion
 from knotwork.waypoints import JointWaypoints
 
 REPORT_VERSION = 2
@@ -297,3 +297,7 @@ class CheckedMotion:
     joint_waypoints: JointWaypoints | None
     trajectory: JointTrajectory
     report: Report
+
+
+AnyMotion: TypeAlias = CheckedMotion | JointTrajectory
+"""A motion with or without its check."""
