@@ -15,8 +15,8 @@ from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.verification.finding import Finding, Subject
 from knotwork.verification.limits import (
     LIMIT_SLACK,
-    SINGULAR_VALUE,
     SINGULARITY,
+    SMALLEST_SINGULAR_VALUE,
     TOOL_LIMITS,
     TOOL_ORDERS,
     LimitedValue,
@@ -78,11 +78,13 @@ def check_singularity(motion: Motion, scenario: Scenario, space: JointSpace) -> 
     subject: tuple[str, Subject, str] = (SINGULARITY, "tool", "")
     label = "tool: the smallest singular value (metres and radians mixed)"
     if limit is not None:
-        yield limit_finding(subject, SINGULAR_VALUE, label, worst, "", scenario.units, ok=bound.ok)
+        yield limit_finding(
+            subject, SMALLEST_SINGULAR_VALUE, label, worst, "", scenario.units, ok=bound.ok
+        )
         return
     brief = f"almost singular: smallest singular value {bound.value:.4g} at {bound.time:.3f} s"
     yield Finding(
-        *subject, SINGULAR_VALUE, "information",
+        *subject, SMALLEST_SINGULAR_VALUE, "information",
         f"{label} is {bound.value:.4g} at {bound.time:.6g} s", bound.value, time=bound.time,
         proof=worst.proof, excess=worst.excess,
         brief=brief if bound.value < ALMOST_SINGULAR else "",

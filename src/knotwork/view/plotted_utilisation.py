@@ -13,7 +13,7 @@ from knotwork.robot import Robot
 from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.verification import Finding
 from knotwork.verification.bounds.tool_motion import speed_quantity
-from knotwork.verification.limits import LIMIT_SLACK, LIMITS, SINGULAR_VALUE, TOOL_ORDERS
+from knotwork.verification.limits import LIMIT_SLACK, LIMITS, SMALLEST_SINGULAR_VALUE, TOOL_ORDERS
 from knotwork.view.shown_motion import ShownMotion
 from knotwork.waypoints import FloatArray
 
@@ -46,7 +46,7 @@ def sample_utilisation(
             lower, upper = _judged_sides(finding, i, space)
         elif finding.quantity in TOOL_ORDERS:
             values = frame_values(robot, finding.name, TOOL_ORDERS[finding.quantity], *states)
-        elif finding.quantity == SINGULAR_VALUE:
+        elif finding.quantity == SMALLEST_SINGULAR_VALUE:
             values, lower, upper = smallest_singular_values(robot, states[0]), finding.limit, np.inf
         else:  # for a check of the user, only at its time
             upper = np.inf

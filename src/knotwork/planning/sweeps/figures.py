@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from knotwork.errors import UnknownNameError
 from knotwork.joint_quantities import JOINT_QUANTITIES
-from knotwork.verification.limits import SINGULAR_VALUE, TOOL_ORDERS
+from knotwork.verification.limits import SMALLEST_SINGULAR_VALUE, TOOL_ORDERS
 from knotwork.verification.metrics import squared_effort
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ def _values(plan: Plan, quantity: str) -> Iterator[float]:
 
 
 def _min_singular(plan: Plan) -> float | None:
-    return min(_values(plan, SINGULAR_VALUE), default=None)
+    return min(_values(plan, SMALLEST_SINGULAR_VALUE), default=None)
 
 
 def _deviation(plan: Plan) -> float | None:
@@ -87,7 +87,7 @@ FIGURES: dict[str, RowFigure] = {
     figure.name: figure
     for figure in (
         RowFigure("duration", "duration", "s", False, lambda plan: plan.trajectory.duration),
-        RowFigure(SINGULAR_VALUE, "smallest singular value", "", True, _min_singular),
+        RowFigure(SMALLEST_SINGULAR_VALUE, "smallest singular value", "", True, _min_singular),
         RowFigure("clearance", "clearance to the surroundings", "m", True, _outer),
         RowFigure("self_clearance", "clearance to itself", "m", True, _inner),
         *(_utilisation_figure(quantity) for quantity in (*JOINT_QUANTITIES, *TOOL_ORDERS)),
