@@ -10,7 +10,7 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from knotwork.robot.description import Description
-from knotwork.waypoints import FloatArray, read_only
+from knotwork.waypoints import FloatArray, checked_array
 
 _TCP = "knotwork: tool centre point"
 _VIRTUAL = {
@@ -46,7 +46,7 @@ class ChainModel:
         turn = self.base_placement.rotation
         if description.gravity is not None:
             model.gravity.linear = turn @ description.gravity
-        self.gravity = read_only(turn.T @ model.gravity.linear, (3,), "gravity")
+        self.gravity = checked_array(turn.T @ model.gravity.linear, (3,), "gravity")
         bodies = (frame for frame in model.frames if frame.type == pin.FrameType.BODY)
         self.links = tuple(str(frame.name) for frame in bodies)
         self._memory = threading.local()
@@ -91,7 +91,7 @@ class ChainModel:
         # Faster than np.isfinite(array).all(): a sum is finite only if no term is nan or infinite.
         if fine and np.isfinite(array.dot(array)):
             return array
-        return read_only(values, (self.model.nq,), name)
+        return checked_array(values, (self.model.nq,), name)
 
     def pose(self, q: ArrayLike) -> Any:
         """Pose of the TCP, as `pin.SE3`."""

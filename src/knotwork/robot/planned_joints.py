@@ -11,7 +11,7 @@ import numpy as np
 from knotwork.errors import RobotError
 from knotwork.joint_quantities import MAGNITUDES, JointLimits
 from knotwork.robot.description import Description
-from knotwork.waypoints import FloatArray, read_only
+from knotwork.waypoints import FloatArray, checked_array
 
 
 class PlannedJoints:
@@ -39,11 +39,11 @@ class PlannedJoints:
         self.virtual = np.array([False] * len(names) + [True] * len(extra))
         self.limits = _collect_limits(description, names)
         weights = [description.weights.get(name, 1.0) for name in self.names]
-        self.weights = read_only(weights, (len(weights),), "weights")
+        self.weights = checked_array(weights, (len(weights),), "weights")
         at_zero = [0.0] * len(extra)  # virtual joints
         self.configurations: Mapping[str, FloatArray] = MappingProxyType(
             {
-                key: read_only(
+                key: checked_array(
                     [*(values[joint] for joint in names), *at_zero], (len(self.names),), key
                 )
                 for key, values in description.configurations.items()

@@ -19,7 +19,7 @@ from knotwork.robot.joint_chain import select_chain
 from knotwork.robot.payload import Payload
 from knotwork.robot.planned_joints import PlannedJoints
 from knotwork.robot.urdf import carrying_joints, read_urdf
-from knotwork.waypoints import FloatArray, read_only
+from knotwork.waypoints import FloatArray, checked_array
 
 
 class Robot:
@@ -247,7 +247,7 @@ class Robot:
         >>> kw.load_robot("ur5").with_gravity([0, 0, 9.81]).gravity
         array([0.  , 0.  , 9.81])
         """
-        return Robot(replace(self._description, gravity=read_only(gravity, (3,), "gravity")))
+        return Robot(replace(self._description, gravity=checked_array(gravity, (3,), "gravity")))
 
     def with_limits(
         self,

@@ -189,7 +189,7 @@ class _Builder:
             tuple(ignored),
             missing=self.links.missing,
             bare=self.links.bare,
-            known=tuple(self.known_motions),
+            known_motions=tuple(self.known_motions),
             carriers=self.carriers,
             robots=self.robots,
         )
@@ -219,7 +219,7 @@ class _Builder:
             placement = placement * placed.placement
         base_joint, base_placement = _joint_of_link(theirs, link)
         inverse, columns = invert_chain(motion.model.joints, base_joint, base_placement)
-        known = [replace(curve, delay=curve.delay + placed.delay) for curve in motion.known]
+        known = [replace(curve, delay=curve.delay + placed.delay) for curve in motion.known_motions]
         moved = known[0].curve
         still = ExtendedCurve(PiecewisePolynomial(np.zeros((1, 1, 1)), [0.0, 1.0]))
         turned_curve = PiecewisePolynomial(moved.c[:, :, columns], moved.x)

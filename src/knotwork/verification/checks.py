@@ -16,7 +16,11 @@ from knotwork.verification.continuity import check_continuity, check_resolution,
 from knotwork.verification.event_checks import check_events, report_segments
 from knotwork.verification.finding import Finding
 from knotwork.verification.freedom_use import report_freedoms
-from knotwork.verification.limits import check_accelerations, check_joint_limits, report_unlimited
+from knotwork.verification.limits import (
+    check_acceleration_spikes,
+    check_joint_limits,
+    report_unlimited,
+)
 from knotwork.verification.motion import Motion
 from knotwork.verification.path_checks import check_point_spacing, check_tool_paths
 from knotwork.verification.waypoint_checks import (
@@ -47,7 +51,7 @@ CHECKS: dict[str, Check] = {
     "tool_limits": check_tool_limits,
     "collisions": check_collisions,
     "continuity": check_continuity,
-    "unreachable_accelerations": check_accelerations,
+    "unreachable_accelerations": check_acceleration_spikes,
     "resolution": check_resolution,
     "singularity": check_singularity,
     "approach": report_approach,

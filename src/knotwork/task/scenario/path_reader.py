@@ -12,7 +12,7 @@ import pinocchio as pin
 
 from knotwork.curves.tool_paths import Curve, Line, OrientationCurve, TimedPath, Timing, ToolPath
 from knotwork.curves.tool_paths.moving_frame import MovingFrame
-from knotwork.curves.tool_paths.timing_profile import make_dwell
+from knotwork.curves.tool_paths.timing_profile import make_wait
 from knotwork.errors import CornerError, PathError, RampError, StretchTimeError
 from knotwork.files.documents import Location
 from knotwork.task import AlongArc, AlongPoints, PathOptions, PathWaypoint
@@ -270,7 +270,7 @@ def wait_on(
     R, start = np.array(pose.rotation), begin.time
     line = Line(pose.translation, pose.translation + WAITING_LINE * R[:, 0])
     path = ToolPath([line], OrientationCurve.constant(R, line.length))
-    motion = TimedPath(path, make_dwell(end - start, WAITING_SPEED), start, carrier)
+    motion = TimedPath(path, make_wait(end - start, WAITING_SPEED), start, carrier)
     stretch = Stretch("place", start, end, WAITING_SPEED, (start, start))
     acceleration = PathOptions.model_construct().acceleration
     requested = RequestedTiming(

@@ -16,7 +16,7 @@ import pinocchio as pin
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError, KnotworkError
 from knotwork.files import storage
-from knotwork.files.documents import edited_text, read, validate
+from knotwork.files.documents import read, validate, with_values
 from knotwork.files.documents.edits import value_at
 from knotwork.planning import Plan, plan
 from knotwork.robot import Robot
@@ -31,7 +31,7 @@ from knotwork.view.editing.handles import Handle, handles, move_handle
 from knotwork.view.live_server import LiveServer
 from knotwork.view.scene_data import make_scene, scene_of
 from knotwork.view.shown_motion import ShownMotion
-from knotwork.waypoints import FloatArray, read_only
+from knotwork.waypoints import FloatArray, checked_array
 
 Request = Mapping[str, Any]
 Answer = dict[str, Any]
@@ -202,7 +202,7 @@ class Session:
             raise InputError(f"there is no handle at {request.get('at')!r}")
         sizes = {"position": 3, "quaternion": 4}
         values = {
-            key: read_only(request[key], (size,), key)
+            key: checked_array(request[key], (size,), key)
             for key, size in sizes.items()
             if key in request
         }
@@ -217,8 +217,8 @@ class Session:
         robot, q = self._arm(request)
         base = robot.base_placement
         if "position" in request:
-            turn = pin.Quaternion(read_only(request["quaternion"], (4,), "quaternion")).matrix()
-            pose = pin.SE3(turn, np.array(read_only(request["position"], (3,), "position")))
+            turn = pin.Quaternion(checked_array(request["quaternion"], (4,), "quaternion")).matrix()
+            pose = pin.SE3(turn, np.array(checked_array(request["position"], (3,), "position")))
             q = solve_pose_ik(robot, base.actInv(pose), q).q
         pose = base * robot.forward(q)
         turned = pin.Quaternion(pose.rotation).coeffs()
@@ -257,7 +257,7 @@ class Session:
             raise InputError("the task has not been planned yet")
         robot, motion = self.plan.space.robot, self.plan.trajectory
         if "q" in request:
-            return robot, read_only(request["q"], (robot.dof,), "q")
+            return robot, checked_array(request["q"], (robot.dof,), "q")
         curve = motion.reordered(robot.joint_names, robot.joint_units, owner="the robot").polynomial
         return robot, np.asarray(curve(np.clip(float(request["time"]), curve.x[0], curve.x[-1])))
 
@@ -309,5 +309,5 @@ def draft_of(source: Path, copy: Path | None = None) -> Draft:
         return Draft(source)
     document = read(source)
     folders = source.parent.resolve(), copy.parent.resolve()
-    text = edited_text(Draft(source).text, moved_paths(document.data, *folders))
+    text = with_values(Draft(source).text, moved_paths(document.data, *folders))
     return Draft(storage.write_file(copy, text, kind="a scenario", replace=False))
