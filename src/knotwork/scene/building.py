@@ -174,7 +174,7 @@ class _Builder:
             bodies += self._held_bodies(held)
         for robot in scene.robots:
             bodies += self._robot_bodies(robot)
-        # if two arms share a URDF, each would also be in the model of the other, at rest
+        # if two arms share a URDF, each would also be in the model of the other: it never appears
         bodies = [
             replace(x, start=math.inf) if x.link in self.other_arm_links else x for x in bodies
         ]

@@ -16,7 +16,7 @@ from pydantic import (
 from knotwork.files.documents.values import (
     LARGEST_NUMBER,
     Forms,
-    NonEmptyList,
+    NonEmpty,
     Number,
     Positive,
     optional,
@@ -108,5 +108,5 @@ class Action(TaskPart):
 
 
 Actions = Annotated[
-    Action | NonEmptyList[Action], Forms("a mapping, as {gripper: close}, or a list of mappings")
+    Action | NonEmpty[Action], Forms("a mapping, as {gripper: close}, or a list of mappings")
 ]

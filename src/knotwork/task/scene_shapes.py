@@ -11,7 +11,7 @@ from knotwork.files.documents.values import (
     LARGEST_NUMBER,
     Forms,
     Items,
-    NonEmptyList,
+    NonEmpty,
     Number,
     Positive,
     Vector3,
@@ -180,7 +180,7 @@ class HeldObject(_Appearing):
 
 
 Shapes = Annotated[
-    ToolShape | NonEmptyList[ToolShape], Forms("a mapping with a shape, or a list of them")
+    ToolShape | NonEmpty[ToolShape], Forms("a mapping with a shape, or a list of them")
 ]
 
 

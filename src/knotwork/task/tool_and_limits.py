@@ -11,7 +11,7 @@ from knotwork.files.documents import Text
 from knotwork.files.documents.values import (
     Forms,
     LimitsFile,
-    NonEmptyList,
+    NonEmpty,
     Positive,
     Vector3,
     optional,
@@ -75,7 +75,7 @@ class Limits(TaskPart, LimitsFile):
     )
     frame_speed: (
         Annotated[
-            FrameSpeed | NonEmptyList[FrameSpeed],
+            FrameSpeed | NonEmpty[FrameSpeed],
             Forms("a mapping with frame and speed, or a list of them"),
         ]
         | None

@@ -12,8 +12,8 @@ from knotwork.verification.bounded_limits import (
     check_tool_limits,
 )
 from knotwork.verification.collisions import check_collisions
-from knotwork.verification.continuity import check_continuity, check_resolution, report_cycles
-from knotwork.verification.event_checks import check_events, report_segments
+from knotwork.verification.continuity import check_continuity, check_resolution
+from knotwork.verification.event_checks import check_events, report_cycles, report_segments
 from knotwork.verification.finding import Finding
 from knotwork.verification.freedom_use import report_freedoms
 from knotwork.verification.limits import (
@@ -69,10 +69,3 @@ def own_checks() -> list[str]:
     []
     """
     return [name for name in {**_SHIPPED, **CHECKS} if CHECKS.get(name) is not _SHIPPED.get(name)]
-
-
-UNMET_BY_CUBIC_FITS = ("acceleration_jump", "joint_acceleration", "jerk")
-"""Quantities that fail if cubics join points of a smoother motion, at any density of points.
-
-The acceleration jumps, so the jerk is unbounded.
-"""

@@ -61,12 +61,8 @@ class Blend(PolynomialCurve):
                 distance=self.distance,
                 minimum=SAME_POINT,
             )
-        u = _find_direction(
-            self.corner, checked_array(before, (3,), "before"), "before", self.distance
-        )
-        v = _find_direction(
-            self.corner, checked_array(after, (3,), "after"), "after", self.distance
-        )
+        u = _find_direction(self.corner, before, "before", self.distance)
+        v = _find_direction(self.corner, after, "after", self.distance)
         self.angle = math.atan2(float(np.linalg.norm(np.cross(u, v))), -float(u @ v))
         if math.pi - self.angle < REVERSAL_ANGLE:
             raise geometry_error(
@@ -83,15 +79,13 @@ class Blend(PolynomialCurve):
         self.deviation = float(np.linalg.norm(middle - self.corner))
 
 
-def _find_direction(
-    corner: FloatArray, point: FloatArray, name: str, distance: float
-) -> FloatArray:
+def _find_direction(corner: FloatArray, point: ArrayLike, name: str, distance: float) -> FloatArray:
     """Find the direction from the corner to a point on one of the lines.
 
     Raises:
         PathError: The point is nearer than the blend distance.
     """
-    chord = point - corner
+    chord = checked_array(point, (3,), name) - corner
     length = float(np.linalg.norm(chord))
     if distance > length * (1.0 + 1e-9):
         raise geometry_error(

@@ -175,10 +175,8 @@ def _check_resolved(shortest: float, durations: FloatArray, speeds: FloatArray) 
 def _check_stretches(lengths: ArrayLike, speeds: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Check lengths [m] and speeds [m/s] of stretches: positive, shape (n,) each, n >= 1."""
     count = len(np.atleast_1d(np.asarray(lengths)))
-    length, speed = (
-        checked_array(lengths, (count,), "lengths"),
-        checked_array(speeds, (count,), "speeds"),
-    )
+    length = checked_array(lengths, (count,), "lengths")
+    speed = checked_array(speeds, (count,), "speeds")
     for quantity, values, unit in (("length", length, "m"), ("speed", speed, "m/s")):
         if (values <= 0.0).any():
             i = int((values <= 0.0).argmax())

@@ -146,10 +146,8 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
         """
         t = checked_times(time)
         shape = (t.size, len(joint_names))
-        r, v = (
-            checked_array(position, shape, "position"),
-            checked_array(velocity, shape, "velocity"),
-        )
+        r = checked_array(position, shape, "position")
+        v = checked_array(velocity, shape, "velocity")
         return cls(
             tuple(joint_names),
             PiecewisePolynomial(two_point_coefficients(t, (r, v)), t),

@@ -42,7 +42,7 @@ Positive = Annotated[
 ]
 if TYPE_CHECKING:
     Items = Sequence
-    NonEmptyList = Sequence
+    NonEmpty = Sequence
 else:
 
     class Items:
@@ -51,7 +51,7 @@ else:
         def __class_getitem__(cls, item: Any) -> Any:
             return tuple[item, ...]
 
-    class NonEmptyList:
+    class NonEmpty:
         """A list of a file with at least one item."""
 
         def __class_getitem__(cls, item: Any) -> Any:

@@ -14,6 +14,7 @@ from knotwork.curves.tool_paths import Curve, Line, OrientationCurve, TimedPath,
 from knotwork.curves.tool_paths.moving_frame import MovingFrame
 from knotwork.curves.tool_paths.timing_profile import make_wait
 from knotwork.errors import CornerError, PathError, RampError, StretchTimeError
+from knotwork.errors.plain_text import default_waypoint_name, waypoint_text
 from knotwork.files.documents import Location
 from knotwork.task import AlongArc, AlongPoints, PathOptions, PathWaypoint
 from knotwork.task.scenario.carriers import check_smooth, path_carrier
@@ -167,10 +168,11 @@ class _PathReader:
         except CornerError as error:
             where = sum(piece.length for piece in pieces[: error.junction + 1])
             k = int(np.abs(ends - where).argmin())
-            name = self.steps[k].name or str(self.first + 2 + k)
+            name = self.steps[k].name or default_waypoint_name(self.first + 1 + k)
+            angle = self.source.units.text(error.angle, "rad")
             raise self.source.locations.error(
                 self._place(k),
-                f"the path turns sharply by {np.degrees(error.angle):.6g} deg at {name!r}",
+                f"the path turns sharply by {angle} at {waypoint_text(name)}",
                 "stop: true; or blend: a length, between two lines that do not turn back",
             ) from error
         except PathError:

@@ -69,7 +69,7 @@ class Draft:
                 "revision": self.revision,
                 "file": self.file.name,
                 "data": _finite(data),
-                "build": structure_digest(data),
+                "structure": structure_digest(data),
                 "undo": self._index > 0,
                 "redo": self._index + 1 < len(self._texts),
                 "unsaved": self.text != self._disk,

@@ -171,16 +171,16 @@ class Session:
         shown_state: Answer = {"handled": -1, "handles": [], "names": {}, "units": {}}
         if reading is not None:
             shown_state |= {"handled": reading.revision, "units": reading.units}
-            if draft["build"] == reading.structure:
+            if draft["structure"] == reading.structure:
                 shown = [
-                    {**handle.to_dict(), "build": reading.structure} for handle in reading.handles
+                    {**item.to_dict(), "structure": reading.structure} for item in reading.handles
                 ]
                 shown_state |= {"handles": shown, "names": reading.names}
         return {"draft": {**draft, **shown_state, "verdict": self._verdict}}
 
     def _edit(self, request: Request) -> None:
         """Change the text; if the page names a structure, only while the text has it."""
-        if "build" in request:
+        if "structure" in request:
             self._require_same_structure(request)
         changes = request.get("changes")
         if not isinstance(changes, list) or not all(isinstance(change, dict) for change in changes):
@@ -189,7 +189,7 @@ class Session:
 
     def _require_same_structure(self, request: Request) -> None:
         """Refuse a request if the draft no longer has the structure that the page shows."""
-        if request.get("build") != structure_digest(self.draft.document().data):
+        if request.get("structure") != structure_digest(self.draft.document().data):
             raise InputError("nothing was changed: the task has changed since; try again")
 
     def _move(self, request: Request) -> Answer:
@@ -210,7 +210,7 @@ class Session:
             raise InputError("the quaternion of a handle must have norm 1")
         changes = move_handle(handle, reading.scenario.given.units.in_si, **values)
         self.draft.apply(changes, str(request.get("gesture", "")))
-        return {"build": structure_digest(self.draft.document().data)}
+        return {"structure": structure_digest(self.draft.document().data)}
 
     def _jog(self, request: Request) -> Answer:
         """Joint positions and the pose of the tool, one of them computed from the other."""
