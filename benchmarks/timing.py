@@ -357,7 +357,7 @@ def tables(data: dict[str, Any]) -> list[Table]:
     columns = (
         "scenario",
         "given s",
-        "least s",
+        "minimum s",
         "above the bound",
         "to Ruckig",
         "CPU s to plan",

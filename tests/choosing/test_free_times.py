@@ -51,6 +51,11 @@ def test_planned_scenario_has_no_free_times() -> None:
     assert velocity[0] > 1.5  # passed, not stopped at
 
 
+def test_planned_scenario_continues_same_motion() -> None:
+    plan = kw.plan(swing(to(2))).replan(0.5, swing(to(1)))
+    assert plan.scenario.continued_motion[1] == 0.5
+
+
 def test_keeps_waits_and_given_times() -> None:
     plan = kw.plan(swing(to(1, wait=0.3), to(2, after=1.7, stop=True), to(0)))
     plan.report.raise_if_failed()

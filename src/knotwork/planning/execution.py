@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
@@ -142,11 +142,15 @@ def _checked(plan: MotionT, executed: _ExecutedMotion, warnings: Sequence[Findin
         loads=space.carrying.loads(float(motion.x[0])) if space.carrying else (),
         segments=_segments(plan.trajectory.segments, executed.clock) or segments(scenario),
     )
-    geometry = _geometry(plan, executed, arrivals, Motion(trajectory, plan.space))
+    known = [
+        *warnings,
+        *_misplaced_objects(plan.scenario, arrivals),
+        *_geometry(plan, executed, arrivals, Motion(trajectory, plan.space)),
+    ]
     waypoints = JointWaypoints(
         space.joint_names, times, motion(times), motion(times, 1), joint_units=space.joint_units
     )
-    report = check(trajectory, scenario, space=space, known=[*warnings, *geometry])
+    report = check(trajectory, scenario, space=space, known=known)
     return type(plan)(scenario, space, waypoints, trajectory, report)
 
 
@@ -174,6 +178,22 @@ def _geometry(
         *check_tool_at_arrivals(motion, scenario, plan.space, execution),
         *check_path_geometry(motion, scenario, plan.space, execution),
     ]
+
+
+def _misplaced_objects(
+    scenario: Scenario, arrivals: Sequence[_ReachedWaypoint]
+) -> Iterator[Finding]:
+    """Warnings of objects whose carrier is unknown, because the executed task has joint values."""
+    inner = {arrival.waypoint for arrival in arrivals[1:-1]}
+    for held in scenario.scene.held:
+        stops = ("before", held.take), ("after", held.leave)
+        for (when, waypoint), carrier in zip(stops, held.carriers, strict=True):
+            if carrier is not None and waypoint in inner:
+                fact = (
+                    f"{when} {scenario.waypoints[waypoint].name!r}, {held.name!r} moves relative "
+                    "to the frame of the poses, but is checked as fixed in it"
+                )
+                yield Finding.of_motion("Warnings", "held_object", fact, "warning")
 
 
 def _arrivals(scenario: Scenario, executed: _ExecutedMotion) -> list[_ReachedWaypoint]:

@@ -15,7 +15,7 @@ from knotwork.planning.planned_motion import Plan
 from knotwork.planning.scenario_planner import ScenarioPlanner
 from knotwork.planning.task_to_joint import SequenceStep, TaskSolution
 from knotwork.task import Task
-from knotwork.task.scenario import Scenario, Unknowns, change_task, load_scenario
+from knotwork.task.scenario import Scenario, change_task, load_scenario
 from knotwork.verification.collisions import COLLISIONS, failed_pairs
 from knotwork.verification.finding import TRIED, Finding
 from knotwork.verification.motion import AT_WAYPOINT
@@ -63,7 +63,7 @@ def plan(
         scenario = load_scenario(scenario)
     if scenario.unknowns is None:
         return best_of_sequences(ScenarioPlanner(scenario, planner))
-    from knotwork.planning.choosing import choose_times, fix_arrival_times
+    from knotwork.planning.choosing import fix_arrival_times
     from knotwork.planning.timing.timed_motion import Budget
 
     unknowns = scenario.unknowns
@@ -72,7 +72,7 @@ def plan(
     )
     work = Budget(progress, budget)
     if unknowns.time_dependent:
-        scenario = fix_arrival_times(scenario, lambda expected: choose_times(expected, work))
+        scenario = fix_arrival_times(scenario, work)
     return best_of_sequences(ScenarioPlanner(scenario, planner, work, fixed_arrivals))
 
 
@@ -92,30 +92,28 @@ def best_of_sequences(planner: ScenarioPlanner) -> Plan:
     best: Plan | None = None
     first_error: NoWayFoundError | None = None
     solution: TaskSolution | None = None
-    blocked: Sequence[int] | None = None
     avoided: list[SequenceStep] = []
     planned: list[FloatArray] = []
     tried = 0
     while True:
+        blocked: Sequence[int] = ()
         try:
             plan = planner.plan(solution)
         except NoWayFoundError as error:
-            first_error, blocked = first_error or error, None
+            first_error = first_error or error
             if error.waypoints is not None:
                 blocked = range(error.waypoints[0], error.waypoints[-1])
-                solution = solution or planner.solve(())
-        except InputError:
+                solution = solution or planner.solve()
+        except InputError:  # this sequence has no motion at any duration
             if solution is None:
                 raise
-            blocked = None  # this sequence has no motion at any duration
         else:
             solution = plan.solution
             best = plan if best is None else min(best, plan, key=_rank)
             blocked = _colliding_intervals(plan)
         tried += 1
-        if not blocked or solution is None or solution.sequence is None:
-            break
-        if tried == planner.max_sequences or planner.budget.is_over:
+        is_last = tried == planner.max_sequences or planner.budget.is_over
+        if is_last or not blocked or solution is None or solution.sequence is None:
             break
         q = solution.sequence
         planned.append(solution.waypoints.position)
@@ -146,15 +144,14 @@ def _colliding_intervals(plan: Plan) -> list[int]:
 
 def _with_clear_motion(planner: ScenarioPlanner, best: Plan, tried: int) -> Plan:
     """A plan around the obstacles that all sequences hit, or the best plan and the attempts."""
-    ends, late, notes = _avoidable_ends(best), planner.budget.is_over, []
-    timed = _with_chosen_time(best, ends)
+    requested, late, notes = planner.scenario, planner.budget.is_over, list[str]()
+    ends = _avoidable_ends(best)
+    timed = [i for i in ends if requested.unknowns and requested.unknowns.duration[i - 1]]
     if timed and not late:
-        scenario, ends = planner.scenario, [i for i in ends if i not in timed]
-        clear = scenario.given.with_waypoints(
-            {scenario.task_index[i]: {"way": "clear"} for i in timed}
-        )
+        ends = [i for i in ends if i not in timed]
+        ways = {requested.task_index[i]: {"way": "clear"} for i in timed}
         try:
-            scenario = change_task(scenario, clear)
+            scenario = change_task(requested, requested.given.with_waypoints(ways))
             detour = best_of_sequences(replace(planner, scenario=scenario))
         except InputError as error:
             notes.append(f"way: clear finds no motion either: {error}")
@@ -164,16 +161,22 @@ def _with_clear_motion(planner: ScenarioPlanner, best: Plan, tried: int) -> Plan
                 return _with_finding(
                     detour, f"the fastest motion collides, so way: clear was taken at {names}"
                 )
-    if proposal := _proposal(best, ends):
-        notes.append(proposal)
-    when = " when the budget ended" if late else ""
+    if ends and not best.scenario.scene.has_moving_bodies:
+        collisions = "the collision" if len(ends) == 1 else "the collisions"
+        # motions joined at a free velocity are one motion, which takes no times
+        passed = requested.unknowns and any(requested.unknowns.speed[i] == "free" for i in ends)
+        times = " without times" if passed and not set(ends) <= set(timed) else ""
+        notes.append(
+            f"way: clear at {_quoted_names(best, ends)}{times} may avoid {collisions} "
+            "(not attempted)"
+        )
     if tried > 1:
         notes.append(
-            f"tried: {tried} sequences of solutions{when}, all of which collide; this one has the "
-            "fewest colliding pairs"
+            f"tried: {tried} sequences of solutions{' when the budget ended' if late else ''}, all "
+            "of which collide; this one has the fewest colliding pairs"
         )
     elif late:
-        notes.append(f"tried: one sequence of solutions{when}, which collides")
+        notes.append("tried: one sequence of solutions when the budget ended, which collides")
     return _with_finding(best, "; ".join(notes), TRIED) if notes else best
 
 
@@ -211,33 +214,8 @@ def _avoidable_ends(plan: Plan) -> list[int]:
     return sorted(ends - unusable)
 
 
-def _chosen_unknowns(plan: Plan) -> Unknowns | None:
-    """Unknowns that were chosen for a plan."""
-    return None if plan.chosen is None else plan.chosen.requested.unknowns
-
-
-def _with_chosen_time(plan: Plan, ends: Sequence[int]) -> list[int]:
-    """The waypoints among some whose times are chosen."""
-    unknowns = _chosen_unknowns(plan)
-    return [i for i in ends if unknowns and unknowns.duration[i - 1]]
-
-
 def _quoted_names(plan: Plan, ends: Sequence[int]) -> str:
     return " and ".join(repr(plan.scenario.waypoints[i].name) for i in ends)
-
-
-def _proposal(plan: Plan, ends: Sequence[int]) -> str:
-    """Proposal of `way: clear` for some waypoints, or an empty text."""
-    if not ends or plan.scenario.scene.has_moving_bodies:
-        return ""
-    collisions = "the collision" if len(ends) == 1 else "the collisions"
-    unknowns = _chosen_unknowns(plan)
-    passed = unknowns and any(unknowns.speed[i] == "free" for i in ends)
-    # motions joined at a free velocity are one motion, which takes no times
-    times = " without times" if passed and len(_with_chosen_time(plan, ends)) < len(ends) else ""
-    return (
-        f"way: clear at {_quoted_names(plan, ends)}{times} may avoid {collisions} (not attempted)"
-    )
 
 
 def _with_finding(plan: Plan, message: str, quantity: str = "sequences_tried") -> Plan:

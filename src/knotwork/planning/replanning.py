@@ -162,9 +162,16 @@ def task_with_scene_from(
     return task.replace(
         tool=tool,
         frames=_frames_from(task, first) or None,
+        frame=_frame_of_joints(scenario),
         # without a robot there is no scene, not even an empty one
         scene=scene if present or robots else None,
     )
+
+
+def _frame_of_joints(scenario: Scenario) -> str | None:
+    """The frame of a task with joint values only, on the link that carries the poses, if any."""
+    task, link = scenario.given, scenario.pose_frame_link
+    return next((name for name, frame in task.frames.items() if frame.on == link), task.frame)
 
 
 def _frames_from(task: Task, start: float) -> dict[str, Any]:
@@ -189,15 +196,18 @@ def _put_down(
         span: Time interval of the planned motion that is executed [s].
     """
     scenario, task = plan.scenario, plan.scenario.given
-    carrier = held.carriers[waypoint == held.leave]
+    stop, carrier = scenario.waypoints[waypoint], held.carriers[waypoint == held.leave]
     near = [neighbour.time for neighbour in scenario.waypoints[max(waypoint - 1, 0) : waypoint + 2]]
-    time = scenario.waypoints[waypoint].time
-    placed = plan.space.robot.forward(plan.trajectory(time)) * held.shape.placement  # type: ignore[union-attr]
-    parent = "base"
-    if carrier is not None:
+    robot, q = plan.space.robot, plan.trajectory(stop.time)
+    tool = robot.tool_pose(q, in_world_frame=stop.in_world_frame)  # type: ignore[union-attr]
+    placed, parent = tool * held.shape.placement, "base"
+    if carrier is not None and carrier.is_moving:
         requested = task.waypoints[scenario.task_index[waypoint]]
         parent = getattr(requested, "frame", None) or task.frame or "base"
-        placed = carrier.placement_at(time).actInv(placed)
+        placed = carrier.placement_at(stop.time).actInv(placed)
+    elif scenario.pose_frame_link and not stop.in_world_frame:
+        parent = _frame_of_joints(scenario) or "base"
+        placed = scenario.frames[parent].actInv(placed)
     grasp = task.tool.holds[held.name]  # type: ignore[union-attr]
     shape = {key: getattr(grasp, key) for key in (*SHAPES, "scale", "exact")}
     place = plain(placed)

@@ -12,8 +12,8 @@ from knotwork.curves.retiming import stop_on_path
 from knotwork.errors import InputError, NoWayFoundError
 from knotwork.planning.choosing.segments import TimingSegment, TimingTask
 from knotwork.planning.timing import TimedMotion, TimingProblem
-from knotwork.planning.timing.attempts import Attempt
 from knotwork.planning.timing.bounds import lower_bound, sufficient_duration
+from knotwork.planning.timing.section_motion import SectionMotion
 from knotwork.planning.timing.solving import timed_motion
 from knotwork.planning.timing.timed_motion import Budget
 from knotwork.planning.ways.clear_motion_problem import (
@@ -104,8 +104,8 @@ def _timed_motion(
         for last in ends.goals
     )
     time = way.time * (float(curve.x[-1]) / way.duration)
-    attempt = Attempt(time, curve, "resting" if way.rests else "optimal")
-    return timed_motion(problem, attempt, least, "way")
+    motion = SectionMotion(time, curve, "resting" if way.rests else "optimal")
+    return timed_motion(problem, motion, least, "way")
 
 
 def _stop(

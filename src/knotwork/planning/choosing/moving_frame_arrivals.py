@@ -10,13 +10,13 @@ are then made slightly longer and fixed.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from knotwork.errors import FollowingError, InputError, OutOfReachError, TimingError
-from knotwork.planning.choosing.chosen_times import ChosenTimes
+from knotwork.planning.choosing.chosen_times import ChosenTimes, choose_times
+from knotwork.planning.timing.timed_motion import Budget
 from knotwork.task.scenario import Scenario, change_task
 from knotwork.task.scenario.unknowns import ends_wait
 from knotwork.units import rounded_up
@@ -41,21 +41,19 @@ LONGER_TIMES = 1.002
 GUESSES = (1.0, 0.5, 2.0, 0.25, 4.0)
 """Expected times to the first moving frame that are tried in this order [s]."""
 
-Choose = Callable[[Scenario], ChosenTimes]
 
-
-def fix_arrival_times(scenario: Scenario, choose: Choose) -> Scenario:
+def fix_arrival_times(scenario: Scenario, budget: Budget) -> Scenario:
     """Fix times and speeds up to the last moving frame as numbers.
 
     Args:
         scenario: A task with unknown times before poses in moving frames, or before a time
             since 0.
-        choose: Chooses a scenario's unknowns, with frames at their expected times.
+        budget: Computing time and progress of each iteration.
 
     Raises:
         InputError: A given time is too early, or the iteration does not converge.
     """
-    scenario, chosen = _first_choice(scenario, choose)
+    scenario, chosen = _first_choice(scenario, budget)
     for count in range(MAX_ARRIVAL_ROUNDS):
         expected, times = scenario.expected_times, _times(scenario, chosen)
         arrivals = list(scenario.required_unknowns.time_dependent)
@@ -70,7 +68,7 @@ def fix_arrival_times(scenario: Scenario, choose: Choose) -> Scenario:
         scenario = change_task(scenario, task, by_task_index)
         if scenario.unknowns is None or not scenario.unknowns.time_dependent:
             return scenario
-        chosen = choose(scenario)
+        chosen = choose_times(scenario, budget)
     waypoint = max(arrivals, key=lambda i: abs(times[i] - expected[i]))
     raise TimingError(
         f"{scenario.waypoints[waypoint].name!r} moves, and after {MAX_ARRIVAL_ROUNDS} iterations "
@@ -81,13 +79,13 @@ def fix_arrival_times(scenario: Scenario, choose: Choose) -> Scenario:
     )
 
 
-def _first_choice(scenario: Scenario, choose: Choose) -> tuple[Scenario, ChosenTimes]:
+def _first_choice(scenario: Scenario, budget: Budget) -> tuple[Scenario, ChosenTimes]:
     """The scenario with the first expected times, and the choice based on them.
 
     Raises:
         InputError: There is no solution for any guess.
     """
-    scenario = _with_speeds_before(scenario, choose)
+    scenario = _with_speeds_before(scenario, budget)
     unknowns, (first, *_) = scenario.required_unknowns, scenario.required_unknowns.time_dependent
     task_index, failure = scenario.task_index[first], None
     guesses: list[dict[int, float]] = [{}]
@@ -98,7 +96,7 @@ def _first_choice(scenario: Scenario, choose: Choose) -> tuple[Scenario, ChosenT
     for expected in guesses:
         try:
             guessed = change_task(scenario, scenario.given, expected)
-            return guessed, choose(guessed)
+            return guessed, choose_times(guessed, budget)
         except (OutOfReachError, FollowingError) as error:
             error.hint = (
                 "frames are taken at their expected times: after: {fastest: true, "
@@ -108,7 +106,7 @@ def _first_choice(scenario: Scenario, choose: Choose) -> tuple[Scenario, ChosenT
     raise failure or AssertionError("GUESSES is empty")
 
 
-def _with_speeds_before(scenario: Scenario, choose: Choose) -> Scenario:
+def _with_speeds_before(scenario: Scenario, budget: Budget) -> Scenario:
     """The scenario with speeds of paths before the first moving frame, which decide its time.
 
     They are those of the motion before, planned alone if it is a complete task.
@@ -119,7 +117,7 @@ def _with_speeds_before(scenario: Scenario, choose: Choose) -> Scenario:
         return scenario
     try:
         part = task.replace(waypoints=task.waypoints[: scenario.task_index[first]])
-        chosen = choose(change_task(scenario, part))
+        chosen = choose_times(change_task(scenario, part), budget)
     except InputError:
         return scenario
     return change_task(scenario, task.with_waypoints(_speeds(scenario, chosen)))

@@ -7,9 +7,11 @@ until changes of speed keep the limits as well. A planned motion corrects the ex
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
+from knotwork.curves.tool_paths import Timing
 from knotwork.errors import PathError
 from knotwork.planning.choosing.path_limit_utilisation import (
     CONSTANT_SPEED_PART,
@@ -29,9 +31,6 @@ SPEED_DIGITS = 4
 
 MIN_SPEED = 1e-3
 """Speed that no speed is lowered below to keep a limit [m/s]."""
-
-FIT_ROUNDS = 100
-"""Maximum number of rounds until rounded speeds allow the changes of speed."""
 
 EXPECTED_UTILISATION, PLANNED_UTILISATION = 0.998, 0.9995
 """Largest utilisation of each limit, as expected and as planned; between samples it may be more."""
@@ -115,22 +114,50 @@ class PathSpeedProblem:
             speed = max(float(bounds[k, column]), MIN_SPEED)
             self.speeds[k] = min(speed, cap)
             self.limiting[k] = bound if cap <= speed else self.utilisation.limits[column]
-        self._fit()
-        while (utilisation := self._expected_utilisation()).max() > 1.0:
-            self._slow_down(utilisation)
-            self._fit()
-        return self.requested.timed(self.speeds)[0].duration
+            if math.isinf(self.speeds[k]):
+                raise NoSpeedsError(self.path, k, NOTHING)
+        while True:
+            timing, speeds = self._fit()
+            expected = self.along.with_timing(timing) * self._ratio
+            utilisation = (expected / EXPECTED_UTILISATION).max(axis=1)
+            if utilisation.max() <= 1.0:
+                return timing.duration
+            self._slow_down(utilisation, speeds)
 
-    def _expected_utilisation(self) -> FloatArray:
-        """Expected utilisation on each stretch, relative to the permitted one, shape (n, m)."""
-        utilisation = self.along.with_timing(self.requested.timed(self.speeds)[0])
-        return np.asarray((utilisation * self._ratio / EXPECTED_UTILISATION).max(axis=1))
+    def _fit(self) -> tuple[Timing, tuple[float, ...]]:
+        """Round the speeds, and lower them until the stretches are long enough for their changes.
 
-    def _slow_down(self, utilisation: FloatArray) -> None:
+        Lowering one stretch never lets a neighbour go faster, so lowering them one by one gives
+        the largest feasible speeds.
+
+        Returns:
+            The timing of the path, and the speed of each stretch [m/s].
+
+        Raises:
+            NoSpeedsError: The given speeds do not allow the changes of speed.
+        """
+        while True:
+            self.speeds = {
+                k: round_speed(self.unit * v) / self.unit for k, v in self.speeds.items()
+            }
+            try:
+                return self.requested.timed(self.speeds)
+            except PathError as error:
+                k, highest = getattr(error, "stretch", 0), getattr(error, "highest_speed", None)
+                if k not in self.speeds or highest is None:
+                    raise NoSpeedsError(self.path, k, RAMPS) from error
+                lower = (1.0 - 10.0**-SPEED_DIGITS) * self.speeds[k]  # by rounding or more
+                self.speeds[k], self.limiting[k] = min(highest, lower), RAMPS
+
+    def _slow_down(self, utilisation: FloatArray, speeds: Sequence[float]) -> None:
         """Lower the speed where the excess over a limit is largest.
 
         A step lowers a speed at most to that of a neighbour, because there is no ramp between equal
         speeds.
+
+        Args:
+            utilisation: Expected utilisation of the limits on each stretch, shape (n, m).
+            speeds: Speeds of the stretches [m/s], length n.
         """
         k = int(utilisation.max(axis=1).argmax())
         factor, limit = self._required_slowdown(utilisation[k])
@@ -140,7 +167,6 @@ class PathSpeedProblem:
             stretches = before[-1:] + after[:1]
         if not stretches:
             raise NoSpeedsError(self.path, k, limit)
-        speeds = self.requested.timed(self.speeds)[1]
         for j in stretches:
             lower = factor * speeds[j]
             if lower < MIN_SPEED:
@@ -157,28 +183,6 @@ class PathSpeedProblem:
         factors = np.maximum(utilisation, 1e-9) ** (-1.0 / self.utilisation.orders)
         column = int(factors.argmin())
         return max(float(factors[column]), MAX_SLOWDOWN), self.utilisation.limits[column]
-
-    def _fit(self) -> None:
-        """Round the speeds, and lower them until they allow the changes of speed.
-
-        Raises:
-            NoSpeedsError: The given speeds do not allow the changes of speed.
-        """
-        for k, speed in self.speeds.items():
-            if math.isinf(speed):
-                raise NoSpeedsError(self.path, k, NOTHING)
-        for _ in range(FIT_ROUNDS):
-            rounded = {k: round_speed(self.unit * v) / self.unit for k, v in self.speeds.items()}
-            try:
-                self.speeds = self.requested.fitted(rounded)
-            except PathError as error:
-                stretch = getattr(error, "stretch", None) or 0
-                raise NoSpeedsError(self.path, stretch, RAMPS) from error
-            lowered = [k for k, speed in self.speeds.items() if speed < rounded[k]]
-            if not lowered:
-                return
-            self.limiting.update(dict.fromkeys(lowered, RAMPS))
-        raise NoSpeedsError(self.path, 0, RAMPS)
 
     def lower_caps(self, factor: float, reason: Limit) -> None:
         """Cap each speed at a fraction of its present value."""
@@ -214,7 +218,5 @@ class PathSpeedProblem:
 
 def round_speed(speed: float) -> float:
     """A speed rounded down to a few digits."""
-    if math.isinf(speed):
-        return speed
     digit = 10.0 ** (math.floor(math.log10(speed)) - SPEED_DIGITS + 1)
     return float(f"{math.floor(speed / digit * (1.0 + 1e-12)) * digit:.{SPEED_DIGITS}g}")

@@ -15,13 +15,13 @@ import numpy as np
 from knotwork.errors import TimingError
 from knotwork.errors.plain_text import waypoint_text
 from knotwork.joint_quantities import JOINT_QUANTITIES, rate_unit
-from knotwork.planning.timing.attempts import resting_motion
 from knotwork.planning.timing.bounds import (
     interval_bounds,
     min_durations,
     slowest_part,
     sufficient_duration,
 )
+from knotwork.planning.timing.section_motion import resting_motion
 from knotwork.planning.timing.stop_to_stop import with_longer
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.units import rounded_down, rounded_up
@@ -29,8 +29,8 @@ from knotwork.waypoints import BoolArray
 
 NO_MOTION = "no motion was found that keeps all limits"
 
-EQUAL_DURATION = 1e-9
-"""Relative rounding tolerance of durations, which are sums and roots of given values."""
+DERIVED_ROUNDING = 1e-9
+"""Relative rounding tolerance of durations and velocities, sums and roots of given values."""
 
 GIVEN_ROUNDING = 1e-12
 """Relative rounding tolerance of given values, which are only converted to SI."""
@@ -136,12 +136,12 @@ def _imfeasible_durations(problem: TimingProblem, direct: bool) -> Iterator[Timi
         )
     if problem.total is not None:
         shortest = float(interval_bounds(problem).sum())
-        if problem.total < shortest * (1.0 - EQUAL_DURATION):
+        if problem.total < shortest * (1.0 - DERIVED_ROUNDING):
             reason = f"under the limits it takes more than {rounded_up(shortest):.6g} s"
             yield _short_total(problem.total, reason, shortest)
         if len(problem.position) == 2:
             problem = replace(problem, duration=np.array([problem.total]), total=None)
-    wrong = problem.duration < min_durations(problem) * (1.0 - EQUAL_DURATION)
+    wrong = problem.duration < min_durations(problem) * (1.0 - DERIVED_ROUNDING)
     if wrong.any():
         yield from _given_durations(problem, wrong, "", direct=direct)
 
@@ -193,7 +193,7 @@ def _too_short(problem: TimingProblem) -> list[TimingError]:
         return []
     takes = np.diff(resting.time)
     if problem.total is None:
-        wrong = takes > problem.duration * (1.0 + EQUAL_DURATION)
+        wrong = takes > problem.duration * (1.0 + DERIVED_ROUNDING)
         return list(_given_durations(problem, wrong, f"{NO_MOTION}; "))
     sufficient = sufficient_duration(float(np.where(problem.free, takes, problem.duration).sum()))
     if problem.total >= sufficient:
@@ -306,7 +306,9 @@ def _unstoppable(problem: TimingProblem) -> Iterator[tuple[str, TimingError]]:
         distance = np.maximum(np.where(v > 0.0, limits.upper - q, q - limits.lower), 0.0)
         with np.errstate(invalid="ignore"):
             max_velocity = np.sqrt(2.0 * limits.acceleration * distance)
-        for i, k in np.argwhere(np.abs(v) > max_velocity * (1.0 + 1e-9) + GIVEN_ROUNDING):
+        for i, k in np.argwhere(
+            np.abs(v) > max_velocity * (1.0 + DERIVED_ROUNDING) + GIVEN_ROUNDING
+        ):
             unit, value = problem.joint_units[k], float(problem.velocity[i, k])
             needed = 0.5 * value**2 / float(limits.acceleration[k])
             bound = math.copysign(float(max_velocity[i, k]), value)

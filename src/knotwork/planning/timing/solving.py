@@ -12,11 +12,11 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import TimingError, merge_errors
 from knotwork.joint_quantities import DERIVATIVES, MAGNITUDES
-from knotwork.planning.timing.attempts import Attempt, solve_section
 from knotwork.planning.timing.bounds import lower_bound
 from knotwork.planning.timing.infeasible import infeasible_values, unsolved_errors
 from knotwork.planning.timing.motion_curves import concatenate
 from knotwork.planning.timing.robot_limits import robot_limits, utilisation
+from knotwork.planning.timing.section_motion import SectionMotion, solve_section
 from knotwork.planning.timing.timed_motion import Binding, Budget, Progress, TimedMotion, status_of
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.verification import metrics
@@ -49,9 +49,9 @@ def solve(
     """Minimise the objective of a problem over its unknowns, within all limits.
 
     Sections between waypoints with known velocity and acceleration are independent and solved
-    separately. A section of more than 24 intervals is solved in windows of 8, each with the 4
-    following intervals. The optimum is local: the solver (IPOPT) starts from plain cubics. If it
-    does not converge, the arm comes to rest in each interval.
+    separately. A long section is solved in windows, each with a few of the following intervals.
+    The optimum is local: the solver (IPOPT) starts from plain cubics. If it does not converge, the
+    arm comes to rest in each interval.
 
     Args:
         problem: The waypoints and the limits.
@@ -87,13 +87,13 @@ def solve_within(problem: TimingProblem, budget: Budget) -> TimedMotion:
     if wrong := infeasible_values(problem):
         raise merge_errors(wrong)
     earlier_iterations = budget.iterations
-    attempts: list[Attempt] = []
+    motions: list[SectionMotion] = []
     causes: list[TimingError] = []
     for start, end in sections(problem):
         section = problem.section(start, end)
-        attempt = solve_windows(section, budget)
-        if attempt is not None:
-            attempts.append(attempt)
+        motion = solve_windows(section, budget)
+        if motion is not None:
+            motions.append(motion)
         elif budget.is_over:
             message = (
                 "no motion that keeps every limit was found within the budget of "
@@ -107,33 +107,33 @@ def solve_within(problem: TimingProblem, budget: Budget) -> TimedMotion:
                 causes.append(error)
     if causes:
         raise merge_errors(causes)
-    motion = timed_motion(problem, _consecutive(attempts), lower_bound(problem), "fastest")
-    return replace(motion, iterations=budget.iterations - earlier_iterations)
+    timed = timed_motion(problem, _consecutive(motions), lower_bound(problem), "fastest")
+    return replace(timed, iterations=budget.iterations - earlier_iterations)
 
 
-def _consecutive(attempts: Sequence[Attempt]) -> Attempt:
+def _consecutive(motions: Sequence[SectionMotion]) -> SectionMotion:
     """Consecutive motions, each from time 0 on, as one."""
-    starts = np.cumsum([0.0, *(attempt.time[-1] for attempt in attempts)])
-    times = [start + part.time[:-1] for start, part in zip(starts, attempts, strict=False)]
-    return Attempt(
+    starts = np.cumsum([0.0, *(motion.time[-1] for motion in motions)])
+    times = [start + part.time[:-1] for start, part in zip(starts, motions, strict=False)]
+    return SectionMotion(
         np.append(np.concatenate(times), starts[-1]),
-        concatenate(*(attempt.curve for attempt in attempts)),
-        status_of(attempt.status for attempt in attempts),
+        concatenate(*(motion.curve for motion in motions)),
+        status_of(motion.status for motion in motions),
     )
 
 
 def timed_motion(
-    problem: TimingProblem, attempt: Attempt, bound: float, planner: str
+    problem: TimingProblem, motion: SectionMotion, bound: float, planner: str
 ) -> TimedMotion:
     """A motion that keeps the limits of a problem, with its figures; see `TimedMotion`.
 
     Args:
         problem: The waypoints and the limits.
-        attempt: The motion.
+        motion: The motion.
         bound: Lower bound on the duration [s].
         planner: Name of the planner.
     """
-    time, curve = attempt.time, attempt.curve
+    time, curve = motion.time, motion.curve
     trajectory = JointTrajectory(
         problem.joint_names,
         curve,
@@ -146,7 +146,7 @@ def timed_motion(
         time=time,
         velocity=np.where(problem.velocity_known[:, None], problem.velocity, curve(time, 1)),
         lower_bound=bound,
-        status=attempt.status,
+        status=motion.status,
         binding=binding_limits(problem, time, curve),
         objective=_terms(problem, trajectory),
     )
@@ -163,7 +163,7 @@ def sections(problem: TimingProblem) -> list[tuple[int, int]]:
     return list(pairwise([0, *(np.flatnonzero(divides[1:-1]) + 1).tolist(), last]))
 
 
-def solve_windows(problem: TimingProblem, budget: Budget) -> Attempt | None:
+def solve_windows(problem: TimingProblem, budget: Budget) -> SectionMotion | None:
     """Solve a section, window by window if it is long.
 
     Args:
@@ -175,37 +175,37 @@ def solve_windows(problem: TimingProblem, budget: Budget) -> Attempt | None:
     """
     last = len(problem.position) - 1
     if last <= MAX_INTERVALS or problem.total is not None:
-        attempt = solve_section(problem, budget)
+        motion = solve_section(problem, budget)
         budget.solved += last
-        return attempt
+        return motion
     velocity, acceleration = np.array(problem.velocity), np.array(problem.acceleration)
     along = np.array(problem.along)
-    windows: list[Attempt] = []
+    windows: list[SectionMotion] = []
     first = 0
     while first < last:
         is_last = last - first <= WINDOW_INTERVALS + 2 * INTERVALS_AHEAD
         end = last if is_last else first + WINDOW_INTERVALS + INTERVALS_AHEAD
         start_known = replace(problem, velocity=velocity, acceleration=acceleration, along=along)
         count = end - first if is_last else WINDOW_INTERVALS
-        attempt = solve_section(start_known.section(first, end), budget)
-        if attempt is None or attempt.status == "resting":  # the start state may be the reason
+        motion = solve_section(start_known.section(first, end), budget)
+        if motion is None or motion.status == "resting":  # the start state may be the reason
             budget.solved += last - first
             return solve_section(problem, budget)
         budget.solved += count
         first += count
-        seam = attempt.time[count]
-        velocity[first], acceleration[first] = attempt.curve(seam, 1), attempt.curve(seam, 2)
+        seam = motion.time[count]
+        velocity[first], acceleration[first] = motion.curve(seam, 1), motion.curve(seam, 2)
         along[first] = False
-        windows.append(_first_intervals(attempt, count))
+        windows.append(_first_intervals(motion, count))
     return _consecutive(windows)
 
 
-def _first_intervals(attempt: Attempt, count: int) -> Attempt:
+def _first_intervals(motion: SectionMotion, count: int) -> SectionMotion:
     """The first intervals of a motion."""
-    time, curve = attempt.time[: count + 1], attempt.curve
+    time, curve = motion.time[: count + 1], motion.curve
     pieces = int(np.searchsorted(curve.x, time[-1]))
     part = PiecewisePolynomial(curve.c[:, :pieces], curve.x[: pieces + 1])
-    return Attempt(time, part, attempt.status)
+    return SectionMotion(time, part, motion.status)
 
 
 def _terms(problem: TimingProblem, motion: JointTrajectory) -> dict[str, float]:

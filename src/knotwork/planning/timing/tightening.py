@@ -25,7 +25,7 @@ SOLVER_MARGIN = 1e-6
 """Relative margin to each limit, larger than the solver's tolerance."""
 
 CURVE_SLACK = 1e-10
-"""Relative rounding tolerance of limits."""
+"""Relative rounding tolerance of limits, smaller than the `LIMIT_SLACK` of the check."""
 
 
 @dataclass(frozen=True, eq=False)

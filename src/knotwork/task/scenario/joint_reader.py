@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from knotwork.errors import suggest_name
-from knotwork.joint_quantities import DERIVATIVES, JOINT_QUANTITIES
+from knotwork.joint_quantities import JOINT_QUANTITIES
 from knotwork.task import ChosenMotion
 from knotwork.task.scenario import JointTarget
 from knotwork.task.scenario.scenario import Scenario
@@ -84,40 +84,34 @@ class JointReader:
             if values is not None
         }
 
-    def requirements(self) -> dict[str, Any]:
-        """The attributes of a `JointSpace` for the requirements on the joints."""
-        task = self.scenario.given
-        targets = [
+    def targets(self) -> tuple[JointState | None, ...]:
+        """Required joint values at each waypoint; `None` for a pose."""
+        return tuple(
             self._state(waypoint) if isinstance(waypoint, JointTarget) else None
             for waypoint in self.scenario.waypoints
-        ]
-        at_rest = [
-            None if target is None or target.velocity.any() else target.position
-            for target in targets
-        ]
-        presets: Any = task.planner_options.accelerations
-        if isinstance(presets, tuple):
-            location = "planner_options", "accelerations"
-            presets = np.array([self.array(row, *location, i) for i, row in enumerate(presets)])
-        near_by_waypoint = {}
+        )
+
+    def accelerations(self) -> str | FloatArray | None:
+        """The planner option of this name; values have shape (n, d)."""
+        presets = self.scenario.given.planner_options.accelerations
+        if presets is None or isinstance(presets, str):
+            return presets
+        location = "planner_options", "accelerations"
+        return np.array([self.array(row, *location, i) for i, row in enumerate(presets)])
+
+    def near_by_waypoint(self) -> dict[int, FloatArray]:
+        """Joint positions near which solutions are chosen, shape (d,), by index of the waypoint."""
+        waypoints, near_by_waypoint = self.scenario.given.waypoints, {}
         for waypoint, i in enumerate(self.scenario.task_index):
-            near = getattr(task.waypoints[i], "near", None) if i >= 0 else None
+            near = getattr(waypoints[i], "near", None) if i >= 0 else None
             if near is not None:
                 near_by_waypoint[waypoint] = self.array(near, "waypoints", i, "near")
-        chosen = tuple(
-            self._chosen_section(motion, i) for i, motion in enumerate(task.chosen or ())
-        )
-        return {
-            "targets": tuple(targets),
-            "tolerances": {f"joint_{name}": self._tolerance(name) for name in DERIVATIVES[:3]},
-            "waits": tuple(find_waits(self.scenario, at_rest)),
-            "near": None if task.near is None else self.array(task.near, "near"),
-            "end_acceleration": self._ends(),
-            "accelerations": presets,
-            "chosen": chosen or None,
-            "near_by_waypoint": near_by_waypoint,
-            "shown_in": self.scenario.units,
-        }
+        return near_by_waypoint
+
+    def chosen(self) -> tuple[ChosenSection, ...] | None:
+        """Sections of waypoints with a chosen motion, or `None`."""
+        motions = self.scenario.given.chosen or ()
+        return tuple(self._chosen_section(motion, i) for i, motion in enumerate(motions)) or None
 
     def _chosen_section(self, motion: ChosenMotion, i: int) -> ChosenSection:
         names, location = [waypoint.name for waypoint in self.scenario.waypoints], ("chosen", i)
@@ -137,14 +131,15 @@ class JointReader:
             },
         )
 
-    def _tolerance(self, quantity: str) -> FloatArray:
-        """Tolerance of a quantity of the joints, shape (d,); its default is in SI."""
+    def tolerance(self, quantity: str) -> FloatArray:
+        """Tolerance of a quantity of the joints, shape (d,)."""
         name, tolerances = f"joint_{quantity}", self.scenario.given.tolerances
         is_given = name in tolerances.model_fields_set
         values = self.in_si(getattr(tolerances, name), "tolerances", name, si=not is_given)
         return np.array([*values.values()])
 
-    def _ends(self) -> tuple[FloatArray, FloatArray] | None:
+    def end_acceleration(self) -> tuple[FloatArray, FloatArray] | None:
+        """Required accelerations at the start and at the end, shape (d,) each, or `None`."""
         ends = self.scenario.given.end_acceleration
         if ends is None:
             return None
@@ -159,23 +154,20 @@ class JointReader:
         return JointState(position, self.array(target.velocity, *location, missing=0.0))
 
 
-def find_waits(scenario: Scenario, positions: Sequence[FloatArray | None]) -> Iterator[int]:
+def find_waits(scenario: Scenario, targets: Sequence[JointState | None]) -> Iterator[int]:
     """Find the waypoints at rest that are followed by an equal one without a tool path.
 
     Args:
         scenario: The scenario.
-        positions: Joint positions at its waypoints, shape (d,); `None` where the joints move,
-            or for a pose.
+        targets: Required joint values at its waypoints; `None` for a pose.
     """
     moved = {i for path in scenario.paths for i in range(path.first, path.last)}
     if scenario.unknowns is not None:  # a chosen velocity is not a stop
         speeds = pairwise(scenario.unknowns.speed)
         moved |= {i for i, kinds in enumerate(speeds) if kinds != ("given", "given")}
     states = [
-        waypoint.pose.homogeneous
-        if isinstance(waypoint, CartesianWaypoint) and not waypoint.twist.vector.any()
-        else position
-        for waypoint, position in zip(scenario.waypoints, positions, strict=True)
+        _state_at_rest(waypoint, target)
+        for waypoint, target in zip(scenario.waypoints, targets, strict=True)
     ]
     in_world = [waypoint.in_world_frame for waypoint in scenario.waypoints]
     for i, (first, second) in enumerate(pairwise(states)):
@@ -185,3 +177,12 @@ def find_waits(scenario: Scenario, positions: Sequence[FloatArray | None]) -> It
             continue
         if np.abs(first - second).max() <= SAME_STATE_TOLERANCE:
             yield i
+
+
+def _state_at_rest(
+    waypoint: CartesianWaypoint | JointTarget, target: JointState | None
+) -> FloatArray | None:
+    """Pose or joint positions of a waypoint; `None` where it moves."""
+    if isinstance(waypoint, CartesianWaypoint):
+        return None if waypoint.twist.vector.any() else waypoint.pose.homogeneous
+    return None if target is None or target.velocity.any() else target.position

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from knotwork.errors import InputError, RobotError, UnknownNameError
-from knotwork.joint_quantities import MAGNITUDES, JointLimits
+from knotwork.joint_quantities import DERIVATIVES, MAGNITUDES, JointLimits
 from knotwork.task import Tool
 from knotwork.task.scenario import JointTarget
-from knotwork.task.scenario.joint_reader import JointReader, JointState
+from knotwork.task.scenario.joint_reader import JointReader, JointState, find_waits
 from knotwork.task.scenario.payloads import Carrying, read_payload, robots_with_loads
 from knotwork.task.scenario.scenario import Scenario
 from knotwork.units import Units
@@ -114,13 +114,33 @@ def joint_space(scenario: Scenario) -> JointSpace:
     _check_motion_limits(scenario, robot)
     read = JointReader(scenario, robot.joint_names, robot.joint_units, robot.configurations)
     robot = robot.with_limits(**read.limits()).with_limit_margin(task.limits.margin)
+    carrying = None if robot.base_moves else robots_with_loads(scenario, robot)
+    return _with_requirements(read, robot.limits, robot, carrying)
+
+
+def _with_requirements(
+    read: JointReader,
+    limits: JointLimits,
+    robot: Robot | None = None,
+    carrying: Carrying | None = None,
+) -> JointSpace:
+    """The joints of a reader with their limits, and the requirements of its scenario on them."""
+    scenario, targets, near = read.scenario, read.targets(), read.scenario.given.near
     return JointSpace(
-        joint_names=robot.joint_names,
-        joint_units=robot.joint_units,
-        limits=robot.limits,
-        robot=robot,
-        carrying=None if robot.base_moves else robots_with_loads(scenario, robot),
-        **read.requirements(),
+        read.names,
+        read.units,
+        limits,
+        robot,
+        carrying,
+        targets,
+        near=None if near is None else read.array(near, "near"),
+        end_acceleration=read.end_acceleration(),
+        accelerations=read.accelerations(),
+        tolerances={f"joint_{name}": read.tolerance(name) for name in DERIVATIVES[:3]},
+        waits=tuple(find_waits(scenario, targets)),
+        chosen=read.chosen(),
+        near_by_waypoint=read.near_by_waypoint(),
+        shown_in=scenario.units,
     )
 
 
@@ -211,4 +231,4 @@ def _bare_joints(scenario: Scenario) -> JointSpace:
         kind: [bounds.get(kind, {}).get(name, np.inf) for name in names] for kind in MAGNITUDES
     }
     limits = JointLimits(**magnitudes, lower=lower, upper=upper).scaled(task.limits.margin)
-    return JointSpace(names, units, limits, **read.requirements())
+    return _with_requirements(read, limits)

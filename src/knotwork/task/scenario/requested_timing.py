@@ -91,30 +91,6 @@ class RequestedTiming:
         )
         return timing, tuple(speeds)
 
-    def fitted(self, chosen: Mapping[int, float]) -> dict[int, float]:
-        """Lower chosen speeds until the stretches are long enough for the changes of speed.
-
-        Args:
-            chosen: Chosen speeds of stretches [m/s], by index.
-
-        Raises:
-            PathError: No speed allows the changes of speed along the stretches with a given speed.
-        """
-        speeds = dict(chosen)
-        for _ in range(SPEED_ROUNDS * len(self.lengths)):
-            try:
-                self.timed(speeds)
-            except RampError as error:
-                # Lowering one stretch never lets a neighbour go faster, so lowering them one by one
-                # gives the largest feasible speeds.
-                if error.stretch not in speeds or error.highest_speed is None:
-                    raise
-                speeds[error.stretch] = error.highest_speed
-            else:
-                return speeds
-        self.timed(speeds)
-        return speeds
-
     def at_nominal_speed(self) -> tuple[Timing, tuple[float, ...]]:
         """Timing of a path with chosen speeds, for its geometry: one low speed from end to end."""
         speeds = (NOMINAL_SPEED,) * len(self.lengths)

@@ -27,8 +27,8 @@ MAX_RESTING_RATIO = 1.001
 
 
 @dataclass(frozen=True, eq=False)
-class Attempt:
-    """A motion that keeps every limit.
+class SectionMotion:
+    """Motion of one section, which keeps every limit; `TimedMotion` is that of a whole problem.
 
     Attributes:
         time: Times of the waypoints from 0 on [s], shape (n,).
@@ -41,7 +41,7 @@ class Attempt:
     status: Status
 
 
-def solve_section(problem: TimingProblem, budget: Budget) -> Attempt | None:
+def solve_section(problem: TimingProblem, budget: Budget) -> SectionMotion | None:
     """Solve a section from a plain guess.
 
     Args:
@@ -57,14 +57,17 @@ def solve_section(problem: TimingProblem, budget: Budget) -> Attempt | None:
         resting = resting_motion(problem, "resting")
         if resting is not None and resting.time[-1] <= MAX_RESTING_RATIO * given_time:
             return resting  # the free time is negligible against the given one
-    attempt = _optimised_motion(problem, budget)
-    if attempt is not None:
-        return attempt
+    motion = _optimised_motion(problem, budget)
+    if motion is not None:
+        return motion
     return resting_motion(problem, "stopped" if budget.is_over else "resting")
 
 
-def resting_motion(problem: TimingProblem, status: Status) -> Attempt | None:
-    """The fastest motion that rests in every interval and keeps every limit, or `None`."""
+def resting_motion(problem: TimingProblem, status: Status) -> SectionMotion | None:
+    """A motion that rests in every interval and keeps every limit, or `None`.
+
+    It is the first of `SLOWDOWN_FACTORS` that does; a smaller factor between them may be enough.
+    """
     moving = bool(problem.velocity[problem.velocity_known].any())
     for slower in SLOWDOWN_FACTORS:
         # a moving arm may have to brake at once, and can move slowly after that
@@ -75,11 +78,11 @@ def resting_motion(problem: TimingProblem, status: Status) -> Attempt | None:
             curve = concatenate(*intervals)
             if keeps_limits(problem, curve):
                 time = np.cumsum([0.0, *(interval.x[-1] for interval in intervals)])
-                return Attempt(time, curve, status)
+                return SectionMotion(time, curve, status)
     return None
 
 
-def _optimised_motion(problem: TimingProblem, budget: Budget) -> Attempt | None:
+def _optimised_motion(problem: TimingProblem, budget: Budget) -> SectionMotion | None:
     """Solve a section with more tightening whenever the exact check finds an excess."""
     guess, tightening = plain_guess(problem), first_tightening(problem)
     last: Solution | None = None
@@ -98,7 +101,7 @@ def _optimised_motion(problem: TimingProblem, budget: Budget) -> Attempt | None:
         time, curve = program.motion_of(solution.x)
         more = tighten(problem, tightening, curve)
         if more is None:
-            return Attempt(time, curve, "optimal")
+            return SectionMotion(time, curve, "optimal")
         if more.margin >= 1.0:
             return None  # no margin is left
         # with further equations the solution is a poor start
