@@ -10,6 +10,7 @@ import pytest
 from robot_logs import START, record, smooth, write_rows
 from scipy.interpolate import make_lsq_spline
 
+from cases import cases
 from knotwork import Plan
 from knotwork.errors import InputError
 from knotwork.verification.recording import Recording, Smoothed, read_log, smoothed
@@ -19,56 +20,7 @@ UNITS = ("rad", "rad")
 TIME = np.arange(40) / 50.0
 Q = np.column_stack((np.sin(TIME), 0.5 * np.cos(TIME)))
 V = np.column_stack((np.cos(TIME), -0.5 * np.sin(TIME)))
-
-
-CONTROLLER_VALUES = ",".join(
-    f"{group}.{what}[{k}]"
-    for group in ("reference", "feedback", "error", "output")
-    for what in ("positions", "velocities")
-    for k in (0, 1)
-)
-KINDS = {
-    "PlotJuggler": (
-        "__time,/joint_states/header/stamp/nanosec,/joint_states/header/stamp/sec,"
-        "/joint_states/lift_joint/position,/joint_states/lift_joint/velocity,"
-        "/joint_states/pan/effort,/joint_states/pan/position,/joint_states/pan/velocity,"
-        "/tf/base/translation/x",
-        "{arrival:.6f},{nanosec},{sec},{lift},{lift_speed},1.5,{pan},{pan_speed},",
-    ),
-    "flattened message": (
-        "header.stamp.sec,header.stamp.nanosec,header.frame_id,name[0],name[1],"
-        "position[0],position[1],velocity[0],velocity[1],effort[0],effort[1]",
-        "{sec},{nanosec},base,lift_joint,pan,{lift},{pan},{lift_speed},{pan_speed},,",
-    ),
-    "rostopic echo": (
-        "%time,field.header.seq,field.header.stamp,field.header.frame_id,field.name0,field.name1,"
-        "field.position0,field.position1,field.velocity0,field.velocity1",
-        "{sec}{nanosec:09},1,{sec}{nanosec:09},,pan,lift_joint,{pan},{lift},{pan_speed},{lift_speed}",
-    ),
-    "controller state": (  # of ROS 2's joint_trajectory_controller
-        f"header.stamp.sec,header.stamp.nanosec,joint_names[0],joint_names[1],{CONTROLLER_VALUES}",
-        "{sec},{nanosec},lift_joint,pan,9,9,9,9,{lift},{pan},{lift_speed},{pan_speed},"
-        "9,9,9,9,9,9,9,9",
-    ),
-    "RTDE": (
-        "timestamp target_q_0 target_q_1 actual_q_0 actual_q_1 actual_qd_0 actual_qd_1 robot_mode",
-        "{t:.4f} 9 9 {pan} {lift} {pan_speed} {lift_speed} 7",
-    ),
-    "spreadsheet": (
-        "Time [ms];pan [deg];lift_joint [deg];pan [deg/s]",
-        "{ms:.1f};{pan_degrees};{lift_degrees};1.5",
-    ),
-    "counted from one": ("t,q1,q2,qd1,qd2", "{t:.3f},{pan},{lift},{pan_speed},{lift_speed}"),
-    "topic with the name of a joint": (
-        "time,/pan/joint_states/pan/position,/pan/joint_states/lift_joint/position",
-        "{t:.3f},{pan},{lift}",
-    ),
-    "quantity first": (
-        "timestamp\tposition/pan\tposition/lift_joint\tvelocity/pan\tvelocity/lift_joint",
-        "{sec}.{nanosec:09}\t{pan}\t{lift}\t{pan_speed}\t{lift_speed}",
-    ),
-}
-"""Headings and rows of logs as they are written by other tools."""
+KINDS = cases(__file__)
 
 
 def cells(values: np.ndarray, digits: int = 5) -> list[list[str]]:

@@ -1,16 +1,20 @@
-"""`ChainModel`: the Pinocchio model of a chain of joints with its TCP, loads and virtual joints."""
+"""`ChainModel`: the Pinocchio model of a robot's joints with its TCP, loads and virtual joints."""
 
 from __future__ import annotations
 
 import threading
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
+from knotwork.errors import RobotError, UnknownNameError
 from knotwork.robot.description import Description
-from knotwork.waypoints import FloatArray, read_only
+from knotwork.robot.joint_chain import select_chain
+from knotwork.robot.planned_joints import PlannedJoints
+from knotwork.waypoints import FloatArray, checked_array
 
 _TCP = "knotwork: tool centre point"
 _VIRTUAL = {
@@ -19,36 +23,32 @@ _VIRTUAL = {
 }
 
 
-class ChainModel:
-    """Forward kinematics (eq 1), Jacobian (eq 2) and efforts of a chain.
-
-    Poses and twists are in the axes of the base frame. Joint positions q, velocities v and
-    accelerations a have shape (d,), and are checked.
+class ChainModel(PlannedJoints):
+    """A chain of joints with its Pinocchio model: kinematics (eqs 1, 2) and efforts.
 
     Args:
-        model: Pinocchio model of the planned joints, which is changed.
-        base_frame: Link of the frame of poses.
-        description: Tool, loads, gravity and virtual joints.
-
-    Attributes:
-        model: The model, nq = nv = d.
-        base_placement: Base frame in the axes of the URDF's root, `pin.SE3`.
-        tcp: Index of the frame of the TCP; `None` without a tool frame.
-        gravity: Gravity in the axes of the base frame [m/s²], shape (3,).
-        links: Names of the links.
+        description: The robot.
     """
 
-    def __init__(self, model: Any, base_frame: str, description: Description) -> None:
-        self.model = model
-        self.base_placement = model.frames[model.getFrameId(base_frame, pin.BODY)].placement.copy()
+    def __init__(self, description: Description) -> None:
+        chain = select_chain(description)
+        super().__init__(description, chain.joint_names)
+        self.model, self.base_frame = chain.model, chain.base_frame
+        model = chain.model
+        self.world_frame = description.world_frame or chain.base_frame
+        self.base_moves = description.world_frame is not None
+        self.locked = MappingProxyType(dict(chain.locked))
+        self.followers = MappingProxyType(dict(chain.followers))
+        base = model.frames[model.getFrameId(self.base_frame, pin.BODY)]
+        self.base_placement = base.placement.copy()
         self._base_from_root = self.base_placement.inverse()
-        self.tcp = None if description.tool_frame is None else self._add_tcp(description)
+        self.tcp_frame_id = None if description.tool_frame is None else self._add_tcp(description)
         turn = self.base_placement.rotation
         if description.gravity is not None:
             model.gravity.linear = turn @ description.gravity
-        self.gravity = read_only(turn.T @ model.gravity.linear, (3,), "gravity")
+        self.gravity = checked_array(turn.T @ model.gravity.linear, (3,), "gravity")
         bodies = (frame for frame in model.frames if frame.type == pin.FrameType.BODY)
-        self.links = tuple(str(frame.name) for frame in bodies)
+        self.frame_names = tuple(str(frame.name) for frame in bodies)
         self._memory = threading.local()
 
     def _add_tcp(self, description: Description) -> int:
@@ -80,42 +80,86 @@ class ChainModel:
             memory.data = self.model.createData()
             return memory.data
 
-    def checked(self, values: ArrayLike, name: str) -> FloatArray:
+    def frame_index(self, name: str) -> int:
+        """Index in `model` of a link's frame.
+
+        Raises:
+            UnknownNameError: There is no such link.
+        """
+        if name not in self.frame_names:
+            raise UnknownNameError("frame", name, self.frame_names, where=f"robot {self.name!r}")
+        return int(self.model.getFrameId(name, pin.BODY))
+
+    def require_tool(self) -> int:
+        """Return the index of the TCP's frame in `model`.
+
+        Raises:
+            RobotError: No tool frame has been chosen.
+        """
+        if self.tcp_frame_id is None:
+            raise self._description.no_tool_error(self.frame_names)
+        return self.tcp_frame_id
+
+    def forward(self, q: ArrayLike) -> Any:
+        """Pose of the TCP in the base frame (eq 1), as `pin.SE3`."""
+        tcp = self.require_tool()
+        pin.forwardKinematics(self.model, self.data, self._checked(q, "q"))
+        return self._base_from_root * pin.updateFramePlacement(self.model, self.data, tcp)
+
+    def jacobian(self, q: ArrayLike) -> FloatArray:
+        """Jacobian of the TCP (eq 2), shape (6, d): twist = J(q) v.
+
+        Rows are linear [m/s], then angular [rad/s], at the TCP, in base axes
+        (`local_world_aligned`).
+        """
+        return self.forward_and_jacobian(q)[1]
+
+    def forward_and_jacobian(self, q: ArrayLike) -> tuple[Any, FloatArray]:
+        """Pose and Jacobian of the TCP (eqs 1 and 2) at once: see `forward` and `jacobian`."""
+        tcp = self.require_tool()
+        pin.computeJointJacobians(self.model, self.data, self._checked(q, "q"))
+        pose = self._base_from_root * pin.updateFramePlacement(self.model, self.data, tcp)
+        J = pin.getFrameJacobian(self.model, self.data, tcp, pin.LOCAL_WORLD_ALIGNED)
+        J = J.reshape(6, self.dof)  # a single column comes as a vector
+        base = self._base_from_root.rotation
+        return pose, np.vstack([base @ J[:3], base @ J[3:]])
+
+    def twist(self, q: ArrayLike, v: ArrayLike) -> Any:
+        """Velocity of the TCP in base axes (`local_world_aligned`), as `pin.Motion`."""
+        tcp = self.require_tool()
+        pin.forwardKinematics(self.model, self.data, self._checked(q, "q"), self._checked(v, "v"))
+        pin.updateFramePlacement(self.model, self.data, tcp)
+        twist = pin.getFrameVelocity(self.model, self.data, tcp, pin.LOCAL_WORLD_ALIGNED)
+        turn = self._base_from_root.rotation
+        return pin.Motion(turn @ twist.linear, turn @ twist.angular)
+
+    def torque(self, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> FloatArray:
+        """Joint efforts [N m or N] of the motion under gravity, by inverse dynamics, shape (d,).
+
+        Payload, held objects and `gravity` are included, friction and other loads that are not in
+        the URDF are not.
+
+        Raises:
+            RobotError: Joints move the base frame.
+
+        >>> still = np.zeros(6)
+        >>> kw.load_robot("ur5").torque(still, still, still)[1:3].round(1)
+        array([-59.2, -15.7])
+        """
+        if self.base_moves:
+            raise RobotError(self.name, f"efforts are not known where {self.base_frame!r} moves")
+        motion = self._checked(q, "q"), self._checked(v, "v"), self._checked(a, "a")
+        return np.array(pin.rnea(self.model, self.data, *motion))
+
+    def _checked(self, values: ArrayLike, name: str) -> FloatArray:
         """Values of the joints as an array.
 
         Raises:
             WaypointDataError: A value is not finite, or there is a wrong number of them.
         """
         array = np.asarray(values)
-        fine = array.shape == (self.model.nq,) and array.dtype == np.float64
+        fine = array.shape == (self.dof,) and array.dtype == np.float64
         # Faster than np.isfinite(array).all(): a sum is finite only if no term is nan or infinite.
         if fine and np.isfinite(array.dot(array)):
             return array
-        return read_only(values, (self.model.nq,), name)
-
-    def pose(self, q: ArrayLike) -> Any:
-        """Pose of the TCP, as `pin.SE3`."""
-        pin.forwardKinematics(self.model, self.data, self.checked(q, "q"))
-        return self._base_from_root * pin.updateFramePlacement(self.model, self.data, self.tcp)
-
-    def pose_and_jacobian(self, q: ArrayLike) -> tuple[Any, FloatArray]:
-        """Pose and Jacobian of the TCP, its rows in base axes."""
-        pin.computeJointJacobians(self.model, self.data, self.checked(q, "q"))
-        pose = self._base_from_root * pin.updateFramePlacement(self.model, self.data, self.tcp)
-        J = pin.getFrameJacobian(self.model, self.data, self.tcp, pin.LOCAL_WORLD_ALIGNED)
-        J = J.reshape(6, self.model.nv)  # a single column comes as a vector
-        base = self._base_from_root.rotation
-        return pose, np.vstack([base @ J[:3], base @ J[3:]])
-
-    def twist(self, q: ArrayLike, v: ArrayLike) -> Any:
-        """Velocity of the TCP in base axes, as `pin.Motion`."""
-        pin.forwardKinematics(self.model, self.data, self.checked(q, "q"), self.checked(v, "v"))
-        pin.updateFramePlacement(self.model, self.data, self.tcp)
-        twist = pin.getFrameVelocity(self.model, self.data, self.tcp, pin.LOCAL_WORLD_ALIGNED)
-        turn = self._base_from_root.rotation
-        return pin.Motion(turn @ twist.linear, turn @ twist.angular)
-
-    def efforts(self, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> FloatArray:
-        """Joint efforts by inverse dynamics [N m or N], shape (d,)."""
-        motion = self.checked(q, "q"), self.checked(v, "v"), self.checked(a, "a")
-        return np.array(pin.rnea(self.model, self.data, *motion))
+        return checked_array(values, (self.dof,), name)

@@ -1,4 +1,4 @@
-"""`PlannedJoints`: names, units, limits, weights and configurations of the joints of a chain."""
+"""`PlannedJoints`: names, units, limits, weights and configurations of the joints of a robot."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from knotwork.errors import RobotError
 from knotwork.joint_quantities import MAGNITUDES, JointLimits
 from knotwork.robot.description import Description
-from knotwork.waypoints import FloatArray, read_only
+from knotwork.waypoints import FloatArray, checked_array
 
 
 class PlannedJoints:
@@ -20,31 +20,27 @@ class PlannedJoints:
     Args:
         description: The robot.
         names: Names of the planned joints of the URDF.
-
-    Attributes:
-        names: Names of the d joints.
-        units: `"rad"` or `"m"` for each joint.
-        virtual: Whether each joint is a virtual one, shape (d,).
-        limits: Their limits.
-        weights: Weight of each joint's motion, shape (d,).
-        configurations: Named configurations with all joints [rad or m], shape (d,).
     """
 
     def __init__(self, description: Description, names: Sequence[str]) -> None:
         types, extra = description.urdf.types, description.virtual
         units = ("m" if types[name] == "prismatic" else "rad" for name in names)
-        self._description = description
-        self.names = (*names, *(joint.name for joint in extra))
-        self.units = (*units, *(joint.unit for joint in extra))
+        self._description, self.name = description, description.name
+        self.joint_names = (*names, *(joint.name for joint in extra))
+        self.joint_units = (*units, *(joint.unit for joint in extra))
+        self.dof, self.virtual_joints = len(self.joint_names), extra
         self.virtual = np.array([False] * len(names) + [True] * len(extra))
-        self.limits = _collect_limits(description, names)
-        weights = [description.weights.get(name, 1.0) for name in self.names]
-        self.weights = read_only(weights, (len(weights),), "weights")
+        self.limits = limits = _collect_limits(description, names)
+        self.lower_position_limit, self.upper_position_limit = limits.lower, limits.upper
+        self.velocity_limit, self.acceleration_limit = limits.velocity, limits.acceleration
+        self.jerk_limit, self.effort_limit = limits.jerk, limits.effort
+        weights = [description.weights.get(name, 1.0) for name in self.joint_names]
+        self.weights = checked_array(weights, (self.dof,), "weights")
         at_zero = [0.0] * len(extra)  # virtual joints
         self.configurations: Mapping[str, FloatArray] = MappingProxyType(
             {
-                key: read_only(
-                    [*(values[joint] for joint in names), *at_zero], (len(self.names),), key
+                key: checked_array(
+                    [*(values[joint] for joint in names), *at_zero], (self.dof,), key
                 )
                 for key, values in description.configurations.items()
                 if all(joint in values for joint in names)
@@ -52,12 +48,17 @@ class PlannedJoints:
         )
 
     def configuration(self, name: str) -> FloatArray:
-        """A named configuration; see `Robot.configuration`."""
+        """A named configuration [rad or m], shape (d,).
+
+        Raises:
+            UnknownNameError: No configuration has this name.
+            RobotError: The configuration has no position for a joint of the chain.
+        """
         positions = self._description.configuration(name)
         if name not in self.configurations:
-            missing = next(joint for joint in self.names if joint not in positions)
+            missing = next(joint for joint in self.joint_names if joint not in positions)
             raise RobotError(
-                self._description.name,
+                self.name,
                 f"configuration {name!r} gives no position for joint {missing!r}",
                 joint=missing,
             )

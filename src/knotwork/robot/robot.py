@@ -1,4 +1,4 @@
-"""The robot: forward kinematics (eq 1) and Jacobian (eq 2) of a chain, and its limits."""
+"""`Robot`: a chain of joints that can be given another tool, base, load and other limits."""
 
 from __future__ import annotations
 
@@ -6,23 +6,18 @@ import importlib
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
-from types import MappingProxyType
 from typing import Any
 
-import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from knotwork.errors import RobotError, UnknownNameError
 from knotwork.robot.chain_model import ChainModel
 from knotwork.robot.description import Description, VirtualJoint
-from knotwork.robot.joint_chain import select_chain
 from knotwork.robot.payload import Payload
-from knotwork.robot.planned_joints import PlannedJoints
 from knotwork.robot.urdf import carrying_joints, read_urdf
-from knotwork.waypoints import FloatArray, read_only
+from knotwork.waypoints import FloatArray, checked_array
 
 
-class Robot:
+class Robot(ChainModel):
     """A serial chain of joints between a base frame and a tool centre point (TCP).
 
     A joint position is one number, for unbounded joints as well. All poses are of the TCP in the
@@ -83,37 +78,17 @@ class Robot:
     """
 
     def __init__(self, description: Description) -> None:
-        self._description = description
-        self.name, self.description = description.name, description.description
-        self.source, self.urdf_files = description.source, description.urdf.files
+        super().__init__(description)
+        self.description, self.source = description.description, description.source
+        self.urdf_files = description.urdf.files
         self.urdf = self.urdf_files[0].path
-        self.package_paths = description.package_paths
-        self.tool_frame = description.tool_frame
+        self.package_paths, self.tool_frame = description.package_paths, description.tool_frame
         self.ignored_pairs, self.srdf = description.ignored_pairs, description.srdf
         self.tool_offset = description.tool_offset.copy()
         self.tool_candidates = description.urdf.leaves
         self.payload, self.held = description.payload, description.held
         self.external_axes = description.urdf.added
         self.joined_links = description.urdf.joined_links
-        chain = select_chain(description)
-        self.base_frame = chain.base_frame
-        self.world_frame = description.world_frame or chain.base_frame
-        self.base_moves = description.world_frame is not None
-        self.locked = MappingProxyType(dict(chain.locked))
-        self.followers = MappingProxyType(dict(chain.followers))
-        self._chain = ChainModel(chain.model, chain.base_frame, description)
-        self.model, self.base_placement = chain.model, self._chain.base_placement
-        self.tcp_frame_id, self.gravity = self._chain.tcp, self._chain.gravity
-        self.frame_names = self._chain.links
-        self._joints = joints = PlannedJoints(description, chain.joint_names)
-        self.joint_names, self.joint_units = joints.names, joints.units
-        self.dof, self.weights = len(joints.names), joints.weights
-        self.virtual, self.virtual_joints = joints.virtual, description.virtual
-        self.configurations, self.limits = joints.configurations, joints.limits
-        limits = joints.limits
-        self.lower_position_limit, self.upper_position_limit = limits.lower, limits.upper
-        self.velocity_limit, self.acceleration_limit = limits.velocity, limits.acceleration
-        self.jerk_limit, self.effort_limit = limits.jerk, limits.effort
 
     @property
     def carrying_joints(self) -> dict[str, frozenset[str]]:
@@ -126,71 +101,6 @@ class Robot:
     def __repr__(self) -> str:
         chain = f"{self.dof} joints from {self.base_frame!r} to {self.tool_frame!r}"
         return f"<Robot {self.name!r}: {chain}>"
-
-    @property
-    def data(self) -> Any:
-        """Pinocchio's working memory, one per thread."""
-        return self._chain.data
-
-    def frame_index(self, name: str) -> int:
-        """Index in `model` of a link's frame.
-
-        Raises:
-            UnknownNameError: There is no such link.
-        """
-        if name not in self.frame_names:
-            raise UnknownNameError("frame", name, self.frame_names, where=f"robot {self.name!r}")
-        return int(self.model.getFrameId(name, pin.BODY))
-
-    def require_tool(self) -> int:
-        """Return the index of the TCP's frame in `model`.
-
-        Raises:
-            RobotError: No tool frame has been chosen.
-        """
-        if self.tcp_frame_id is None:
-            raise self._description.no_tool_error(self.frame_names)
-        return self.tcp_frame_id
-
-    def forward(self, q: ArrayLike) -> Any:
-        """Pose of the TCP in the base frame (eq 1), as `pin.SE3`."""
-        self.require_tool()
-        return self._chain.pose(q)
-
-    def jacobian(self, q: ArrayLike) -> FloatArray:
-        """Jacobian of the TCP (eq 2), shape (6, d): twist = J(q) v.
-
-        Rows are linear [m/s], then angular [rad/s], at the TCP, in base axes
-        (`local_world_aligned`).
-        """
-        return self.forward_and_jacobian(q)[1]
-
-    def forward_and_jacobian(self, q: ArrayLike) -> tuple[Any, FloatArray]:
-        """Pose and Jacobian of the TCP (eqs 1 and 2) at once: see `forward` and `jacobian`."""
-        self.require_tool()
-        return self._chain.pose_and_jacobian(q)
-
-    def twist(self, q: ArrayLike, v: ArrayLike) -> Any:
-        """Velocity of the TCP in base axes (`local_world_aligned`), as `pin.Motion`."""
-        self.require_tool()
-        return self._chain.twist(q, v)
-
-    def torque(self, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> FloatArray:
-        """Joint efforts [N m or N] of the motion under gravity, by inverse dynamics, shape (d,).
-
-        Payload, held objects and `gravity` are included, friction and other loads that are not in
-        the URDF are not.
-
-        Raises:
-            RobotError: Joints move the base frame.
-
-        >>> still = np.zeros(6)
-        >>> kw.load_robot("ur5").torque(still, still, still)[1:3].round(1)
-        array([-59.2, -15.7])
-        """
-        if self.base_moves:
-            raise RobotError(self.name, f"efforts are not known where {self.base_frame!r} moves")
-        return self._chain.efforts(q, v, a)
 
     def with_held(self, *held: Payload) -> Robot:
         """Let the tool hold objects, given in the axes of the TCP; they count in `torque`."""
@@ -247,7 +157,7 @@ class Robot:
         >>> kw.load_robot("ur5").with_gravity([0, 0, 9.81]).gravity
         array([0.  , 0.  , 9.81])
         """
-        return Robot(replace(self._description, gravity=read_only(gravity, (3,), "gravity")))
+        return Robot(replace(self._description, gravity=checked_array(gravity, (3,), "gravity")))
 
     def with_limits(
         self,
@@ -338,15 +248,6 @@ class Robot:
         """Pose of the TCP in the base or the world frame, `pin.SE3`."""
         robot, joints = self.in_frame(in_world_frame=in_world_frame)
         return robot.forward(q[joints])
-
-    def configuration(self, name: str) -> FloatArray:
-        """A named configuration [rad or m], shape (d,).
-
-        Raises:
-            UnknownNameError: No configuration has this name.
-            RobotError: The configuration has no position for a joint of the chain.
-        """
-        return self._joints.configuration(name)
 
     def solve_pose_ik_all(self, pose: Any, **options: Any) -> tuple[Any, ...]:
         """Find every `Branch` that takes the TCP to a pose; see `knotwork.solve_pose_ik_all`."""

@@ -198,7 +198,7 @@ class Report:
 
     @property
     def result(self) -> str:
-        """Text of the numbers of requirements: met, of all, failed, undecided and sampled."""
+        """Text of the numbers of requirements met, of all, failed, undecided and sampled."""
         met, required = self.counts
         failed = f", {required - met} failed" if required > met else ""
         return f"{met} of {required} requirements met{failed}{self.reservations}"
