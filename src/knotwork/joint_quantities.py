@@ -64,6 +64,9 @@ JOINT_QUANTITIES: Mapping[str, JointQuantity] = MappingProxyType(
 DERIVATIVES = tuple(quantity.name for quantity in _ALL if quantity.order is not None)
 """Names of position and its derivatives; the index is the order."""
 
+RATES = DERIVATIVES[1:]
+"""Names of the derivatives of position, from order 1 on."""
+
 MAGNITUDES = tuple(quantity.name for quantity in _ALL if quantity.limit == "magnitude")
 """Names of the quantities that are limited to the same magnitude on both sides."""
 
