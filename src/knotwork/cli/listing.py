@@ -19,7 +19,7 @@ from knotwork.scene.building import build_robot_collision_model
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.task import Task
 from knotwork.task.scenario import load_scenario
-from knotwork.units import Units, readable
+from knotwork.units import Units
 
 SHOWN_UNITS = Units("mm", "deg")
 """Units of limits and configurations on a terminal."""
@@ -143,7 +143,7 @@ def _number(value: float, unit: str) -> str:
     """A value in the displayed units, or a dash without a limit."""
     if not np.isfinite(value):
         return "none"
-    return readable(SHOWN_UNITS.shown(value, unit)[0] + 0.0)
+    return SHOWN_UNITS.number(value, unit)
 
 
 def print_collisions(robot: Robot, notes: list[str], data: dict[str, Any]) -> None:

@@ -204,9 +204,7 @@ def _arrivals(scenario: Scenario, executed: _ExecutedMotion) -> list[_ReachedWay
         scenario.times <= high + SAME_WAYPOINT_TIME
     )
     passed = np.flatnonzero(is_passed)
-    times = np.full(len(passed), start)
-    if executed.is_on_path:
-        times = first_times(executed.clock, scenario.times[passed])
+    times = first_times(executed.clock, np.clip(scenario.times[passed], low, high))
     arrivals = []
     for waypoint, time in zip(passed.tolist(), times.tolist(), strict=True):
         at = next((t for t in (start, end) if abs(t - time) < SAME_WAYPOINT_TIME), time)

@@ -12,13 +12,12 @@ from knotwork.curves.trajectory.motion_events import signals_on_at
 from knotwork.errors import InputError
 from knotwork.errors.plain_text import default_waypoint_name
 from knotwork.planning.speed_override import SAME_WAYPOINT_TIME
-from knotwork.task import Action, EndAcceleration, PlainTask, SceneObject, Task
+from knotwork.task import Action, EndAcceleration, Placement, PlainTask, SceneObject, Task
 from knotwork.task.scenario import GraspedObject, Scenario, resolve_task
 from knotwork.task.scenario.event_reader import action_of
 from knotwork.task.scenario.joint_space import by_joint, moved_robot
 from knotwork.task.scenario.repetitions import expand_repeats
 from knotwork.task.scenario.waypoint_reader import START
-from knotwork.task.scene_shapes import SHAPES
 from knotwork.task.task_part import plain
 from knotwork.verification.report import CheckedMotion
 
@@ -155,13 +154,17 @@ def task_with_scene_from(
             objects[held.name] = shift_appearance(put_down, held.appears)
     tool = None if task.tool is None else task.tool.replace(holds=holds or None)
     present = {name: item for name, item in objects.items() if item}
+    frames = {
+        name: frame.replace(moves=frame.moves and frame.moves.replace(at=frame.moves.at - first))
+        for name, frame in task.frames.items()
+    }
     robots = {
         name: other.replace(delay=other.delay - first) for name, other in task.scene.robots.items()
     }
     scene = task.scene.replace(objects=present or None, robots=robots or None)
     return task.replace(
         tool=tool,
-        frames=_frames_from(task, first) or None,
+        frames=frames or None,
         frame=_frame_of_joints(scenario),
         # without a robot there is no scene, not even an empty one
         scene=scene if present or robots else None,
@@ -172,16 +175,6 @@ def _frame_of_joints(scenario: Scenario) -> str | None:
     """The frame of a task with joint values only, on the link that carries the poses, if any."""
     task, link = scenario.given, scenario.pose_frame_link
     return next((name for name, frame in task.frames.items() if frame.on == link), task.frame)
-
-
-def _frames_from(task: Task, start: float) -> dict[str, Any]:
-    """The frames of a task, with those that move a time later [s]."""
-    return {
-        name: frame
-        if frame.moves is None
-        else frame.replace(moves=frame.moves.replace(at=frame.moves.at - start))
-        for name, frame in task.frames.items()
-    }
 
 
 def _put_down(
@@ -209,13 +202,10 @@ def _put_down(
         parent = _frame_of_joints(scenario) or "base"
         placed = scenario.frames[parent].actInv(placed)
     grasp = task.tool.holds[held.name]  # type: ignore[union-attr]
-    shape = {key: getattr(grasp, key) for key in (*SHAPES, "scale", "exact")}
+    described = SceneObject.model_fields.keys() - Placement.model_fields.keys()
+    shape = {key: getattr(grasp, key) for key in described & grasp.model_fields_set}
     place = plain(placed)
     place["position"] = (placed.translation / task.units.in_si[0]).tolist()
     is_near = near[0] <= span[1] and span[0] <= near[-1]
-    return SceneObject(
-        **{key: value for key, value in shape.items() if value is not None},
-        **place,
-        parent=parent,
-        allow=[*held.allow, *(["tool"] if is_near else [])],
-    )
+    allow = [*held.allow, *(["tool"] if is_near else [])]
+    return SceneObject(**{**shape, **place, "parent": parent, "allow": allow})

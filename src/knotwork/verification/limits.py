@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     from knotwork.verification.bounds import Bound
 
 JOINT_LIMITS, TOOL_LIMITS, SINGULARITY = LIMITS = ("Joint limits", "Tool and links", "Singularity")
+TOOL_ORDERS = {"tool_speed": 1, "tool_acceleration": 2, "frame_speed": 1}
+"""Order of the limited derivative of a position of tool or link, by the quantity of its finding."""
+SMALLEST_SINGULAR_VALUE = "smallest_singular_value"
 LIMIT_SLACK = 1e-9
 """Rounding tolerance of limits, relative to the limit (or to 1 in SI)."""
 
