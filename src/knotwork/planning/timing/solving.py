@@ -11,7 +11,7 @@ import numpy as np
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import TimingError, merge_errors
-from knotwork.joint_quantities import RATES
+from knotwork.joint_quantities import RATE_QUANTITIES
 from knotwork.planning.timing.bounds import lower_bound
 from knotwork.planning.timing.infeasible import infeasible_values, unsolved_errors
 from knotwork.planning.timing.motion_curves import concatenate
@@ -239,7 +239,8 @@ def binding_limits(
     active: list[Binding] = []
     q, v, a = (curve(times, order) for order in range(3))
     utilisations = {
-        name: np.abs(curve(times, order)) / limits[name] for order, name in enumerate(RATES, 1)
+        name: np.abs(curve(times, order)) / limits[name]
+        for order, name in enumerate(RATE_QUANTITIES, 1)
     }
     for name in robot_limits(problem):
         utilisations[name] = utilisation(problem, name, q, v, a)
