@@ -14,7 +14,7 @@ from knotwork.cli.tables import console, plain_table, print_entry, print_table, 
 from knotwork.cli.terminal import cell, echo, echo_json
 from knotwork.files.documents import resources
 from knotwork.robot import Robot, load_robot, robot_names
-from knotwork.robot.load import further_robots
+from knotwork.robot.load import robots_of_missing_packages
 from knotwork.scene.building import build_robot_collision_model
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.task import Task
@@ -51,7 +51,7 @@ def robots(name: str | None, pairs: bool, as_json: bool) -> int:
         for robot in shown:
             about = f"{len(robot.joint_names)} joints, tool frame {robot.tool_frame or '-'}"
             print_entry(robot.name, about, {"": robot.description})
-        for package, names in further_robots():
+        for package, names in robots_of_missing_packages():
             echo(f"after pip install {package}: {', '.join(names)}")
         echo("knotwork robots NAME shows one robot")
     return PASSED
