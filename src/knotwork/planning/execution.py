@@ -173,7 +173,7 @@ def _geometry(
         for arrival in arrivals
         if arrival.waypoint >= 0 and scenario.task_index[arrival.waypoint] not in moving
     }
-    execution = Execution(executed.clock, times, executed.ends)
+    execution = Execution(executed.clock, times, (arrivals[0].name, arrivals[-1].name))
     return [
         *check_tool_at_arrivals(motion, scenario, plan.space, execution),
         *check_path_geometry(motion, scenario, plan.space, execution),
@@ -210,10 +210,17 @@ def _arrivals(scenario: Scenario, executed: _ExecutedMotion) -> list[_ReachedWay
         at = next((t for t in (start, end) if abs(t - time) < SAME_WAYPOINT_TIME), time)
         arrivals.append(_ReachedWaypoint(at, scenario.waypoints[waypoint].name, waypoint))
     if not arrivals or arrivals[0].time != start:
-        arrivals.insert(0, _ReachedWaypoint(start, executed.ends[0]))
+        arrivals.insert(0, _end(start, executed.ends[0], arrivals))
     if arrivals[-1].time != end:
-        arrivals.append(_ReachedWaypoint(end, executed.ends[1]))
+        arrivals.append(_end(end, executed.ends[1], arrivals))
     return arrivals
+
+
+def _end(time: float, name: str, arrivals: Sequence[_ReachedWaypoint]) -> _ReachedWaypoint:
+    """An end of an executed motion, with a name that no waypoint has."""
+    while any(arrival.name == name for arrival in arrivals):
+        name = f"{name} 2"
+    return _ReachedWaypoint(time, name)
 
 
 def _task_of(
