@@ -173,11 +173,11 @@ def test_a_handle_moves_what_it_was_shown_for_or_nothing(tmp_path: Path) -> None
         actions["move"]({**two, "position": [0.4, 0.1, 0.2]})
     actions["edit"]({"changes": [{"at": ["waypoints", 1]}]})
     text = session.draft.text
-    for gone in (two, three, {**three, "build": None}, {**three, "at": two["at"]}):
+    for gone in (two, three, {**three, "structure": None}, {**three, "at": two["at"]}):
         with pytest.raises(InputError, match="the task has changed since"):
             actions["move"]({**gone, "position": [0.4, 0.1, 0.2]})
     with pytest.raises(InputError, match="the task has changed since"):
-        actions["edit"]({"changes": [{"at": two["at"][:2]}], "build": two["build"]})
+        actions["edit"]({"changes": [{"at": two["at"][:2]}], "structure": two["structure"]})
     assert session.draft.text == text
     assert state()["draft"]["handles"] == []
     actions["edit"]({"changes": [{"at": ["waypoints", 0, "time"], "value": 3}]})

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from hostile.mutations import places
 from knotwork.errors import InputError
-from knotwork.files.documents import REMOVED, Document, apply_edits, edited_text, parse
-from knotwork.files.documents.edits import changed_text
+from knotwork.files.documents import REMOVED, Document, apply_edits, parse, with_values
+from knotwork.files.documents.edits import with_change
 from sweeps import examples
 
 TEXT = """\
@@ -45,7 +45,7 @@ def test_everything_else_stays_to_the_letter() -> None:
         ("waypoints", 2, "velocity"): {"a": -1.5, "b": 2},
         ("chosen",): [{"times": [0.0, 0.5], "velocities": {"by the way, on": {"a": 1.0}}}],
     }
-    assert edited_text(TEXT, edits) == (
+    assert with_values(TEXT, edits) == (
         TEXT.replace("times: fastest # chosen", "# chosen")
         .replace("joints: {a: 0,", "after: 0.25\n    joints: {a: 0,")
         .replace("{fastest: true}", "0.3333333333333333")
@@ -109,7 +109,7 @@ def test_what_is_written_is_what_is_read(
         edits[(*place[:-1], "new")] = {"a": [1.5, 2.5] * data.draw(st.integers(1, 20)), "b": 1e-7}
     wanted = apply_edits(Document(found.data), edits).data
     try:
-        result = edited_text(text, edits)
+        result = with_values(text, edits)
     except InputError:
         # refused rather than written wrong: a block can't be left without a key
         for key in place[:-1]:
@@ -134,9 +134,9 @@ def test_items_are_put_in_and_taken_out(flow: bool, items: list[Any], data: Any)
     if not flow:  # behind each line that ends an item, and above all
         text = f"# above\n{text}# below\n"
     i = data.draw(st.integers(0, len(items)))
-    more = changed_text(text, ("a", i), {"x": 0.5, "y": [1, 2]}, insert=True)
+    more = with_change(text, ("a", i), {"x": 0.5, "y": [1, 2]}, insert=True)
     assert parse(more).data == {"a": [*items[:i], {"x": 0.5, "y": [1, 2]}, *items[i:]]}
-    less = changed_text(more, ("a", i), REMOVED)
+    less = with_change(more, ("a", i), REMOVED)
     assert parse(less).data == {"a": items}
     assert [line for line in less.splitlines() if "#" in line] == [
         line for line in text.splitlines() if "#" in line
@@ -158,9 +158,9 @@ def test_change_needs_place(place: Any, value: Any, insert: bool, wanted: str | 
     text = "a: [1] # it\n"
     if wanted is None:
         with pytest.raises(InputError, match="no such field"):
-            changed_text(text, place, value, insert=insert)
+            with_change(text, place, value, insert=insert)
     else:
-        assert changed_text(text, place, value, insert=insert) == wanted
+        assert with_change(text, place, value, insert=insert) == wanted
 
 
 ALIASES = """\
@@ -175,7 +175,7 @@ waypoints:
 )
 def test_a_part_that_an_alias_shares_is_not_changed(place: Any) -> None:
     with pytest.raises(InputError, match=r"write out aliases \(\*\)"):
-        changed_text(ALIASES, place, 5)
-    assert changed_text(ALIASES, ("waypoints", 1, "after"), 3) == ALIASES.replace(
+        with_change(ALIASES, place, 5)
+    assert with_change(ALIASES, ("waypoints", 1, "after"), 3) == ALIASES.replace(
         "after: 1", "after: 3"
     )

@@ -17,13 +17,12 @@ from sweeps import examples, mostly_exhaustive
 EPS = np.finfo(float).eps
 
 
-def random_pair(degree, pieces, trailing=(), axis=0, seed=0):
+def random_pair(degree, pieces, trailing=(), seed=0):
     """A curve, and the same as SciPy has it."""
     rng = np.random.default_rng([seed, degree, pieces])
     x = rng.uniform(-1, 1) + np.concatenate(([0.0], np.cumsum(rng.uniform(0.1, 2, pieces))))
     c = rng.normal(size=(degree + 1, pieces, *trailing))
-    c = np.moveaxis(c, (0, 1), (axis, axis + 1))
-    return PiecewisePolynomial(c, x, axis=axis), PPoly(c, x, axis=axis)
+    return PiecewisePolynomial(c, x), PPoly(c, x)
 
 
 def size(curve, nu=0):
@@ -50,17 +49,6 @@ def test_values_are_those_of_scipy_for_any_arguments(degree, pieces, trailing):
             atol = 8 * EPS * size(ours, nu)
             assert ours(t, nu).shape == expected.shape
             assert (np.abs(ours(t, nu) - expected) <= atol).all()
-
-
-@pytest.mark.parametrize(("trailing", "axis"), [((2,), 1), ((2, 3), 1), ((2, 3), 2)])
-def test_axis_is_that_of_scipy(trailing, axis):
-    ours, theirs = random_pair(3, 4, trailing, axis)
-    assert ours.c.shape == theirs.c.shape
-    assert ours.axis == theirs.axis
-    for t in (ours.x[1], ours.x, np.full((2, 2), ours.x[2])):
-        np.testing.assert_allclose(ours(t, 1), theirs(t, 1), atol=1e-13)
-        for nu in (-1, 0, 2):
-            np.testing.assert_allclose(ours.derivative(nu)(t), theirs.derivative(nu)(t), atol=1e-12)
 
 
 @pytest.mark.parametrize("nu", [0, 1, 2, 3, 7])

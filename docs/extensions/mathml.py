@@ -35,18 +35,18 @@ def _mathml(node: Any, *, block: bool) -> str:
 
 
 def _dots_above(text: str) -> str:
-    """Dot letters by a combining dot on the italic letter, with an index beside it.
+    """Dot small letters by a combining dot on the italic letter, with an index next to it.
 
     docutils puts the dot into an element of its own, which fonts without tables for mathematics set
-    onto the letter, and an index below it, as of a sum.
+    onto the letter, and an index below it, as of a sum. On capitals the combining dot is too low.
     """
     ElementTree.register_namespace("", MATHML)
     root = ElementTree.fromstring(text)
     for kind in ("mover", "munderover"):
         for node in list(root.iter(f"{{{MATHML}}}{kind}")):
-            if node[-1].text != "˙":
+            letter, *index, accent = node
+            if accent.text != "˙" or (letter.text or "").isupper():
                 continue
-            letter, *index, _ = node
             node.clear()
             target = node
             if index:
@@ -59,9 +59,8 @@ def _dots_above(text: str) -> str:
 
 
 def _italic(letter: str) -> str:
-    """Return the mathematical italic of a Latin or Greek letter."""
-    name = unicodedata.name(letter).replace(" LETTER", "").split(maxsplit=1)[1]
-    return unicodedata.lookup(f"MATHEMATICAL ITALIC {name}")
+    """Return the mathematical italic of a small Latin or Greek letter."""
+    return unicodedata.lookup(f"MATHEMATICAL ITALIC SMALL {unicodedata.name(letter).split()[-1]}")
 
 
 def visit_inline(translator: Any, node: nodes.math) -> None:

@@ -40,7 +40,7 @@ def read_numbers(
     return array
 
 
-def read_only(
+def checked_array(
     values: ArrayLike, shape: tuple[int, ...], subject: str, *, unknown: bool = False
 ) -> FloatArray:
     """Copy values into a read-only array of finite floats of the given shape.
@@ -78,7 +78,7 @@ def checked_times(times: ArrayLike, names: Sequence[str] | None = None) -> Float
         raise WaypointDataError(
             f"a motion needs at least two waypoint times in one dimension, not shape {array.shape}"
         )
-    array = read_only(array, array.shape, "time")
+    array = checked_array(array, array.shape, "time")
     late = np.flatnonzero(np.diff(array) <= 0)
     if late.size:
         i = int(late[0]) + 1
@@ -256,8 +256,8 @@ class CartesianWaypoint:
                     f"{self.name}: {part} must be a pin.{kind.__name__}, not {value!r}"
                 )
             object.__setattr__(self, part, value.copy())
-        read_only(self.pose.homogeneous, (4, 4), f"{self.name}: pose")
-        read_only(self.twist.vector, (6,), f"{self.name}: twist")
+        checked_array(self.pose.homogeneous, (4, 4), f"{self.name}: pose")
+        checked_array(self.twist.vector, (6,), f"{self.name}: twist")
         if fault := rotation_error(self.pose.rotation, 1e-9):
             raise WaypointDataError(f"{self.name}: pose has no rotation matrix: {fault}")
 
@@ -324,14 +324,17 @@ class JointWaypoints(ReadOnlyArrays):
         put("joint_units", units)
         put("time", checked_times(self.time, self.names or None))
         shape = (len(self.time), len(names))
-        put("position", read_only(self.position, shape, "position"))
-        put("velocity", read_only(self.velocity, shape, "velocity"))
+        put("position", checked_array(self.position, shape, "position"))
+        put("velocity", checked_array(self.velocity, shape, "velocity"))
         put("names", tuple(self.names) or tuple(str(i) for i in range(shape[0])))
         put("waypoint_rows", tuple(self.waypoint_rows) or tuple(range(shape[0])))
         if len(self.names) != shape[0]:
             raise WaypointDataError(f"names must have length {shape[0]}")
         if self.acceleration is not None:
-            put("acceleration", read_only(self.acceleration, shape, "acceleration", unknown=True))
+            put(
+                "acceleration",
+                checked_array(self.acceleration, shape, "acceleration", unknown=True),
+            )
             known_rows(self.acceleration, self.names)
 
 
@@ -357,5 +360,5 @@ class ChosenSection(ReadOnlyArrays):
         object.__setattr__(self, "times", checked_times(self.times))
         shape = (len(self.times), *np.shape(self.acceleration)[1:2])
         object.__setattr__(
-            self, "acceleration", read_only(self.acceleration, shape, "acceleration")
+            self, "acceleration", checked_array(self.acceleration, shape, "acceleration")
         )

@@ -28,7 +28,7 @@ def align(path: Path, plan: Plan, samples: Samples) -> Alignment:
 def test_finds_shift_of_log(tmp_path: Path, deburring: Plan, before: float, noise: float) -> None:
     samples = record(deburring.trajectory, rate=100.0, noise=noise, before=before)
     found = align(tmp_path, deburring, samples)
-    assert found.start == pytest.approx(before, abs=5.0 * found.shift_error + 1e-7)
+    assert found.lead == pytest.approx(before, abs=5.0 * found.shift_error + 1e-7)
     assert found.shift_error < 0.02 / 100.0
     assert found.shift == pytest.approx(START + before, abs=1e-3)
     assert found.trajectory.start_time == deburring.trajectory.start_time
@@ -39,7 +39,7 @@ def test_aligns_log_that_starts_in_middle(tmp_path: Path, deburring: Plan) -> No
     whole = record(deburring.trajectory, noise=1e-4)
     late = Samples(whole.names, whole.time[400:] - whole.time[400], whole.position[400:])
     found = align(tmp_path, deburring, late)
-    assert found.start == pytest.approx(0.5 - whole.time[400], abs=1e-3)
+    assert found.lead == pytest.approx(0.5 - whole.time[400], abs=1e-3)
     assert found.trajectory.start_time == pytest.approx(whole.time[400] - 0.5, abs=1e-3)
 
 
@@ -108,7 +108,7 @@ def paused(at: float, lasts: float, again: float = np.inf) -> Clock:
 def test_reports_begin_of_delay(tmp_path: Path, scenario: str, clock: Clock, words: str) -> None:
     plan = kw.plan(scenario)
     found = align(tmp_path, plan, delayed(plan, clock))
-    assert found.start == pytest.approx(0.5, abs=0.06 if "0.6" in words else 2e-3)
+    assert found.lead == pytest.approx(0.5, abs=0.06 if "0.6" in words else 2e-3)
     (late,) = (
         re.sub(r"[\d.]+", lambda one: f"{round(float(one[0]), 1):g}", finding.message)
         for finding in kw.recording.deviation_findings(found)

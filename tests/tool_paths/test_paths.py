@@ -87,14 +87,14 @@ def test_bend_bounds_deviation_from_chord(seed):
     path = slot()
     s0, s1 = np.random.default_rng(seed).uniform(0, path.length, (2, 30))
     s1[15:] = np.clip(s0[15:] + 0.2 * (s1[15:] - s0[15:]), 0, path.length)
-    bend, turn_bend = path.bend(s0, s1), path.turn_bend(s0, s1)
+    bend, turn_bend_bound = path.bend_bound(s0, s1), path.turn_bend_bound(s0, s1)
     assert (bend > 0).any()
     for i in range(30):
         share = np.linspace(0, 1, 41)
         s = s0[i] + share * (s1[i] - s0[i])
         # an eighth of the bound at most, and at most τ (1 - τ)/2 of it everywhere
         allowed = 0.5 * share * (1 - share) + 1e-13
-        for values, bound in ((path.position(s), bend[i]), (path.rotation(s), turn_bend[i])):
+        for values, bound in ((path.position(s), bend[i]), (path.rotation(s), turn_bend_bound[i])):
             values = values.reshape(41, -1)
             chord = values[0] + share[:, None] * (values[-1] - values[0])
             off = np.linalg.norm(values - chord, axis=1)

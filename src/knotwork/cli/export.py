@@ -28,7 +28,6 @@ from knotwork.files.export.labels import side_file, side_path
 from knotwork.files.foreign import is_foreign
 from knotwork.verification import Finding, check
 from knotwork.verification.brief import failure_lines
-from knotwork.verification.checks import UNMET_BY_CUBIC_FITS
 from knotwork.verification.report import CheckedMotion
 
 _EXPORT_EPILOG = f"""
@@ -48,6 +47,11 @@ Exit codes:
 
 
 MAX_EXPORT_FAILURES = 10
+UNMET_BY_CUBIC_FITS = ("acceleration_jump", "joint_acceleration", "jerk")
+"""Quantities that fail if cubics join points of a smoother motion, at any density of points.
+
+The acceleration jumps, so the jerk is unbounded.
+"""
 
 
 def _by_joint(context: click.Context, parameter: click.Parameter, pairs: Any) -> dict[str, float]:
@@ -183,7 +187,7 @@ def export(
             f"format {form.name!r} can't hold the events and segments of the motion; give a file "
             "with -o FILE, and they go into a second file, or --without-events"
         )
-    if not passes(checked, allow_failed):
+    if not may_export(checked, allow_failed):
         return FAILED
     result = _content(form, trajectory, checked, chosen, allow_failed)
     if result is None:
@@ -220,7 +224,7 @@ def _content(
         accelerations = chosen.get("accelerations", False)
         source = points = exporting.motion_points(trajectory, accelerations=accelerations, fit=fit)
         note = points.describe()
-        if not points_pass(checked, points, allowed):
+        if not may_export_points(checked, points, allowed):
             return None
     elif form.tabular and checked is not None:
         chosen.setdefault("rate", checked.scenario.task.rate)
@@ -255,7 +259,7 @@ def read_motion(
     return (motion, None) if isinstance(motion, JointTrajectory) else (motion.trajectory, motion)
 
 
-def passes(checked: CheckedMotion | None, allowed: bool) -> bool:
+def may_export(checked: CheckedMotion | None, allowed: bool) -> bool:
     """Report a failed check, and return whether to export the motion."""
     if checked is None or checked.report.ok:
         return True
@@ -265,7 +269,7 @@ def passes(checked: CheckedMotion | None, allowed: bool) -> bool:
     return allowed
 
 
-def points_pass(checked: CheckedMotion | None, points: Points, allowed: bool) -> bool:
+def may_export_points(checked: CheckedMotion | None, points: Points, allowed: bool) -> bool:
     """Report fitted points that fail the check, and return whether to export them.
 
     The check is that of the motion. A fit by cubics always has errors and jumps of the

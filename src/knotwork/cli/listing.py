@@ -14,12 +14,12 @@ from knotwork.cli.tables import console, plain_table, print_entry, print_table, 
 from knotwork.cli.terminal import cell, echo, echo_json
 from knotwork.files.documents import resources
 from knotwork.robot import Robot, load_robot, robot_names
-from knotwork.robot.load import further_robots
+from knotwork.robot.load import robots_of_missing_packages
 from knotwork.scene.building import build_robot_collision_model
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.task import Task
 from knotwork.task.scenario import load_scenario
-from knotwork.units import Units, readable
+from knotwork.units import Units
 
 SHOWN_UNITS = Units("mm", "deg")
 """Units of limits and configurations on a terminal."""
@@ -51,7 +51,7 @@ def robots(name: str | None, pairs: bool, as_json: bool) -> int:
         for robot in shown:
             about = f"{len(robot.joint_names)} joints, tool frame {robot.tool_frame or '-'}"
             print_entry(robot.name, about, {"": robot.description})
-        for package, names in further_robots():
+        for package, names in robots_of_missing_packages():
             echo(f"after pip install {package}: {', '.join(names)}")
         echo("knotwork robots NAME shows one robot")
     return PASSED
@@ -143,7 +143,7 @@ def _number(value: float, unit: str) -> str:
     """A value in the displayed units, or a dash without a limit."""
     if not np.isfinite(value):
         return "none"
-    return readable(SHOWN_UNITS.shown(value, unit)[0] + 0.0)
+    return SHOWN_UNITS.number(value, unit)
 
 
 def print_collisions(robot: Robot, notes: list[str], data: dict[str, Any]) -> None:

@@ -65,7 +65,12 @@ class InputError(KnotworkError, ValueError):
 
 
 def merge_errors(errors: Sequence[AnyInputError]) -> AnyInputError:
-    """Return the first of several errors, with all others."""
+    """Return the first of several errors, with all others.
+
+    >>> print(merge_errors([InputError("is 3", where="a"), InputError("is 4", where="b")]))
+    a: is 3
+    b: is 4
+    """
     first, *first.others = errors
     return first
 

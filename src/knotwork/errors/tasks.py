@@ -108,7 +108,7 @@ class OutsideLimitsError(OutOfReachError):
         parts = []
         for name, value, lower, upper in joints:
             unit = joint_units[name]
-            bounds = ", ".join(f"{units.shown(limit, unit)[0]:.6g}" for limit in (lower, upper))
+            bounds = ", ".join(units.number(limit, unit, ".6g") for limit in (lower, upper))
             excess = max(lower - value, value - upper)
             by = f" by {units.text(excess, unit, '.3g')}" if excess < SMALL_EXCESS else ""
             parts.append(f"{name} at {units.text(value, unit)}, outside [{bounds}]{by}")
@@ -209,7 +209,7 @@ class FastJoint(NamedTuple):
         """Write the joint, its speed and its limit."""
         limit = "no limit given"
         if math.isfinite(self.limit):
-            limit = f"limit {units.shown(self.limit, self.unit)[0]:.4g}"
+            limit = f"limit {units.number(self.limit, self.unit)}"
         return f"{self.name} at {units.text(self.speed, self.unit, '.4g')} ({limit})"
 
 

@@ -19,7 +19,7 @@ from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
 from knotwork.robot.kinematics.solutions.pose import solve_pose_ik
 from knotwork.task import Tolerances
 from knotwork.task.scenario import SMALLEST_PATH_TOLERANCE
-from knotwork.waypoints import FloatArray, JointWaypoints, read_only
+from knotwork.waypoints import FloatArray, JointWaypoints, checked_array
 
 START_TOLERANCE = 1e-6
 """Tolerance of the tool's pose at the start of the path [m, rad]."""
@@ -115,7 +115,7 @@ def _path_and_start(
 ) -> tuple[ToolPath, FloatArray]:
     """The path of the tool, and the joint positions at its start."""
     if start is not None:
-        q = read_only(start, (robot.dof,), "start")
+        q = checked_array(start, (robot.dof,), "start")
         return _tool_path(robot, path, q, rotation), q
     home = robot.configuration("home")
     tool_path = _tool_path(robot, path, home, rotation)

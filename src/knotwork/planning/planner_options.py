@@ -43,11 +43,11 @@ def _refuse_values_for_each(scenario: Scenario, space: JointSpace) -> None:
         return
     text = "given one by one, but waypoints are inserted along the path"
     if not isinstance(scenario.knots, str | int | float):
-        with scenario.error_context("knots"):
-            raise InputError(f"times are {text}; accepted: paper, balanced or its constant")
+        message = f"times are {text}; accepted: paper, balanced or its constant"
+        raise InputError(message, where=scenario.where("knots"))
     if space.accelerations is not None and not isinstance(space.accelerations, str):
-        with scenario.error_context("planner_options", "accelerations"):
-            raise InputError(f"values are {text}; accepted: a rule, such as zero or estimated")
+        message = f"values are {text}; accepted: a rule, such as zero or estimated"
+        raise InputError(message, where=scenario.where("planner_options", "accelerations"))
 
 
 def supported_options(

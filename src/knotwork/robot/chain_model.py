@@ -14,7 +14,7 @@ from knotwork.errors import RobotError, UnknownNameError
 from knotwork.robot.description import Description
 from knotwork.robot.joint_chain import select_chain
 from knotwork.robot.planned_joints import PlannedJoints
-from knotwork.waypoints import FloatArray, read_only
+from knotwork.waypoints import FloatArray, checked_array
 
 _TCP = "knotwork: tool centre point"
 _VIRTUAL = {
@@ -46,7 +46,7 @@ class ChainModel(PlannedJoints):
         turn = self.base_placement.rotation
         if description.gravity is not None:
             model.gravity.linear = turn @ description.gravity
-        self.gravity = read_only(turn.T @ model.gravity.linear, (3,), "gravity")
+        self.gravity = checked_array(turn.T @ model.gravity.linear, (3,), "gravity")
         bodies = (frame for frame in model.frames if frame.type == pin.FrameType.BODY)
         self.frame_names = tuple(str(frame.name) for frame in bodies)
         self._memory = threading.local()
@@ -162,4 +162,4 @@ class ChainModel(PlannedJoints):
         # Faster than np.isfinite(array).all(): a sum is finite only if no term is nan or infinite.
         if fine and np.isfinite(array.dot(array)):
             return array
-        return read_only(values, (self.dof,), name)
+        return checked_array(values, (self.dof,), name)

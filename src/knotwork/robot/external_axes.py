@@ -17,7 +17,7 @@ from pydantic import model_validator
 
 from knotwork.errors import InputError
 from knotwork.files.documents import StrictModel, Text
-from knotwork.files.documents.values import Interval, Positive, Vector3, optional
+from knotwork.files.documents.values import Positive, Range, Vector3, optional
 from knotwork.robot.urdf_rules import append_element, child_elements, elements_by_name, read_link
 from knotwork.waypoints import FloatArray
 
@@ -51,7 +51,7 @@ class ExternalAxis(StrictModel):
     rpy: Vector3 = optional("Turns about that link's x, y, z axes [rad]", (0.0, 0.0, 0.0))
     slides: Vector3 | None = optional("Direction of a prismatic joint")
     turns: Vector3 | None = optional("Axis of a revolute joint")
-    range: Interval | None = optional(
+    range: Range | None = optional(
         "Lower and upper limit of its position [rad or m]; left out: unlimited rotation"
     )
     velocity: Positive | None = optional("Largest speed [rad/s or m/s]")

@@ -33,11 +33,11 @@ def robot_names() -> list[str]:
     >>> "ur5" in kw.robot_names()
     True
     """
-    further = {name for _, group in further_robots() for name in group}
+    further = {name for _, group in robots_of_missing_packages() for name in group}
     return [name for name in resources.names("robots") if name not in further]
 
 
-def further_robots() -> list[tuple[str, list[str]]]:
+def robots_of_missing_packages() -> list[tuple[str, list[str]]]:
     """Packages for `pip` that are not installed, each with the shipped robots that need it."""
     robots: dict[str, list[str]] = {}
     for name in resources.names("robots"):

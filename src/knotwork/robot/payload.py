@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from knotwork.errors import InputError
-from knotwork.waypoints import FloatArray, ReadOnlyArrays, read_only
+from knotwork.waypoints import FloatArray, ReadOnlyArrays, checked_array
 
 INERTIA_TOLERANCE = 1e-3
 """Tolerance of the triangle inequality of moments of inertia, which are often rounded, relative to
@@ -38,12 +38,12 @@ class Payload(ReadOnlyArrays):
 
     def __post_init__(self) -> None:
         inertia = self.inertia
-        moments = read_only(np.zeros((3, 3)) if inertia is None else inertia, (3, 3), "inertia")
-        mass = float(read_only(self.mass, (), "mass"))
+        moments = checked_array(np.zeros((3, 3)) if inertia is None else inertia, (3, 3), "inertia")
+        mass = float(checked_array(self.mass, (), "mass"))
         fault = find_payload_fault(mass, None if inertia is None else moments)
         if fault is not None:
             raise InputError("payload: {} {}; give {}".format(*fault))
-        centre = read_only(self.centre_of_mass, (3,), "centre of mass")
+        centre = checked_array(self.centre_of_mass, (3,), "centre of mass")
         for name, value in (("mass", mass), ("centre_of_mass", centre), ("inertia", moments)):
             object.__setattr__(self, name, value)
 

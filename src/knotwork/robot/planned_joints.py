@@ -11,7 +11,7 @@ import numpy as np
 from knotwork.errors import RobotError
 from knotwork.joint_quantities import MAGNITUDES, JointLimits
 from knotwork.robot.description import Description
-from knotwork.waypoints import FloatArray, read_only
+from knotwork.waypoints import FloatArray, checked_array
 
 
 class PlannedJoints:
@@ -35,11 +35,13 @@ class PlannedJoints:
         self.velocity_limit, self.acceleration_limit = limits.velocity, limits.acceleration
         self.jerk_limit, self.effort_limit = limits.jerk, limits.effort
         weights = [description.weights.get(name, 1.0) for name in self.joint_names]
-        self.weights = read_only(weights, (self.dof,), "weights")
+        self.weights = checked_array(weights, (self.dof,), "weights")
         at_zero = [0.0] * len(extra)  # virtual joints
         self.configurations: Mapping[str, FloatArray] = MappingProxyType(
             {
-                key: read_only([*(values[joint] for joint in names), *at_zero], (self.dof,), key)
+                key: checked_array(
+                    [*(values[joint] for joint in names), *at_zero], (self.dof,), key
+                )
                 for key, values in description.configurations.items()
                 if all(joint in values for joint in names)
             }

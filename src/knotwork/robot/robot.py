@@ -14,7 +14,7 @@ from knotwork.robot.chain_model import ChainModel
 from knotwork.robot.description import Description, VirtualJoint
 from knotwork.robot.payload import Payload
 from knotwork.robot.urdf import carrying_joints, read_urdf
-from knotwork.waypoints import FloatArray, read_only
+from knotwork.waypoints import FloatArray, checked_array
 
 
 class Robot(ChainModel):
@@ -157,7 +157,7 @@ class Robot(ChainModel):
         >>> kw.load_robot("ur5").with_gravity([0, 0, 9.81]).gravity
         array([0.  , 0.  , 9.81])
         """
-        return Robot(replace(self._description, gravity=read_only(gravity, (3,), "gravity")))
+        return Robot(replace(self._description, gravity=checked_array(gravity, (3,), "gravity")))
 
     def with_limits(
         self,

@@ -174,7 +174,7 @@ class _Builder:
             bodies += self._held_bodies(held)
         for robot in scene.robots:
             bodies += self._robot_bodies(robot)
-        # if two arms share a URDF, each would also be in the model of the other, at rest
+        # if two arms share a URDF, each would also be in the model of the other: it never appears
         bodies = [
             replace(x, start=math.inf) if x.link in self.other_arm_links else x for x in bodies
         ]
@@ -189,7 +189,7 @@ class _Builder:
             tuple(ignored),
             missing=self.links.missing,
             bare=self.links.bare,
-            known=tuple(self.known_motions),
+            known_motions=tuple(self.known_motions),
             carriers=self.carriers,
             robots=self.robots,
         )
@@ -219,7 +219,7 @@ class _Builder:
             placement = placement * placed.placement
         base_joint, base_placement = _joint_of_link(theirs, link)
         inverse, columns = invert_chain(motion.model.joints, base_joint, base_placement)
-        known = [replace(curve, delay=curve.delay + placed.delay) for curve in motion.known]
+        known = [replace(curve, delay=curve.delay + placed.delay) for curve in motion.known_motions]
         moved = known[0].curve
         still = ExtendedCurve(PiecewisePolynomial(np.zeros((1, 1, 1)), [0.0, 1.0]))
         turned_curve = PiecewisePolynomial(moved.c[:, :, columns], moved.x)

@@ -86,7 +86,7 @@ class CollisionModel:
         ignored: Excluded pairs of bodies, with the reason.
         missing: Sentences on links whose shapes are not available.
         bare: Names of links with visual shapes but no collision shapes.
-        known: Positions of the joints after the robot's.
+        known_motions: Positions of the joints after the robot's.
         carriers: For each moving frame, by its link and joints, the joint that carries it and the
             placement of its link in that joint's axes, `pin.SE3`.
         robots: For each other robot, by name, its `Robot` and the joint of its root; its own joints
@@ -99,7 +99,7 @@ class CollisionModel:
     ignored: tuple[IgnoredPair, ...]
     missing: tuple[str, ...] = ()
     bare: tuple[str, ...] = ()
-    known: tuple[ExtendedCurve, ...] = ()
+    known_motions: tuple[ExtendedCurve, ...] = ()
     carriers: Carriers = field(default_factory=dict)
     robots: Mapping[str, tuple[Robot, int]] = field(default_factory=dict)
 
@@ -133,10 +133,10 @@ class CollisionModel:
 
     def all_positions(self, curve: PiecewisePolynomial) -> PiecewisePolynomial:
         """Positions of all joints over the time of a robot's motion, trailing shape (d,)."""
-        if not self.known:
+        if not self.known_motions:
             return curve
         span = curve.x[[0, -1]].tolist()
-        return stack_curves(curve, *(known.between(*span) for known in self.known))
+        return stack_curves(curve, *(known.between(*span) for known in self.known_motions))
 
     def joint_placements(self, q: FloatArray, time: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Rotations and origins of all joints, as for `place_joints`.
@@ -145,7 +145,9 @@ class CollisionModel:
             q: Positions of the robot's joints [rad or m], shape (k, d).
             time: Times [s], shape (k,).
         """
-        return place_joints(self.joints, np.hstack((q, *(known(time) for known in self.known))))
+        return place_joints(
+            self.joints, np.hstack((q, *(known(time) for known in self.known_motions)))
+        )
 
     @property
     def bare_links_note(self) -> str:

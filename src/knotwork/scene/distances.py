@@ -121,7 +121,7 @@ class DistanceMeter:
         return max(float(self._spot.min_distance), 0.0)
 
     @property
-    def normal(self) -> FloatArray:
+    def last_normal(self) -> FloatArray:
         """Unit vector from the second solid to the first, for the last distance, shape (3,)."""
         return -np.array(self._result.normal)
 
@@ -132,7 +132,7 @@ class DistanceMeter:
             return Nearest(swapped.distance, swapped.points[::-1], -swapped.normal)
         distance = self.distance(first, second)
         points = np.array([self._result.getNearestPoint1(), self._result.getNearestPoint2()])
-        normal = self.normal
+        normal = self.last_normal
         if first.solid.cells is not None and second.solid.shape.kind == "ellipsoid":
             points = points @ second.rotation.T + second.origin
             normal = second.rotation @ normal

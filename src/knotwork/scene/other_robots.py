@@ -35,13 +35,13 @@ class OtherMotion:
     Attributes:
         robot: The robot.
         model: Its bodies, in the axes of its URDF's root.
-        known: Positions of all joints of its model.
+        known_motions: Positions of all joints of its model.
         held: Names of its held objects.
     """
 
     robot: Robot
     model: CollisionModel
-    known: tuple[ExtendedCurve, ...]
+    known_motions: tuple[ExtendedCurve, ...]
     held: frozenset[str]
 
 
@@ -86,7 +86,7 @@ def _load_motion(source: str, motion: Path | None, changed: tuple[int, ...]) -> 
     moved = _load_callable("verification.motion", "Motion")(trajectory, space)
     model = _load_callable("verification.collisions", "motion_model")(moved, scenario, space.robot)
     held = frozenset(held.name for held in scenario.scene.held)
-    known = (ExtendedCurve(moved.curve), *model.known)
+    known = (ExtendedCurve(moved.curve), *model.known_motions)
     return OtherMotion(space.robot, model, known, held)
 
 

@@ -101,9 +101,9 @@ class SolidPairs:
         return np.asarray(bounds)
 
     @property
-    def normal(self) -> FloatArray:
+    def last_normal(self) -> FloatArray:
         """Unit vector from the second solid to the first of the last measured pair, shape (3,)."""
-        return self._meter.normal
+        return self._meter.last_normal
 
     def measure(
         self, combo: int, turn: FloatArray, shift: FloatArray, max_distance: float = math.inf

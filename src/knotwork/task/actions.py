@@ -16,9 +16,9 @@ from pydantic import (
 from knotwork.files.documents.values import (
     LARGEST_NUMBER,
     Forms,
+    NonEmpty,
     Number,
     Positive,
-    Several,
     optional,
 )
 from knotwork.task.task_part import TaskPart
@@ -108,5 +108,5 @@ class Action(TaskPart):
 
 
 Actions = Annotated[
-    Action | Several[Action], Forms("a mapping, as {gripper: close}, or a list of mappings")
+    Action | NonEmpty[Action], Forms("a mapping, as {gripper: close}, or a list of mappings")
 ]

@@ -11,11 +11,11 @@ from knotwork.files.documents import Text
 from knotwork.files.documents.values import (
     LARGEST_NUMBER,
     Forms,
-    Interval,
     Items,
     JointMap,
     Number,
     Positive,
+    Range,
     optional,
     required,
 )
@@ -51,7 +51,7 @@ def _with_zero(bounds: tuple[float, ...]) -> tuple[float, ...]:
     return bounds
 
 
-Offsets = Annotated[Interval, AfterValidator(_with_zero)]
+Offsets = Annotated[Range, AfterValidator(_with_zero)]
 
 
 class FreePosition(TaskPart):
@@ -72,7 +72,7 @@ class FreePose(TaskPart):
 
     turn: (
         Annotated[
-            Literal["z"] | Interval,
+            Literal["z"] | Range,
             Forms("z, or a list of two angles, the lower and the upper bound"),
         ]
         | None
@@ -86,10 +86,10 @@ class FreePose(TaskPart):
         "before the tilt",
         unit="angle",
     )
-    work_angle: Interval | None = optional(
+    work_angle: Range | None = optional(
         "Lower and upper bound, for a tool at angles to a seam", unit="angle"
     )
-    travel_angle: Interval | None = optional(
+    travel_angle: Range | None = optional(
         "Lower and upper bound, for a tool at angles to a seam", unit="angle"
     )
     position: FreePosition | None = optional("Box for the tool position, where the tool stops")

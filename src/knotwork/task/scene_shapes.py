@@ -11,9 +11,9 @@ from knotwork.files.documents.values import (
     LARGEST_NUMBER,
     Forms,
     Items,
+    NonEmpty,
     Number,
     Positive,
-    Several,
     Vector3,
     optional,
     required,
@@ -180,7 +180,7 @@ class HeldObject(_Appearing):
 
 
 Shapes = Annotated[
-    ToolShape | Several[ToolShape], Forms("a mapping with a shape, or a list of them")
+    ToolShape | NonEmpty[ToolShape], Forms("a mapping with a shape, or a list of them")
 ]
 
 

@@ -15,9 +15,9 @@ from knotwork.files.documents.values import (
     Forms,
     Items,
     JointsOrName,
+    NonEmpty,
     Number,
     Positive,
-    Several,
     Vector3,
     optional,
     required,
@@ -172,7 +172,7 @@ class Task(TaskPart):
         "integral of jerk, effort or acceleration squared; "
         "left out: the duration, or jerk where that is given"
     )
-    chosen: Several[ChosenMotion] | None = optional(
+    chosen: NonEmpty[ChosenMotion] | None = optional(
         "Knots and accelerations of sections with chosen times, as `knotwork plan "
         "--freeze` writes them"
     )
@@ -193,7 +193,7 @@ class Task(TaskPart):
     )
     path: PathOptions = optional("Options of tool paths", PathOptions.model_construct())
     rate: Positive = optional("Samples per second in samples.csv", 100.0, unit="Hz")
-    waypoints: Several[Step] = required(
+    waypoints: NonEmpty[TaskItem] = required(
         "At least two in order of time, or one after a start; some may be repeated"
     )
 
@@ -233,7 +233,7 @@ class Task(TaskPart):
 class PlainTask(Task):
     """A task without repeats."""
 
-    waypoints: Several[Waypoint] = required("At least two in order of time, or one after a start")
+    waypoints: NonEmpty[Waypoint] = required("At least two in order of time, or one after a start")
 
     def is_moving_frame(self, name: str) -> bool:
         """Whether a frame, or one of its parents, moves."""
@@ -271,7 +271,7 @@ class Repeat(TaskPart):
     over: Annotated[
         Text
         | PlacesFile
-        | Several[
+        | NonEmpty[
             Annotated[Text | Frame, Forms("the name of a frame, or a mapping with a position")]
         ],
         Forms("the name of a frame with a grid, a list of frames and locations, or a file"),
@@ -282,12 +282,12 @@ class Repeat(TaskPart):
     holds: dict[Text, HeldObject] = optional(
         "Objects held by the tool in each repetition, as holds of the tool", {}
     )
-    repeat: Several[Waypoint] = required(
+    repeat: NonEmpty[Waypoint] = required(
         "Waypoints of one repetition; its number is added to all names in it"
     )
 
 
-Step = Annotated[
+TaskItem = Annotated[
     Annotated[PoseWaypoint, Tag("PoseWaypoint")]
     | Annotated[PathWaypoint, Tag("PathWaypoint")]
     | Annotated[JointWaypoint, Tag("JointWaypoint")]

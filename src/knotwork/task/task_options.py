@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from knotwork.files.documents.values import Forms, Number, Positive, Several, optional, required
+from knotwork.files.documents.values import Forms, NonEmpty, Number, Positive, optional, required
 from knotwork.task.task_part import TaskPart
 
 
@@ -46,7 +46,7 @@ class Presets(TaskPart):
 
     accelerations: (
         Annotated[
-            Literal["zero", "estimated"] | Several[dict[str, Number]],
+            Literal["zero", "estimated"] | NonEmpty[dict[str, Number]],
             Forms("zero, estimated, or a list of mappings of joint names to accelerations"),
         ]
         | None

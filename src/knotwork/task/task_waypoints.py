@@ -13,9 +13,9 @@ from knotwork.files.documents.values import (
     Items,
     JointMap,
     JointsOrName,
+    NonEmpty,
     Number,
     Positive,
-    Several,
     Vector3,
     optional,
     required,
@@ -153,7 +153,7 @@ class AlongPoints(TaskPart):
     """Along a smooth curve through points."""
 
     points: Annotated[
-        Text | Several[Vector3], Forms("the name of a CSV file, or a list of points x, y, z")
+        Text | NonEmpty[Vector3], Forms("the name of a CSV file, or a list of points x, y, z")
     ] = required(
         "The points x, y, z in the waypoint's frame; or a CSV file, relative to "
         "this one, with the columns x, y, z, and qx, qy, qz, qw for orientations, "

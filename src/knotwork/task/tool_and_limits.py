@@ -11,8 +11,8 @@ from knotwork.files.documents import Text
 from knotwork.files.documents.values import (
     Forms,
     LimitsFile,
+    NonEmpty,
     Positive,
-    Several,
     Vector3,
     optional,
     required,
@@ -75,7 +75,7 @@ class Limits(TaskPart, LimitsFile):
     )
     frame_speed: (
         Annotated[
-            FrameSpeed | Several[FrameSpeed],
+            FrameSpeed | NonEmpty[FrameSpeed],
             Forms("a mapping with frame and speed, or a list of them"),
         ]
         | None

@@ -16,7 +16,9 @@ from knotwork.verification.finding import Finding, Subject
 from knotwork.verification.limits import (
     LIMIT_SLACK,
     SINGULARITY,
+    SMALLEST_SINGULAR_VALUE,
     TOOL_LIMITS,
+    TOOL_ORDERS,
     LimitedValue,
     add_slack,
     joint_finding,
@@ -48,7 +50,7 @@ def check_tool_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> 
     for quantity, frame, limit in rows:
         if limit is None:
             continue
-        order = 2 if quantity == "tool_acceleration" else 1
+        order = TOOL_ORDERS[quantity]
         compute_bound = tool_speed_bound if order == 1 else tool_acceleration_bound
         bound = compute_bound(robot, motion.trajectory, frame=frame, limit=float(add_slack(limit)))
         worst = LimitedValue.from_bound(bound, limit)
@@ -74,15 +76,17 @@ def check_singularity(motion: Motion, scenario: Scenario, space: JointSpace) -> 
     bound = singular_value_bound(space.robot, motion.trajectory, limit=allowed)
     worst = LimitedValue.from_bound(bound, math.inf if limit is None else limit, -1.0)
     subject: tuple[str, Subject, str] = (SINGULARITY, "tool", "")
-    quantity = "smallest_singular_value"
     label = "tool: the smallest singular value (metres and radians mixed)"
     if limit is not None:
-        yield limit_finding(subject, quantity, label, worst, "", scenario.units, ok=bound.ok)
+        yield limit_finding(
+            subject, SMALLEST_SINGULAR_VALUE, label, worst, "", scenario.units, ok=bound.ok
+        )
         return
     brief = f"almost singular: smallest singular value {bound.value:.4g} at {bound.time:.3f} s"
     yield Finding(
-        *subject, quantity, "information", f"{label} is {bound.value:.4g} at {bound.time:.6g} s",
-        bound.value, time=bound.time, proof=worst.proof, excess=worst.excess,
+        *subject, SMALLEST_SINGULAR_VALUE, "information",
+        f"{label} is {bound.value:.4g} at {bound.time:.6g} s", bound.value, time=bound.time,
+        proof=worst.proof, excess=worst.excess,
         brief=brief if bound.value < ALMOST_SINGULAR else "",
     )  # fmt: skip
 

@@ -12,11 +12,15 @@ from knotwork.verification.bounded_limits import (
     check_tool_limits,
 )
 from knotwork.verification.collisions import check_collisions
-from knotwork.verification.continuity import check_continuity, check_resolution, report_cycles
-from knotwork.verification.event_checks import check_events, report_segments
+from knotwork.verification.continuity import check_continuity, check_resolution
+from knotwork.verification.event_checks import check_events, report_cycles, report_segments
 from knotwork.verification.finding import Finding
 from knotwork.verification.freedom_use import report_freedoms
-from knotwork.verification.limits import check_accelerations, check_joint_limits, report_unlimited
+from knotwork.verification.limits import (
+    check_acceleration_spikes,
+    check_joint_limits,
+    report_unlimited,
+)
 from knotwork.verification.motion import Motion
 from knotwork.verification.path_checks import check_point_spacing, check_tool_paths
 from knotwork.verification.waypoint_checks import (
@@ -47,7 +51,7 @@ CHECKS: dict[str, Check] = {
     "tool_limits": check_tool_limits,
     "collisions": check_collisions,
     "continuity": check_continuity,
-    "unreachable_accelerations": check_accelerations,
+    "unreachable_accelerations": check_acceleration_spikes,
     "resolution": check_resolution,
     "singularity": check_singularity,
     "approach": report_approach,
@@ -65,10 +69,3 @@ def own_checks() -> list[str]:
     []
     """
     return [name for name in {**_SHIPPED, **CHECKS} if CHECKS.get(name) is not _SHIPPED.get(name)]
-
-
-UNMET_BY_CUBIC_FITS = ("acceleration_jump", "joint_acceleration", "jerk")
-"""Quantities that fail if cubics join points of a smoother motion, at any density of points.
-
-The acceleration jumps, so the jerk is unbounded.
-"""

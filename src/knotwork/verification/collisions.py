@@ -13,7 +13,7 @@ from knotwork.errors.plain_text import waypoint_text
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.verification.finding import Finding, Verdict
-from knotwork.verification.limits import find_absurd_limit
+from knotwork.verification.limits import find_grossly_exceeded_limit
 from knotwork.verification.motion import AT_WAYPOINT, Motion, describe_time
 from knotwork.waypoints import FloatArray
 
@@ -33,7 +33,7 @@ def check_collisions(motion: Motion, scenario: Scenario, space: JointSpace) -> I
     robot, scene = space.robot, scenario.scene
     if robot is None or not (scene.collisions.itself or scene.has_bodies):
         return
-    if absurd := find_absurd_limit(motion.curve, space):
+    if absurd := find_grossly_exceeded_limit(motion.curve, space):
         yield _not_examined(absurd)
         return
     from knotwork.verification.bounds.clearance import clearances
@@ -56,7 +56,7 @@ def nearest_to(
     robot, motion = space.robot, Motion(trajectory, space)
     if robot is None:
         return None
-    if absurd := find_absurd_limit(motion.curve, space):
+    if absurd := find_grossly_exceeded_limit(motion.curve, space):
         return _not_examined(absurd)
     from knotwork.verification.bounds.clearance import least_clearance
 

@@ -10,7 +10,6 @@ from knotwork.curves.polynomial.jumps import ALWAYS_A_JUMP, evaluation_noise, me
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
-from knotwork.task.scenario.repetitions import repetition_starts
 from knotwork.verification.finding import Finding
 from knotwork.verification.motion import Motion
 
@@ -87,20 +86,3 @@ def check_resolution(motion: Motion, scenario: Scenario, space: JointSpace) -> I
                 f"known to {scenario.units.text(value, unit, '.3g')} only, not to "
                 f"{scenario.units.text(limit, unit, 'g')}", value, limit, unit=unit,
             )  # fmt: skip
-
-
-def report_cycles(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
-    """Report the time from the first waypoint of a repetition to that of the next."""
-    for rows in repetition_starts(scenario):
-        starts = scenario.times[rows]
-        if len(rows) < 2:
-            continue
-        durations = np.diff(starts)
-        first, last = (scenario.waypoints[i].name for i in (rows[0], rows[-1]))
-        text = f"{len(rows)} repetitions, {durations.mean():.4g} s each"
-        if np.ptp(durations) > 1e-3:
-            text += f" in the mean, {durations.min():.4g} to {durations.max():.4g} s"
-        yield Finding(
-            "Cycles", "cycle", first, "cycle", "information", f"{text}, from {first!r} to {last!r}",
-            brief=text, interval=(float(starts[0]), float(starts[-1])),
-        )  # fmt: skip

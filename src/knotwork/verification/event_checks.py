@@ -1,4 +1,4 @@
-"""Events and the tool's position at them; segments of the motion."""
+"""Events and the tool's position at them; segments of the motion, and repetitions."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from knotwork.curves.trajectory.motion_events import Event
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.event_reader import segments
 from knotwork.task.scenario.joint_space import JointSpace
+from knotwork.task.scenario.repetitions import repetition_starts
 from knotwork.task.scenario.scenario import RequestedEvent
 from knotwork.verification.finding import Finding, Verdict
 from knotwork.verification.motion import Motion
@@ -120,4 +121,21 @@ def report_segments(motion: Motion, scenario: Scenario, space: JointSpace) -> It
         yield Finding(
             "Segments", "segment", segment.name, "segment", "information", segment.text,
             interval=(segment.start, segment.end),
+        )  # fmt: skip
+
+
+def report_cycles(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+    """Report the time from the first waypoint of a repetition to that of the next."""
+    for rows in repetition_starts(scenario):
+        starts = scenario.times[rows]
+        if len(rows) < 2:
+            continue
+        durations = np.diff(starts)
+        first, last = (scenario.waypoints[i].name for i in (rows[0], rows[-1]))
+        text = f"{len(rows)} repetitions, {durations.mean():.4g} s each"
+        if np.ptp(durations) > 1e-3:
+            text += f" in the mean, {durations.min():.4g} to {durations.max():.4g} s"
+        yield Finding(
+            "Cycles", "cycle", first, "cycle", "information", f"{text}, from {first!r} to {last!r}",
+            brief=text, interval=(float(starts[0]), float(starts[-1])),
         )  # fmt: skip

@@ -167,14 +167,16 @@ def _sampled_finding(
 
 
 def _size_text(value: float, unit: str, units: Units) -> str:
-    return units.text(value if abs(value) > UNUSED else 0.0, unit, ".3g")
+    return f"{_number_text(value, unit, units)} {units.shown(0.0, unit)[1]}"
+
+
+def _number_text(value: float, unit: str, units: Units) -> str:
+    return units.number(value if abs(value) > UNUSED else 0.0, unit, ".3g")
 
 
 def _range_text(values: FloatArray, bounds: tuple[float, float], units: Units, unit: str) -> str:
     """Text of one value, or of the minimum and maximum, with the allowed range."""
-    ends = [_size_text(float(end), unit, units) for end in (values.min(), values.max())]
-    allowed = [units.text(end, unit, ".4g") for end in bounds if np.isfinite(end)]
-    text = " to ".join(end.split()[0] for end in dict.fromkeys(ends))
-    if allowed:
-        text += " of " + " to ".join(end.split()[0] for end in allowed)
-    return f"{text} {ends[0].split()[1]}"
+    ends = [_number_text(float(end), unit, units) for end in (values.min(), values.max())]
+    allowed = [units.number(end, unit) for end in bounds if np.isfinite(end)]
+    text = " to ".join(dict.fromkeys(ends)) + (f" of {' to '.join(allowed)}" if allowed else "")
+    return f"{text} {units.shown(0.0, unit)[1]}"

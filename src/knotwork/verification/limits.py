@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     from knotwork.verification.bounds import Bound
 
 JOINT_LIMITS, TOOL_LIMITS, SINGULARITY = LIMITS = ("Joint limits", "Tool and links", "Singularity")
+TOOL_ORDERS = {"tool_speed": 1, "tool_acceleration": 2, "frame_speed": 1}
+"""Order of the limited derivative of a position of tool or link, by the quantity of its finding."""
+SMALLEST_SINGULAR_VALUE = "smallest_singular_value"
 LIMIT_SLACK = 1e-9
 """Rounding tolerance of limits, relative to the limit (or to 1 in SI)."""
 
@@ -89,7 +92,7 @@ def check_derivative_limits(space: JointSpace, curve: PiecewisePolynomial) -> It
             yield joint_finding(space, i, quantity, worst, jumps.get(i))
 
 
-def find_absurd_limit(curve: PiecewisePolynomial, space: JointSpace) -> str:
+def find_grossly_exceeded_limit(curve: PiecewisePolynomial, space: JointSpace) -> str:
     """Name a limit that is exceeded so far that proofs of other properties are useless.
 
     Args:
@@ -275,7 +278,9 @@ def report_unlimited(motion: Motion, scenario: Scenario, space: JointSpace) -> I
         yield Finding.of_motion(NO_LIMIT, "missing_limits", fact, brief=brief)
 
 
-def check_accelerations(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def check_acceleration_spikes(
+    motion: Motion, scenario: Scenario, space: JointSpace
+) -> Iterator[Finding]:
     """Find accelerations above `MAX_ACCELERATION` of a robot's joints without a limit."""
     if space.robot is None:
         return

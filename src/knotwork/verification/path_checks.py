@@ -316,7 +316,7 @@ def _ranges(freedom: PoseFreedom, units: Units) -> str:
     from knotwork.verification.bounds.free_turn import open_ranges
 
     return ", ".join(
-        f"{name} {units.text(low, unit, '.4g').split()[0]} to {units.text(high, unit, '.4g')}"
+        f"{name} {units.number(low, unit)} to {units.text(high, unit, '.4g')}"
         for (name, unit), (low, high) in open_ranges(freedom).items()
         if unit == "rad" and name != "tilt"
     )

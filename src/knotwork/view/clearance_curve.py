@@ -52,7 +52,7 @@ def clearance_curve(shown: ShownMotion) -> ClearanceCurve | None:
     start, end = shown.trajectory.start_time, shown.trajectory.end_time
     time = np.unique([*np.linspace(start, end, CLEARANCE_SAMPLES - len(worst)), *worst])
     q = motion.curve(time)
-    if not (np.ptp(q, axis=0).any() or model.known):
+    if not (np.ptp(q, axis=0).any() or model.known_motions):
         return None
     windows = model.windows_within(start, end)
     pairs_with_scene = tuple(

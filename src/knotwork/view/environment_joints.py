@@ -28,7 +28,7 @@ def environment_joints(shown: ShownMotion) -> list[dict[str, Any]]:
 
 def environment_positions(model: CollisionModel | None, time: FloatArray) -> FloatArray:
     """Positions of the joints after the robot's, shape (k, m) at k times; m is 0 if none moves."""
-    known = () if model is None else model.known
+    known = () if model is None else model.known_motions
     return np.hstack([np.zeros((len(time), 0)), *(positions(time) for positions in known)])
 
 

@@ -13,13 +13,9 @@ from knotwork.robot import Robot
 from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.verification import Finding
 from knotwork.verification.bounds.tool_motion import speed_quantity
-from knotwork.verification.limits import LIMIT_SLACK, LIMITS
+from knotwork.verification.limits import LIMIT_SLACK, LIMITS, SMALLEST_SINGULAR_VALUE, TOOL_ORDERS
 from knotwork.view.shown_motion import ShownMotion
 from knotwork.waypoints import FloatArray
-
-FRAME_ORDERS = {"tool_speed": 1, "tool_acceleration": 2, "frame_speed": 1}
-"""Order of the limited derivative of a position, by the quantity of its finding."""
-MIN_SINGULAR_VALUE = "smallest_singular_value"
 
 
 def sample_utilisation(
@@ -48,9 +44,9 @@ def sample_utilisation(
             i = space.joint_names.index(finding.name)
             values = of_joints(finding.quantity)[:, i]
             lower, upper = _judged_sides(finding, i, space)
-        elif finding.quantity in FRAME_ORDERS:
-            values = frame_values(robot, finding.name, FRAME_ORDERS[finding.quantity], *states)
-        elif finding.quantity == MIN_SINGULAR_VALUE:
+        elif finding.quantity in TOOL_ORDERS:
+            values = frame_values(robot, finding.name, TOOL_ORDERS[finding.quantity], *states)
+        elif finding.quantity == SMALLEST_SINGULAR_VALUE:
             values, lower, upper = smallest_singular_values(robot, states[0]), finding.limit, np.inf
         else:  # for a check of the user, only at its time
             upper = np.inf

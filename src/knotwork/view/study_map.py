@@ -67,8 +67,8 @@ def _map(study: Any, command: str = "") -> str:
     """The page of the map; a file names the command that shows the motions."""
     pairs = zip(study["verdict"], study["reason"], strict=True)
     kinds = [verdict if verdict == PASSED_ROW else reason for verdict, reason in pairs]
-    grid = len(study.together) != 1  # otherwise values vary together, like random samples
-    columns = [column for axis in study.together for column in axis]
+    grid = len(study.columns_by_axis) != 1  # otherwise values vary together, like random samples
+    columns = [column for axis in study.columns_by_axis for column in axis]
     figures = {name: _figure(study, name, kinds) for name in study.figures}
     data = {
         "axes": [_axis(study, column, cells=grid and len(columns) == 2) for column in columns],

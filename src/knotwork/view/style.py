@@ -47,7 +47,7 @@ _LOOKS: dict[str, dict[str, Any]] = {
     "knots": {"ls": "", "marker": "|", "color": DARK, "ms": 8, "mew": 1.6, "label": "knot"},
     "limit": _LIMIT,
     "band": {
-        "color": "#009E73",
+        "color": COLOURS[2],
         "alpha": 0.35,
         "lw": 7.0,
         "zorder": 1.5,
@@ -57,8 +57,8 @@ _LOOKS: dict[str, dict[str, Any]] = {
     "broken": {**_EXCESS, "label": "limit exceeded"},
     "contact": {"color": WRONG, "lw": 7.0, "alpha": 0.22, "zorder": 0.5, "label": "collision"},
     # on the upper edge of the first row of panels
-    "tool path": {"color": "#009E73", "lw": 3.0},
-    "way": {"color": "#CC79A7", "lw": 3.0},
+    "tool path": {"color": COLOURS[2], "lw": 3.0},
+    "way": {"color": COLOURS[3], "lw": 3.0},
     "wait": {"color": FAINT, "lw": 3.0},
     "event": {"ls": "", "marker": "v", "ms": 6, "color": "#7a1fa2", "zorder": 5},
     "tolerance": _LIMIT,
@@ -125,7 +125,7 @@ def number(value: float) -> str:
 
 
 def rounded_text(value: float, digits: int = 3) -> str:
-    """A number in a note: three digits."""
+    """A number in a note, with at most this many significant digits."""
     return number(float(f"{value:.{digits}g}"))
 
 

@@ -13,6 +13,7 @@ from knotwork.errors import InputError
 from knotwork.joint_quantities import rate_unit
 from knotwork.task.scenario import ScenarioPath, Stretch
 from knotwork.verification.bounds.path_samples import PathSamples, PathStretch
+from knotwork.verification.limits import SMALLEST_SINGULAR_VALUE
 from knotwork.view.clearance_curve import clearance_curve
 from knotwork.view.plotted_utilisation import frame_values, smallest_singular_values
 from knotwork.view.shown_motion import ShownMotion
@@ -193,7 +194,7 @@ def tool_rows(motions: list[ShownMotion]) -> list[ToolRow]:
         least = scenario.scene.margin
         rows.append(ToolRow("clearance", "m", clearances, limit=least, least=True))
     if limits.singular_value is not None:
-        title, judged = "smallest singular value", ("smallest_singular_value", "")
+        title, judged = "smallest singular value", (SMALLEST_SINGULAR_VALUE, "")
         least = limits.singular_value
         rows.append(
             ToolRow(title, "", least_singular_values, limit=least, judged=judged, least=True)

@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 from knotwork.waypoints import FloatArray
 
 
-class Waypoints(NamedTuple):
+class SplineData(NamedTuple):
     """The data of a spline, one row per component.
 
     Attributes:
@@ -68,7 +68,7 @@ class _Sums(NamedTuple):
 
 
 def solve_knot_accelerations(
-    data: Waypoints, known_values: FloatArray
+    data: SplineData, known_values: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Solve for the accelerations at the waypoints.
 
@@ -115,7 +115,7 @@ def solve_knot_accelerations(
     return a, np.hstack((a[:, :1], left)), np.hstack((right, a[:, -1:]))
 
 
-def _knot_sums(data: Waypoints, after: FloatArray, before: FloatArray) -> tuple[_Sums, _Sums]:
+def _knot_sums(data: SplineData, after: FloatArray, before: FloatArray) -> tuple[_Sums, _Sums]:
     """Make the sums for A and B of all intervals, from the distances of knots to their ends."""
     x, y, v = data.x, data.y, data.dydx
     h = np.diff(x)

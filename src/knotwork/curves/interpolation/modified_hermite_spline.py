@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from knotwork.curves.interpolation.accelerations import Waypoints, solve_knot_accelerations
+from knotwork.curves.interpolation.accelerations import SplineData, solve_knot_accelerations
 from knotwork.curves.interpolation.knots import BalancedKnots, place_knots
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.errors import InputError, OptionError, WaypointDataError
-from knotwork.waypoints import FloatArray, checked_times, known_rows, read_only
+from knotwork.waypoints import FloatArray, checked_array, checked_times, known_rows
 
 EndAccelerationLike = str | tuple[ArrayLike, ArrayLike] | None
 """`None`, `"zero"`, or the accelerations at start and end."""
@@ -106,7 +106,7 @@ class ModifiedHermiteSpline(PiecewisePolynomial):
         y_rows, v_rows = (
             np.ascontiguousarray(rows.reshape(flat).T) for rows in (values, derivatives)
         )
-        data = Waypoints(times, y_rows, v_rows, *place_knots(times, knots, known), known)
+        data = SplineData(times, y_rows, v_rows, *place_knots(times, knots, known), known)
         a, left, right = solve_knot_accelerations(data, given[known].T)
         breaks, c = assemble_pieces(data, a, left, right)
         _check_range(a, c)
@@ -165,7 +165,7 @@ def _move_time_axis(
         raise WaypointDataError(
             f"{name} has length {len(array)} along axis {axis}; there are {n} times"
         )
-    return read_only(array, array.shape, name, unknown=unknown), axis
+    return checked_array(array, array.shape, name, unknown=unknown), axis
 
 
 def end_accelerations(
@@ -198,7 +198,7 @@ def end_accelerations(
 
 
 def assemble_pieces(
-    data: Waypoints, a: FloatArray, left: FloatArray, right: FloatArray
+    data: SplineData, a: FloatArray, left: FloatArray, right: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Assemble the polynomials between the knots.
 

@@ -95,7 +95,7 @@ class PiecewisePolynomial(ReadOnlyArrays):
         """Degree that the coefficients allow for, k."""
         return int(self._c.shape[0]) - 1
 
-    def _order(self, nu: int) -> FloatArray:
+    def _derivative_coefficients(self, nu: int) -> FloatArray:
         """Coefficients of a derivative with the trailing axes as one, shape (≤ k+1, m, d)."""
         if nu in self._orders:
             return self._orders[nu]
@@ -125,7 +125,7 @@ class PiecewisePolynomial(ReadOnlyArrays):
         if t.dtype.kind not in "buif":
             raise InputError(f"times must be real numbers, not {t.dtype}")
         t = t.astype(float, copy=False)
-        out = evaluate(self._x, self._order(checked_order(nu)), t.ravel())
+        out = evaluate(self._x, self._derivative_coefficients(checked_order(nu)), t.ravel())
         if t.ndim != 1 or self._c.ndim != 3:
             out = out.reshape(t.shape + self._c.shape[2:])
         if self._axis == 0:
@@ -238,7 +238,7 @@ class PiecewisePolynomial(ReadOnlyArrays):
         """
         nu = checked_order(nu)
         if nu not in self._extrema:
-            flat = find_extrema(self._x, self._order(nu))
+            flat = find_extrema(self._x, self._derivative_coefficients(nu))
             arrays = (flat.minimum, flat.minimum_time, flat.maximum, flat.maximum_time)
             for values in arrays:
                 values.setflags(write=False)

@@ -141,8 +141,8 @@ def _min_duration(
 ) -> float:
     """Time that the joints need to stop independently, a lower bound of stops on the path [s]."""
     q, v, a = (curve(at, nu) for nu in range(3))
-    jolt = np.where(np.isfinite(jerk), jerk, acceleration / SHORTEST_PHASE)
-    stop = stop_joints(q, v, a, acceleration, jolt)
+    jerk_bound = np.where(np.isfinite(jerk), jerk, acceleration / SHORTEST_PHASE)
+    stop = stop_joints(q, v, a, acceleration, jerk_bound)
     return 0.0 if stop is None else float(stop.x[-1])
 
 

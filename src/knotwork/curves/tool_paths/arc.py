@@ -16,7 +16,7 @@ from knotwork.curves.tool_paths.curve import (
 )
 from knotwork.errors import PathError
 from knotwork.errors.arguments import require_count, require_number
-from knotwork.waypoints import FloatArray, read_only
+from knotwork.waypoints import FloatArray, checked_array
 
 PARALLEL_SINE = 1e-6
 """Sine of the angle below which two directions count as parallel."""
@@ -45,8 +45,8 @@ class Arc(Curve):
     def __init__(
         self, start: ArrayLike, centre: ArrayLike, normal: ArrayLike, angle: float
     ) -> None:
-        self.start = read_only(start, (3,), "start")
-        self.centre = read_only(centre, (3,), "centre")
+        self.start = checked_array(start, (3,), "start")
+        self.centre = checked_array(centre, (3,), "centre")
         spoke = self.start - self.centre
         self.radius = float(np.linalg.norm(spoke))
         if self.radius <= SAME_POINT:
@@ -78,7 +78,7 @@ class Arc(Curve):
         (1.0, 1.5)
         """
         a, b, c = (
-            read_only(point, (3,), name)
+            checked_array(point, (3,), name)
             for point, name in ((start, "start"), (through, "through"), (end, "end"))
         )
         if np.linalg.norm(c - a) <= SAME_POINT:
@@ -131,7 +131,7 @@ class Arc(Curve):
         2.0
         """
         a, m, c = (
-            read_only(point, (3,), name)
+            checked_array(point, (3,), name)
             for point, name in ((start, "start"), (centre, "centre"), (end, "end"))
         )
         turns = require_count(turns, "turns", 0)
@@ -175,7 +175,7 @@ class Arc(Curve):
             PathError: Both points are the same, the radius is too small for them, or the normal is
                 not perpendicular to the line between them.
         """
-        a, c = read_only(start, (3,), "start"), read_only(end, (3,), "end")
+        a, c = checked_array(start, (3,), "start"), checked_array(end, (3,), "end")
         chord = c - a
         distance = float(np.linalg.norm(chord))
         if distance <= SAME_POINT:

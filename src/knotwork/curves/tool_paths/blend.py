@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from knotwork.curves.tool_paths.curve import SAME_POINT, geometry_error
 from knotwork.curves.tool_paths.polynomial_curve import PolynomialCurve
 from knotwork.errors.arguments import require_number
-from knotwork.waypoints import FloatArray, read_only
+from knotwork.waypoints import FloatArray, checked_array
 
 CONTROL_SPACING = 0.44, 0.75
 """Distances of the second and third control point from the first, relative to the blend distance
@@ -53,7 +53,7 @@ class Blend(PolynomialCurve):
     def __init__(
         self, before: ArrayLike, corner: ArrayLike, after: ArrayLike, distance: float
     ) -> None:
-        self.corner = read_only(corner, (3,), "corner")
+        self.corner = checked_array(corner, (3,), "corner")
         self.distance = require_number(distance, "blend distance", "m")
         if self.distance <= SAME_POINT:
             raise geometry_error(
@@ -61,8 +61,8 @@ class Blend(PolynomialCurve):
                 distance=self.distance,
                 minimum=SAME_POINT,
             )
-        u = _find_direction(self.corner, read_only(before, (3,), "before"), "before", self.distance)
-        v = _find_direction(self.corner, read_only(after, (3,), "after"), "after", self.distance)
+        u = _find_direction(self.corner, before, "before", self.distance)
+        v = _find_direction(self.corner, after, "after", self.distance)
         self.angle = math.atan2(float(np.linalg.norm(np.cross(u, v))), -float(u @ v))
         if math.pi - self.angle < REVERSAL_ANGLE:
             raise geometry_error(
@@ -79,15 +79,13 @@ class Blend(PolynomialCurve):
         self.deviation = float(np.linalg.norm(middle - self.corner))
 
 
-def _find_direction(
-    corner: FloatArray, point: FloatArray, name: str, distance: float
-) -> FloatArray:
+def _find_direction(corner: FloatArray, point: ArrayLike, name: str, distance: float) -> FloatArray:
     """Find the direction from the corner to a point on one of the lines.
 
     Raises:
         PathError: The point is nearer than the blend distance.
     """
-    chord = point - corner
+    chord = checked_array(point, (3,), name) - corner
     length = float(np.linalg.norm(chord))
     if distance > length * (1.0 + 1e-9):
         raise geometry_error(

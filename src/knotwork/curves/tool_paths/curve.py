@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from knotwork.errors import PathError
-from knotwork.waypoints import FloatArray, read_only
+from knotwork.waypoints import FloatArray, checked_array
 
 SAME_POINT = 1e-9
 """Points within this distance count as one [m]."""
@@ -81,7 +81,7 @@ def to_unit_vector(direction: ArrayLike, name: str) -> FloatArray:
     Raises:
         PathError: The direction is zero.
     """
-    vector = read_only(direction, (3,), name)
+    vector = checked_array(direction, (3,), name)
     size = float(np.linalg.norm(vector))
     if size == 0.0:
         raise PathError(f"{name} is zero; it must be a direction")

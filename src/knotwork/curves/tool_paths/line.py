@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from knotwork.curves.tool_paths.curve import SAME_POINT, Curve, checked_curve_order, geometry_error
-from knotwork.waypoints import FloatArray, read_only
+from knotwork.waypoints import FloatArray, checked_array
 
 
 class Line(Curve):
@@ -27,8 +27,8 @@ class Line(Curve):
     """
 
     def __init__(self, start: ArrayLike, end: ArrayLike) -> None:
-        self.start = read_only(start, (3,), "start")
-        self.end = read_only(end, (3,), "end")
+        self.start = checked_array(start, (3,), "start")
+        self.end = checked_array(end, (3,), "end")
         chord = self.end - self.start
         self.length = float(np.linalg.norm(chord))
         if self.length <= SAME_POINT:

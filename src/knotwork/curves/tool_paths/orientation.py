@@ -35,7 +35,7 @@ from knotwork.curves.tool_paths.rotations import (
 )
 from knotwork.curves.tool_paths.stretch_joining import RATE_TOLERANCE, join_arrays
 from knotwork.errors import PathError
-from knotwork.waypoints import FloatArray, IndexArray, read_only
+from knotwork.waypoints import FloatArray, IndexArray, checked_array
 
 HALF_TURN = math.pi - 1e-6
 """Maximum rotation between neighbours [rad]. Beyond it the direction is ambiguous."""
@@ -81,7 +81,7 @@ class OrientationCurve:
         breaks: ArrayLike | None = None,
     ) -> None:
         count = len(np.atleast_1d(np.asarray(s)))
-        self.s = read_only(s, (count,), "s")
+        self.s = checked_array(s, (count,), "s")
         if count < 2 or self.s[0] != 0.0 or not (np.diff(self.s) > 0.0).all():
             raise PathError(
                 f"the orientation's arc lengths are {self.s.tolist()} m; "
@@ -343,6 +343,6 @@ def repeat_two_sided(values: ArrayLike, count: int, name: str) -> FloatArray:
     """Copy values before and after each break, shape (m, 2, 3)."""
     array = np.asarray(values, dtype=float)
     if array.ndim == 3:
-        return read_only(array, (count, 2, 3), name)
-    array = read_only(array, (count, 3), name)
+        return checked_array(array, (count, 2, 3), name)
+    array = checked_array(array, (count, 3), name)
     return np.repeat(array[:, None], 2, axis=1)

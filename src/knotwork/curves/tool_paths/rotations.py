@@ -7,7 +7,7 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from knotwork.errors import PathError
-from knotwork.waypoints import FloatArray, read_only
+from knotwork.waypoints import FloatArray, checked_array
 
 HALF_TURN_GAP = np.sqrt(8.0)
 """Frobenius norm of the difference of two rotations half a turn apart."""
@@ -88,7 +88,7 @@ def checked_rotations(rotations: ArrayLike, shape: tuple[int, ...], name: str) -
         WaypointDataError: The values are not finite or have a wrong shape.
         PathError: A matrix is not a rotation.
     """
-    array = read_only(rotations, shape, name)
+    array = checked_array(rotations, shape, name)
     error = np.abs(np.swapaxes(array, -1, -2) @ array - np.eye(3)).max(axis=(-1, -2))
     wrong = np.argwhere(np.atleast_1d((error > 1e-9) | (np.linalg.det(array) < 0.0)))
     if wrong.size:

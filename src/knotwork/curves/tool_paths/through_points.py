@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from knotwork.curves.tool_paths.curve import SAME_POINT, geometry_error
 from knotwork.curves.tool_paths.polynomial_curve import PolynomialCurve
 from knotwork.errors import PathError
-from knotwork.waypoints import FloatArray, read_only
+from knotwork.waypoints import FloatArray, checked_array
 
 
 class ThroughPoints(PolynomialCurve):
@@ -37,7 +37,7 @@ class ThroughPoints(PolynomialCurve):
         from scipy.interpolate import CubicSpline
 
         count = len(np.atleast_1d(np.asarray(points)))
-        self.points = read_only(points, (count, 3), "points")
+        self.points = checked_array(points, (count, 3), "points")
         if count < 2:
             raise PathError(f"{count} points are given; a curve needs at least two")
         chords = np.linalg.norm(np.diff(self.points, axis=0), axis=1)

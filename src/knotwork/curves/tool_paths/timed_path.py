@@ -37,7 +37,7 @@ class TimedPath:
         end_time: End time [s].
         breaks: Times of the breaks of curves, orientation, ramps and weave, and both ends [s].
         full_speed: Maximum speed along the path [m/s].
-        is_dwell: Whether the tool stays at the start of the path.
+        is_wait: Whether the tool stays at the start of the path.
 
     Raises:
         PathError: Path and timing have different lengths, or the tool does not stop where the path
@@ -66,8 +66,8 @@ class TimedPath:
             self.carrier = add_weave(carrier, weave)
         self.end_time = self.start_time + timing.duration
         length = float(timing(np.array([timing.duration]))[0])
-        self.is_dwell = not timing.arc_length.c.any()
-        if not self.is_dwell and abs(length - path.length) > LENGTH_MISMATCH * path.length:
+        self.is_wait = not timing.arc_length.c.any()
+        if not self.is_wait and abs(length - path.length) > LENGTH_MISMATCH * path.length:
             raise PathError(
                 f"the timing is for {length:.12g} m and the path is {path.length:.12g} m long; "
                 "both must be the same"
@@ -82,7 +82,7 @@ class TimedPath:
         # Between two breaks a time in the middle selects the pieces of path and timing.
         self._middle: FloatArray = 0.5 * (local[1:] + local[:-1])
         self._along: FloatArray = timing(self._middle)
-        self.full_speed = float(timing.speeds[0] if self.is_dwell else timing(local, 1).max())
+        self.full_speed = float(timing.speeds[0] if self.is_wait else timing(local, 1).max())
         self.breaks: FloatArray = self.start_time + local
         self.breaks[-1] = self.end_time
 

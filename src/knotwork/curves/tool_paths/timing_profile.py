@@ -20,7 +20,7 @@ from knotwork.curves.polynomial.critical_points import horner
 from knotwork.curves.polynomial.monotone import first_times
 from knotwork.errors import PathError, RampError
 from knotwork.errors.arguments import require_number
-from knotwork.waypoints import FloatArray, read_only
+from knotwork.waypoints import FloatArray, checked_array
 
 RAMP_TOLERANCE = 1e-9
 """Relative excess of ramps over the length of their stretch up to which they are shortened."""
@@ -85,7 +85,7 @@ class Timing:
         return np.where(snapped, breaks[nearest], first_times(self.arc_length, s))
 
 
-def make_dwell(duration: float, speed: float) -> Timing:
+def make_wait(duration: float, speed: float) -> Timing:
     """Make the timing of a tool that stays at the start of a path.
 
     Args:
@@ -175,7 +175,8 @@ def _check_resolved(shortest: float, durations: FloatArray, speeds: FloatArray) 
 def _check_stretches(lengths: ArrayLike, speeds: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Check lengths [m] and speeds [m/s] of stretches: positive, shape (n,) each, n >= 1."""
     count = len(np.atleast_1d(np.asarray(lengths)))
-    length, speed = read_only(lengths, (count,), "lengths"), read_only(speeds, (count,), "speeds")
+    length = checked_array(lengths, (count,), "lengths")
+    speed = checked_array(speeds, (count,), "speeds")
     for quantity, values, unit in (("length", length, "m"), ("speed", speed, "m/s")):
         if (values <= 0.0).any():
             i = int((values <= 0.0).argmax())

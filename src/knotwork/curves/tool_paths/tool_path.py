@@ -240,7 +240,7 @@ class ToolPath:
             return distance, math.sqrt(2.0) * np.linalg.norm(difference[:, :, 2], axis=1)
         return distance, np.linalg.norm(difference, axis=(1, 2))
 
-    def bend(self, s0: ArrayLike, s1: ArrayLike) -> FloatArray:
+    def bend_bound(self, s0: ArrayLike, s1: ArrayLike) -> FloatArray:
         """Upper bounds of the norm of d²P/dτ², with arc length linear in τ from s0 at 0 to s1 at 1.
 
         At a junction the curvature jumps. The bound uses the larger curvature, and the deviation
@@ -268,8 +268,8 @@ class ToolPath:
                 break
         return self._but_across_stops(low, high, (high - low) ** 2 * curvature)
 
-    def turn_bend(self, s0: ArrayLike, s1: ArrayLike) -> FloatArray:
-        """Upper bounds of the Frobenius norm of d²R/dτ² for the same motion as in `bend`.
+    def turn_bend_bound(self, s0: ArrayLike, s1: ArrayLike) -> FloatArray:
+        """Upper bounds of the Frobenius norm of d²R/dτ² for the same motion as in `bend_bound`.
 
         With the rate w and its derivative, R'' = ([w'] + [w]²) R, where [w] is the matrix of the
         cross product. Its norm is at most √2 (‖w'‖ + ‖w‖²). Across a stop the bound is infinite.

@@ -17,7 +17,13 @@ from knotwork.curves.trajectory.motion_events import Event, Load, Segment
 from knotwork.curves.trajectory.sampling import MAX_SAMPLES, Knots, Samples, make_sample_times
 from knotwork.errors import InputError, UnknownNameError
 from knotwork.joint_quantities import DERIVATIVES
-from knotwork.waypoints import FloatArray, ReadOnlyArrays, checked_joints, checked_times, read_only
+from knotwork.waypoints import (
+    FloatArray,
+    ReadOnlyArrays,
+    checked_array,
+    checked_joints,
+    checked_times,
+)
 
 
 @dataclass(frozen=True)
@@ -140,7 +146,8 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
         """
         t = checked_times(time)
         shape = (t.size, len(joint_names))
-        r, v = read_only(position, shape, "position"), read_only(velocity, shape, "velocity")
+        r = checked_array(position, shape, "position")
+        v = checked_array(velocity, shape, "velocity")
         return cls(
             tuple(joint_names),
             PiecewisePolynomial(two_point_coefficients(t, (r, v)), t),

@@ -5,7 +5,7 @@ from .document import field_path as field_path
 from .edits import REMOVED as REMOVED
 from .edits import Edits as Edits
 from .edits import apply_edits as apply_edits
-from .edits import edited_text as edited_text
+from .edits import with_values as with_values
 from .validation import field_at as field_at
 from .validation import validate as validate
 from .values import Finite as Finite

@@ -83,13 +83,13 @@ def value_at(data: Any, location: Location) -> Any:
     return data
 
 
-def edited_text(text: str, edits: Edits) -> str:
+def with_values(text: str, edits: Edits) -> str:
     r"""The text of a YAML file with other values, otherwise unchanged.
 
     Raises:
         InputError: A value can't be changed on its own, for example because it is in an alias.
 
-    >>> print(edited_text("a: 1 # one\nb: {c: 2}", {("a",): 0.5, ("b", "d"): [1.0, 2.0]}))
+    >>> print(with_values("a: 1 # one\nb: {c: 2}", {("a",): 0.5, ("b", "d"): [1.0, 2.0]}))
     a: 0.5 # one
     b: {c: 2, d: [1.0, 2.0]}
     """
@@ -101,7 +101,7 @@ def edited_text(text: str, edits: Edits) -> str:
     return _written(text, changes, wanted, [*edits])
 
 
-def changed_text(text: str, location: Location, value: Any, *, insert: bool = False) -> str:
+def with_change(text: str, location: Location, value: Any, *, insert: bool = False) -> str:
     r"""The text of a YAML file with one change at any location.
 
     Missing mappings around a new key are added; a mapping that loses its last key is removed.
@@ -116,9 +116,9 @@ def changed_text(text: str, location: Location, value: Any, *, insert: bool = Fa
         InputError: The location does not exist, or the change can't be written into this text, for
             example because an alias shares the value.
 
-    >>> print(changed_text("a: [1, 2] # two", ("a", 1), 5, insert=True))
+    >>> print(with_change("a: [1, 2] # two", ("a", 1), 5, insert=True))
     a: [1, 5, 2] # two
-    >>> print(changed_text("- b: 1 # one\n- b: 3", (1,), {"b": 2}, insert=True))
+    >>> print(with_change("- b: 1 # one\n- b: 3", (1,), {"b": 2}, insert=True))
     - b: 1 # one
     - b: 2
     - b: 3
@@ -142,12 +142,12 @@ def changed_text(text: str, location: Location, value: Any, *, insert: bool = Fa
     if not inside and not (isinstance(parent, dict) and exists and not insert):
         raise InputError(f"nothing can be changed at {field_path(location)}: no such field")
     if not insert and not (value is REMOVED and isinstance(last, int)):
-        return edited_text(text, {location: value})
+        return with_values(text, {location: value})
     wanted = copy.deepcopy(data)
     items = value_at(wanted, location[:-1])
     items[int(last) : int(last) + (not insert)] = [value] if insert else []
     if not items or not parent:
-        return edited_text(text, {location[:-1]: items})
+        return with_values(text, {location[:-1]: items})
     _, part = _nodes(text)[location[:-1]]
     if insert:
         change = _inserted_item(text, part, int(last), value)

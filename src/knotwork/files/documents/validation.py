@@ -22,7 +22,7 @@ MAX_REPORTED_PROBLEMS = 1_000
 
 # Maximum length of a description in an error.
 LONGEST_HINT = 130
-_YES = ("yes", "no", "on", "off", "y", "n")
+_YAML_1_1_BOOLEANS = ("yes", "no", "on", "off", "y", "n")
 # By pydantic's name of the error, with placeholders for its bounds.
 _ERROR_WORDS = {
     "float_type": "must be a number",
@@ -209,7 +209,7 @@ def problem_words(kind: str, value: Any, message: str, context: Mapping[str, Any
     words = _ERROR_WORDS.get(kind, "is not accepted").format(**context)
     if kind == "literal_error" and words == "must be True":
         words = "must be true, or left out"
-        if str(value).lower() in _YES:
+        if str(value).lower() in _YAML_1_1_BOOLEANS:
             return f"{format_value(value)} is text in YAML 1.2: {words}"
     if kind == "string_type" and isinstance(value, int | float):
         words += "; put it in quotes"

@@ -42,7 +42,7 @@ Positive = Annotated[
 ]
 if TYPE_CHECKING:
     Items = Sequence
-    Several = Sequence
+    NonEmpty = Sequence
 else:
 
     class Items:
@@ -51,7 +51,7 @@ else:
         def __class_getitem__(cls, item: Any) -> Any:
             return tuple[item, ...]
 
-    class Several:
+    class NonEmpty:
         """A list of a file with at least one item."""
 
         def __class_getitem__(cls, item: Any) -> Any:
@@ -195,7 +195,7 @@ def _range(values: tuple[float, ...]) -> tuple[float, ...]:
     return values
 
 
-Interval = Annotated[Items[Number], Field(min_length=2, max_length=2), AfterValidator(_range)]
+Range = Annotated[Items[Number], Field(min_length=2, max_length=2), AfterValidator(_range)]
 JointLimits = Annotated[
     Positive | Annotated[dict[str, Positive], Field(min_length=1)],
     Forms("a positive number for every joint or a mapping of joint names to positive numbers"),
@@ -209,7 +209,7 @@ JointsOrName = Annotated[
 class LimitsFile(StrictModel):
     """Limits that replace those of the URDF, or of the robot."""
 
-    position: dict[str, Interval] | None = optional(
+    position: dict[str, Range] | None = optional(
         "Lower and upper limit by joint", unit="angle or length"
     )
     velocity: JointLimits | None = optional(

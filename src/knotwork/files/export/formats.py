@@ -35,6 +35,8 @@ class Format:
         options: Names of the keyword arguments of its function.
         binary: Whether its files are binary.
         events: Whether it contains events; otherwise a second file does.
+        tabular: Whether it is a table of samples or points.
+        straight: Whether it has only positions, which receivers interpolate by straight lines.
     """
 
     name: str
@@ -44,23 +46,16 @@ class Format:
     options: tuple[str, ...] = ()
     binary: bool = False
     events: bool = False
-
-    @property
-    def tabular(self) -> bool:
-        """Whether the format is a table of samples or points."""
-        return self.options is TABLE_OPTIONS
+    tabular: bool = False
+    straight: bool = False
 
     def takes_points(self, options: Mapping[str, Any]) -> bool:
         """Whether the format, with these options, consists of points of the motion."""
         return "fit" in self.options and (not self.tabular or bool(options.get("knots_only")))
 
-    @property
-    def straight(self) -> bool:
-        """Whether the format has only positions, which receivers interpolate by straight lines."""
-        return self.module in ("programs", "streams", "franka")
 
-
-TABLE_OPTIONS = ("rate", "knots_only", "accelerations", "fit", "robot", "labels")
+_TABLE_OPTIONS = ("rate", "knots_only", "accelerations", "fit", "robot", "labels")
+_TABLE: dict[str, Any] = {"options": _TABLE_OPTIONS, "events": True, "tabular": True}
 _MESSAGE_OPTIONS = ("goal", "accelerations", "fit")
 _DRIVE_OPTIONS = ("degrees", "scale", "offset", "incremental", "fit")
 _PROGRAM_OPTIONS = ("fit", "robot")
@@ -80,17 +75,17 @@ _ALL_FORMATS = (
     Format("ros2", _ROS2, ".yaml", "ros2", _MESSAGE_OPTIONS),
     Format("pvt", _PVT, ".csv", "pvt", _DRIVE_OPTIONS),
     Format("urscript", _URSCRIPT, ".script", "urscript", _PROGRAM_OPTIONS, events=True),
-    Format("krl", _KRL, ".src", "programs", _PROGRAM_OPTIONS, events=True),
-    Format("rapid", _RAPID, ".mod", "programs", _PROGRAM_OPTIONS, events=True),
-    Format("ls", _LS, ".ls", "programs", _PROGRAM_OPTIONS, events=True),
-    Format("rsi", "axis angles each 4 ms for KUKA's RSI", ".csv", "streams"),
-    Format("egm", "joint angles each 4 ms for ABB's EGM", ".csv", "streams"),
-    Format("j519", _J519, ".csv", "streams", ("robot",)),
-    Format("franka", _FRANKA, ".csv", "franka", ("robot",)),
-    Format("csv", "samples or knots as CSV", ".csv", "samples", TABLE_OPTIONS, events=True),
-    Format("json", "samples or knots as JSON", ".json", "samples", TABLE_OPTIONS, events=True),
-    Format("npz", "samples or knots for NumPy", ".npz", "samples", TABLE_OPTIONS, True, True),
-    Format("parquet", _PARQUET, ".parquet", "samples", TABLE_OPTIONS, True, True),
+    Format("krl", _KRL, ".src", "programs", _PROGRAM_OPTIONS, events=True, straight=True),
+    Format("rapid", _RAPID, ".mod", "programs", _PROGRAM_OPTIONS, events=True, straight=True),
+    Format("ls", _LS, ".ls", "programs", _PROGRAM_OPTIONS, events=True, straight=True),
+    Format("rsi", "axis angles each 4 ms for KUKA's RSI", ".csv", "streams", straight=True),
+    Format("egm", "joint angles each 4 ms for ABB's EGM", ".csv", "streams", straight=True),
+    Format("j519", _J519, ".csv", "streams", ("robot",), straight=True),
+    Format("franka", _FRANKA, ".csv", "franka", ("robot",), straight=True),
+    Format("csv", "samples or knots as CSV", ".csv", "samples", **_TABLE),
+    Format("json", "samples or knots as JSON", ".json", "samples", **_TABLE),
+    Format("npz", "samples or knots for NumPy", ".npz", "samples", **_TABLE, binary=True),
+    Format("parquet", _PARQUET, ".parquet", "samples", **_TABLE, binary=True),
     Format("mujoco", _MUJOCO, ".xml", "keyframes", ("rate", "lead")),
     Format("mat", "polynomials for MATLAB's ppval", ".mat", "polynomial_files", binary=True),
     Format("scipy", _SCIPY, ".npz", "polynomial_files", binary=True),
@@ -215,9 +210,9 @@ def save(
         InputError: The file exists or can't be written, or the format can't represent the motion.
     """
     checked_target(path, force=force)
-    is_held = get_format(name).events or not trajectory.events
-    text = content(trajectory, name, **options)
-    return write(path, text, force=force, side_content=None if is_held else side_file(trajectory))
+    has_all_events = get_format(name).events or not trajectory.events
+    side = None if has_all_events else side_file(trajectory)
+    return write(path, content(trajectory, name, **options), force=force, side_content=side)
 
 
 def write(

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from knotwork.errors import InputError
-from knotwork.files.documents import edited_text, read, read_text
+from knotwork.files.documents import read, read_text, with_values
 from knotwork.files.documents.edits import differences
 from knotwork.files.documents.yaml_text import to_block_yaml
 from knotwork.planning.choosing.segments import TimingSegment, TimingTask
@@ -148,7 +148,7 @@ def frozen_text(scenario: Scenario, folder: Path) -> str:
     if scenario.source is None:
         return to_block_yaml(content)
     file = read(scenario.source)
-    return edited_text(read_text(scenario.source), differences(file.data, content))
+    return with_values(read_text(scenario.source), differences(file.data, content))
 
 
 def saved_text(scenario: Scenario, folder: Path) -> str:

@@ -277,9 +277,8 @@ def _check_limits(scenario: Scenario, space: JointSpace, limits: JointLimits) ->
         reason = "neither a limit of acceleration nor one of torque is known"
     unbounded = np.array(space.joint_names)[~bounded]
     if unbounded.size:
-        with scenario.error_context("limits"):
-            raise InputError(
-                f"times are chosen, but no limit bounds the acceleration of {', '.join(unbounded)}:"
-                f" {reason}; accepted: acceleration: {{joint: value, …}}, with values for this "
-                "robot"
-            )
+        raise InputError(
+            f"times are chosen, but no limit bounds the acceleration of {', '.join(unbounded)}: "
+            f"{reason}; accepted: acceleration: {{joint: value, …}}, with values for this robot",
+            where=scenario.where("limits"),
+        )

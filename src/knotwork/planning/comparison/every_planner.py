@@ -15,10 +15,7 @@ from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.files import storage
 from knotwork.planning import Plan, plan
-from knotwork.planning.comparison.scores import Refusal as Refusal
-from knotwork.planning.comparison.scores import Score as Score
-from knotwork.planning.comparison.scores import best as best
-from knotwork.planning.comparison.scores import flatten
+from knotwork.planning.comparison.scores import Refusal, Score, flatten
 from knotwork.planning.planner_options import planner_options, supported_options
 from knotwork.planning.task_to_joint.solution import FEASIBILITY
 from knotwork.task import Task

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from knotwork.errors import UnknownNameError
 from knotwork.joint_quantities import JOINT_QUANTITIES
+from knotwork.verification.limits import SMALLEST_SINGULAR_VALUE, TOOL_ORDERS
 from knotwork.verification.metrics import squared_effort
 
 if TYPE_CHECKING:
@@ -38,10 +39,6 @@ class RowFigure:
     value_of: Callable[[Plan], float | None]
 
 
-# Limits of tool and links by the quantity in findings; those of joints have a table of their own.
-_TOOL_LIMITS = ("tool_speed", "tool_acceleration", "frame_speed")
-
-
 def _utilisation_figure(quantity: str) -> RowFigure:
     """Figure for the largest utilisation of a kind of limit."""
     # the tool also has a position at waypoints
@@ -64,7 +61,7 @@ def _values(plan: Plan, quantity: str) -> Iterator[float]:
 
 
 def _min_singular(plan: Plan) -> float | None:
-    return min(_values(plan, _SINGULAR), default=None)
+    return min(_values(plan, SMALLEST_SINGULAR_VALUE), default=None)
 
 
 def _deviation(plan: Plan) -> float | None:
@@ -84,17 +81,16 @@ def _squared_effort(plan: Plan) -> float | None:
     return sum(squared_effort(*part) for part in plan.space.carrying.parts(plan.trajectory))
 
 
-_SINGULAR = "smallest_singular_value"
 _outer, _inner = partial(_clearance, True), partial(_clearance, False)
 
 FIGURES: dict[str, RowFigure] = {
     figure.name: figure
     for figure in (
         RowFigure("duration", "duration", "s", False, lambda plan: plan.trajectory.duration),
-        RowFigure(_SINGULAR, "smallest singular value", "", True, _min_singular),
+        RowFigure(SMALLEST_SINGULAR_VALUE, "smallest singular value", "", True, _min_singular),
         RowFigure("clearance", "clearance to the surroundings", "m", True, _outer),
         RowFigure("self_clearance", "clearance to itself", "m", True, _inner),
-        *(_utilisation_figure(quantity) for quantity in (*JOINT_QUANTITIES, *_TOOL_LIMITS)),
+        *(_utilisation_figure(quantity) for quantity in (*JOINT_QUANTITIES, *TOOL_ORDERS)),
         RowFigure("path_deviation", "deviation from the path", "m", False, _deviation),
         RowFigure("squared_effort", "integral of torque squared", "N²m²s", False, _squared_effort),
     )

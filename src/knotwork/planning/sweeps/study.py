@@ -59,7 +59,7 @@ class Study:
         return self.columns[1 : 1 + len(self.spec.paths)]
 
     @property
-    def together(self) -> tuple[tuple[str, ...], ...]:
+    def columns_by_axis(self) -> tuple[tuple[str, ...], ...]:
         """Names of the varied columns by axis, as random samples vary together."""
         names = iter(self.varied)
         return tuple(tuple(islice(names, len(axis.paths))) for axis in self.spec.axes)

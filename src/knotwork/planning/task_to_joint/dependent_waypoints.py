@@ -175,7 +175,7 @@ class GroupSolver:
         """Solutions with planned self-motion, from the cheapest feasible start."""
         from knotwork.robot.kinematics.following.ladder import Ladder
 
-        moving = [track for track in tracks if not track.path.motion.is_dwell]
+        moving = [track for track in tracks if not track.path.motion.is_wait]
         if self.scenario.task.pull_to_middle or len({track.path.freedom for track in moving}) != 1:
             return None
         chain = moving[0].chain
@@ -188,7 +188,7 @@ class GroupSolver:
         for start, curves in ladder.find_guided_starts(MAX_GUIDED):
             guides = iter(curves)
             guided = [
-                track if track.path.motion.is_dwell else track._replace(guide=next(guides))
+                track if track.path.motion.is_wait else track._replace(guide=next(guides))
                 for track in tracks
             ]
             branch = first.select(first.branch == first.branch[rows[start]])

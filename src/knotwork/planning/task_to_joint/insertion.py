@@ -177,11 +177,10 @@ class _Insertion:
 
     def _check_count(self, count: int) -> None:
         if count > MAX_WAYPOINTS:
-            allowed = self.tolerance
             raise PathError(
-                f"the tolerances {allowed.path:g} m, {allowed.path_orientation:g} rad and "
-                f"{allowed.path_speed:g} of the speed need more than {MAX_WAYPOINTS} waypoints "
-                "along the path; use wider ones, or round the corner where its curvature jumps"
+                f"tolerances path, path_orientation and path_speed need more than {MAX_WAYPOINTS} "
+                "waypoints along the path; use wider ones, or round the corner where its curvature "
+                "jumps"
             )
 
     def _check_lengths(self, followed: FollowedPath, utilisation: FloatArray) -> None:
@@ -189,9 +188,8 @@ class _Insertion:
         short = np.flatnonzero((utilisation > 1.0) & (np.diff(followed.time) < SHORTEST_INTERVAL))
         if short.size:
             i = int(short[utilisation[short].argmax()])
-            along = float(self.joints.path.arc_length(followed.time[i : i + 1])[0])
             raise PathError(
-                f"{along:.6g} m along the path no waypoints keep the motion within its tolerances: "
+                f"at {followed.time[i]:.6g} s no waypoints keep the motion within its tolerances: "
                 f"even in {SHORTEST_INTERVAL:g} s the error is {utilisation[i]:.3g} times as "
                 "large; use wider ones, a lower speed or a round corner there"
             )

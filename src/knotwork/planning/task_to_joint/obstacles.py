@@ -91,14 +91,14 @@ class Obstacles:
             if distance <= -margin and is_static and second.kind != "held":
                 location = ("tool", "holds") if first.name in held else ("scene", "objects")
                 scale, unit = self.scenario.shown_length
-                with self.scenario.error_context(*location, first.name):
-                    depth = f"{-scale * (distance + margin):.4g} {unit}"
-                    raise CollisionError(
-                        f"touches {second.name} where the robot starts, by {depth}; move it, or "
-                        f"if it may touch it, add `allow: [{second.name}]`",
-                        names=(first.name, second.name),
-                        depth=-(distance + margin),
-                    )
+                depth = f"{-scale * (distance + margin):.4g} {unit}"
+                raise CollisionError(
+                    f"touches {second.name} where the robot starts, by {depth}; move it, or if it "
+                    f"may touch it, add `allow: [{second.name}]`",
+                    names=(first.name, second.name),
+                    depth=-(distance + margin),
+                    where=self.scenario.where(*location, first.name),
+                )
 
     def collide(self, index: int, candidates: Candidates) -> FloatArray:
         """1 for each candidate at a waypoint that collides, otherwise 0; shape (m,)."""

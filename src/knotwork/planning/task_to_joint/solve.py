@@ -126,9 +126,9 @@ def _with_chosen_velocities(solution: TaskSolution, space: JointSpace) -> TaskSo
 def _check_pull(scenario: Scenario, space: JointSpace) -> None:
     robot = space.robot
     if scenario.task.pull_to_middle and robot is not None and robot.dof <= 6:
-        with scenario.error_context("pull_to_middle"):
-            raise RobotError(
-                robot.name,
-                f"is not redundant: it has {robot.dof} joints; leave it out, or use an arm of "
-                "seven joints or more",
-            )
+        raise RobotError(
+            robot.name,
+            f"is not redundant: it has {robot.dof} joints; leave it out, or use an arm of seven "
+            "joints or more",
+            where=scenario.where("pull_to_middle"),
+        )

@@ -16,10 +16,10 @@ from knotwork.waypoints import (
     BoolArray,
     FloatArray,
     ReadOnlyArrays,
+    checked_array,
     checked_joints,
     known_rows,
     read_numbers,
-    read_only,
 )
 
 if TYPE_CHECKING:
@@ -136,8 +136,8 @@ class TimingProblem(ReadOnlyArrays):
         put("names", tuple(self.names) or tuple(str(i) for i in range(n)))
         if len(self.names) != n:
             raise WaypointDataError(f"names must have length {n}, not {len(self.names)}")
-        put("position", read_only(self.position, (n, d), "position"))
-        put("velocity", read_only(self.velocity, (n, d), "velocity", unknown=True))
+        put("position", checked_array(self.position, (n, d), "position"))
+        put("velocity", checked_array(self.velocity, (n, d), "velocity", unknown=True))
         for name, shape, default in (
             ("acceleration", (n, d), np.nan),
             ("along", (n,), False),

@@ -133,13 +133,13 @@ def check_requests(source: TaskInSI, i: int, waypoint: PoseWaypoint | PathWaypoi
     carrier, requested, moving = source.carrier(i), waypoint.orientation_in, source.frames.moving
     name = source.pose_frames[i]
     link, other_link = moving[name].link, link_text(source.carrying_link)
-    if source.is_fixed(i) and carrier is not None:
+    if source.in_world(i) and carrier is not None:
         raise source.locations.error(
             location,
             f"is in frame {name!r}, which moves, and other poses are {other_link}",
             "a fixed frame, or a task without the other poses",
         )
-    if isinstance(waypoint, PathWaypoint) and (source.is_fixed(i) or source.is_fixed(i - 1)):
+    if isinstance(waypoint, PathWaypoint) and (source.in_world(i) or source.in_world(i - 1)):
         raise source.locations.error(
             location,
             f"ends a path with poses in the base, and other poses are {other_link}",

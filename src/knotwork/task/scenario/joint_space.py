@@ -193,14 +193,13 @@ def _at_rest(scenario: Scenario, robot: Robot) -> Robot:
 def _check_followers(scenario: Scenario, robot: Robot) -> None:
     """Refuse joints that mimic planned ones: other code assumes that their links do not move."""
     for follower, master in robot.followers.items():
-        with scenario.error_context("robot"):
-            raise RobotError(
-                robot.name,
-                f"joint {follower!r} mimics {master!r}, which moves: links that follow a planned "
-                f"joint are not supported; lock one of the two with `locked: {{{follower}: "
-                "0}`",
-                joint=follower,
-            )
+        raise RobotError(
+            robot.name,
+            f"joint {follower!r} mimics {master!r}, which moves: links that follow a planned joint "
+            f"are not supported; lock one of the two with `locked: {{{follower}: 0}}`",
+            joint=follower,
+            where=scenario.where("robot"),
+        )
 
 
 def _check_motion_limits(scenario: Scenario, robot: Robot) -> None:
@@ -220,8 +219,8 @@ def _bare_joints(scenario: Scenario) -> JointSpace:
     task, names = scenario.given, tuple(getattr(scenario.waypoints[0], "joints", ()))
     for name in task.joint_units:
         if name not in names:
-            with scenario.error_context("joint_units", name):
-                raise UnknownNameError("joint", name, names)
+            where = scenario.where("joint_units", name)
+            raise UnknownNameError("joint", name, names, where=where)
     units = tuple(task.joint_units.get(name, "rad") for name in names)
     read = JointReader(scenario, names, units)
     bounds = read.limits()

@@ -12,8 +12,9 @@ import pinocchio as pin
 
 from knotwork.curves.tool_paths import Curve, Line, OrientationCurve, TimedPath, Timing, ToolPath
 from knotwork.curves.tool_paths.moving_frame import MovingFrame
-from knotwork.curves.tool_paths.timing_profile import make_dwell
+from knotwork.curves.tool_paths.timing_profile import make_wait
 from knotwork.errors import CornerError, PathError, RampError, StretchTimeError
+from knotwork.errors.plain_text import default_waypoint_name, waypoint_text
 from knotwork.files.documents import Location
 from knotwork.task import AlongArc, AlongPoints, PathOptions, PathWaypoint
 from knotwork.task.scenario.carriers import check_smooth, path_carrier
@@ -167,10 +168,11 @@ class _PathReader:
         except CornerError as error:
             where = sum(piece.length for piece in pieces[: error.junction + 1])
             k = int(np.abs(ends - where).argmin())
-            name = self.steps[k].name or str(self.first + 2 + k)
+            name = self.steps[k].name or default_waypoint_name(self.first + 1 + k)
+            angle = self.source.units.text(error.angle, "rad")
             raise self.source.locations.error(
                 self._place(k),
-                f"the path turns sharply by {np.degrees(error.angle):.6g} deg at {name!r}",
+                f"the path turns sharply by {angle} at {waypoint_text(name)}",
                 "stop: true; or blend: a length, between two lines that do not turn back",
             ) from error
         except PathError:
@@ -270,7 +272,7 @@ def wait_on(
     R, start = np.array(pose.rotation), begin.time
     line = Line(pose.translation, pose.translation + WAITING_LINE * R[:, 0])
     path = ToolPath([line], OrientationCurve.constant(R, line.length))
-    motion = TimedPath(path, make_dwell(end - start, WAITING_SPEED), start, carrier)
+    motion = TimedPath(path, make_wait(end - start, WAITING_SPEED), start, carrier)
     stretch = Stretch("place", start, end, WAITING_SPEED, (start, start))
     acceleration = PathOptions.model_construct().acceleration
     requested = RequestedTiming(

@@ -150,7 +150,7 @@ class _SceneReader:
             )
         source, base = self.source, self.source.frames.moving["base"]
         taken_from, left_on = (
-            replace(base, link=FIXED_CARRIER) if source.is_fixed(i) else source.carrier(i)
+            replace(base, link=FIXED_CARRIER) if source.in_world(i) else source.carrier(i)
             for i in (self.task_index[take], self.task_index[leave])
         )
         return GraspedObject(

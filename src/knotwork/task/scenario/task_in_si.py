@@ -97,8 +97,8 @@ class TaskInSI:
         frame = self.frames.moving[self.pose_frames[i]]
         return replace(frame, link="") if frame.is_moving else None
 
-    def is_fixed(self, i: int) -> bool:
-        """Whether a pose is fixed in the base while joints move other poses."""
+    def in_world(self, i: int) -> bool:
+        """Whether a pose is in the world frame, while joints move other poses."""
         if i not in self.pose_frames or not self.carrying_link:
             return False
         return not self.frames.moving[self.pose_frames[i]].link

@@ -257,9 +257,9 @@ def _misused(
         yield ("objective",), message, accepted
     if task.chosen is not None and unknowns.anything:
         message = "gives the motion between waypoints, but times or speeds are free"
-        yield ("chosen",), message, "numbers for all of them, or no chosen"
+        yield ("chosen",), message, "numbers for all of them, or no key chosen"
     if isinstance(task.knots, tuple) and unknowns.anything:
-        yield ("knots",), "knot times are given, but waypoint times are free", "no knots"
+        yield ("knots",), "knot times are given, but waypoint times are free", "no key knots"
     if task.planner != "modified-hermite" and unknowns.anything:
         accepted = "modified-hermite; plan --freeze writes a scenario with numbers for any planner"
         yield ("planner",), f"{task.planner!r} needs given times, and some are free", accepted

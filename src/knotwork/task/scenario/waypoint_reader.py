@@ -153,7 +153,7 @@ def _check_turned(source: TaskInSI, i: int, waypoint: PoseWaypoint) -> None:
         )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class _Arrivals:
     """Times of all waypoints of a task, and the paths between them.
 
@@ -274,8 +274,8 @@ class _WaypointReader:
                 "leaves the position open where the tool moves",
                 "position where it stops: stop: true",
             )
-        is_fixed = bool(self.source.task.frames) and self.source.is_fixed(i)
-        return CartesianWaypoint(name, time, pose, twist, where, freedom, is_fixed)
+        in_world_frame = bool(self.source.task.frames) and self.source.in_world(i)
+        return CartesianWaypoint(name, time, pose, twist, where, freedom, in_world_frame)
 
     def _state(self, i: int, step: PoseWaypoint | PathWaypoint) -> tuple[pin.SE3, pin.Motion]:
         """Pose and velocity of a waypoint in the base, including the motion of its frame."""

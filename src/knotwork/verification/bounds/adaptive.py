@@ -109,7 +109,7 @@ def upper_bounds(
     coefficients = curve.c.shape[0] * curve.c.shape[1]
     allowance = search.count + max(EVALUATION_BUDGET, EVALUATIONS_PER_PIECE * coefficients)
     while True:
-        excess, rounding = search.excess(intervals)
+        excess, rounding = search.measure_excess(intervals)
         upper = np.maximum(at_start, at_end) + (excess + rounding)
         if precision is None:
             step = _relative_precision(search.value, search.scale, limits)
@@ -197,8 +197,11 @@ class _Evaluations:
         self.value = np.where(larger, largest, self.value)
         return values
 
-    def excess(self, intervals: Intervals) -> tuple[FloatArray, FloatArray]:
-        """Maximum excess of values over those at the ends, and by rounding, shape (n, c) both."""
+    def measure_excess(self, intervals: Intervals) -> tuple[FloatArray, FloatArray]:
+        """Bound the excess over the values at the ends, and that by rounding, shape (n, c) both.
+
+        `scale` becomes the largest bound of the values so far.
+        """
         blocks = []
         for low in range(0, intervals.piece.size, BLOCK_INTERVALS):
             block = intervals[low : low + BLOCK_INTERVALS]

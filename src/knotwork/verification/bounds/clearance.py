@@ -289,7 +289,7 @@ class _ClearanceSearch:
                 continue
             enough = max(goal[c] + moved + 2 * DISTANCE_ERROR, smallest[c])
             d = self.table.measure(c, placed[0][interval], placed[1][interval], enough)
-            tests.distance[test], tests.normal[test] = d, self.table.normal
+            tests.distance[test], tests.normal[test] = d, self.table.last_normal
             self.measurements += 1
             if d < smallest[c] - 10.0**-LENGTH_DIGITS:
                 smallest[c] = self.distance[c] = d

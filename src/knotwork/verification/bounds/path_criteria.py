@@ -156,8 +156,8 @@ def bounded_path_errors(
         start_turn: Turn of the tool at the first time, approximately [rad].
     """
     square = np.diff(t) ** 2
-    bend = path.bend(samples.s[:-1], samples.s[1:])
-    rotation_bend = path.turn_bend(samples.s[:-1], samples.s[1:])
+    bend = path.bend_bound(samples.s[:-1], samples.s[1:])
+    rotation_bend = path.turn_bend_bound(samples.s[:-1], samples.s[1:])
     chord_error = (square * sizes.acceleration + bend) / 8.0 + sizes.rounding
     rotation_error = (square * sizes.rotation + rotation_bend) / 8.0 + sizes.rounding
     everywhere = np.ones(len(square), dtype=bool)

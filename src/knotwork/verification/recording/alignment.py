@@ -36,8 +36,8 @@ class Alignment:
         shift: Time of the log's clock at time 0 of the plan [s].
         shift_error: Standard error of the shift [s], from the residual between log and plan.
         reference: The plan.
-        curve: The smoothed log, by its own clock.
-        start: The shift since the log's first sample [s].
+        smoothed: The smoothed log, by its own clock.
+        lead: Time from the log's first sample to time 0 of the plan [s].
         delays: Delays of the log over the plan's time; its first span is on time.
     """
 
@@ -45,15 +45,15 @@ class Alignment:
     shift: float
     shift_error: float
     reference: JointTrajectory
-    curve: Smoothed
-    start: float
+    smoothed: Smoothed
+    lead: float
     delays: tuple[Delay, ...]
 
     def on_time(self) -> JointTrajectory:
         """The motion without its delays. It jumps where they change."""
-        curve, parts = self.curve.trajectory.polynomial, []
+        curve, parts = self.smoothed.trajectory.polynomial, []
         for span in self.delays:
-            ahead = self.start + span.delay
+            ahead = self.lead + span.delay
             low = max(span.start, self.trajectory.start_time, curve.x[0] - ahead)
             high = min(span.end, self.trajectory.end_time, curve.x[-1] - ahead)
             if low < high:
@@ -69,19 +69,19 @@ class Alignment:
             order: 0 for the position to 3 for the jerk.
             time: Time by the plan's clock [s]; `None` for the largest over the plan's time.
         """
-        grid, motion = self.curve.grid - self.start, self.trajectory
+        grid, motion = self.smoothed.grid - self.lead, self.trajectory
         ends = (motion.start_time, motion.end_time) if time is None else (time, time)
         first, last = (int(np.abs(grid - end).argmin()) for end in ends)
         noise, residual = (
             errors[order, first : last + 1].max(axis=0)
-            for errors in (self.curve.errors, self.residual.errors)
+            for errors in (self.smoothed.errors, self.residual.errors)
         )
         return np.asarray(STANDARD_ERRORS * noise + PLAN_RESIDUAL_RATIO * residual)
 
     @cached_property
     def residual(self) -> PlanResidual:
         """Deviation of the plan from its own smoothed curve with the log's knots."""
-        return plan_residual(self.curve, self.reference, self.start)
+        return plan_residual(self.smoothed, self.reference, self.lead)
 
 
 def aligned(curve: Smoothed, reference: JointTrajectory) -> Alignment:

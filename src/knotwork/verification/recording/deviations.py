@@ -80,12 +80,12 @@ def deviation_findings(
     ]
     text = delay_text(alignment.delays)
     fact = (
-        f"the plan's time 0 is {alignment.start:.6f} s after the log's first sample, at "
+        f"the plan's time 0 is {alignment.lead:.6f} s after the log's first sample, at "
         f"{alignment.shift:.6f} s by the log's clock; standard error {alignment.shift_error:.1g} s"
     )
-    brief = filter(None, [text, *short, f"time shift {alignment.start:.4g} s"])
+    brief = filter(None, [text, *short, f"time shift {alignment.lead:.4g} s"])
     yield Finding.of_motion(
-        AGAINST_PLAN, "time_shift", fact, value=alignment.start, unit="s", brief="; ".join(brief)
+        AGAINST_PLAN, "time_shift", fact, value=alignment.lead, unit="s", brief="; ".join(brief)
     )
     latest = max(alignment.delays, key=lambda span: abs(span.delay))
     yield _deviation(
@@ -139,7 +139,7 @@ def _tool_findings(
 
     motion = motion.reordered(robot.joint_names, robot.joint_units)
     plan = alignment.reference.reordered(robot.joint_names, robot.joint_units)
-    times = alignment.curve.log.time - alignment.start
+    times = alignment.smoothed.log.time - alignment.lead
     times = times[(times >= motion.start_time) & (times <= motion.end_time)]
     errors = np.empty((2, times.size))
     for i, (q, requested) in enumerate(

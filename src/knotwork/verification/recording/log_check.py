@@ -138,7 +138,7 @@ def compare_log(
     allowed = PLAN_RESIDUAL_RATIO * alignment.residual.samples
     residuals = _residual_findings(alignment, allowed, units) if jumps else ()
     return Report(
-        scenario=alignment.curve.log.source,
+        scenario=alignment.smoothed.log.source,
         robot=robot.name if robot is not None else None,
         planner=alignment.trajectory.planner,
         start_time=alignment.trajectory.start_time,
@@ -223,14 +223,14 @@ def _residual_findings(
         allowed: Residuals due to jumps of the jerk, beyond the noise [rad or m], shape (d,).
         units: Units of the messages.
     """
-    curve = alignment.curve
+    curve = alignment.smoothed
     sizes, limits = np.abs(curve.residuals), JUMP_DEVIATIONS * curve.sigma + allowed
     for j, (name, unit) in enumerate(
         zip(curve.log.joint_names, curve.log.joint_units, strict=True)
     ):
         worst = int((sizes[:, j] / limits[:, j]).argmax())
         value, limit = float(sizes[worst, j]), float(limits[worst, j])
-        time = float(curve.log.time[worst] - alignment.start)
+        time = float(curve.log.time[worst] - alignment.lead)
         shown = units.text(value, unit, ".3g")
         fact = f"joint {name!r}: a sample is off the smooth curve by {shown} at {time:.4f} s"
         if value > limit:
@@ -246,7 +246,7 @@ def _residual_findings(
 
 def _log_findings(alignment: Alignment, units: Units) -> Iterator[Finding]:
     """The assumptions about the log."""
-    curve, log, noise = alignment.curve, alignment.curve.log, alignment.curve.noise
+    curve, log, noise = alignment.smoothed, alignment.smoothed.log, alignment.smoothed.noise
     origin = "as given" if noise.stated else "estimated from the samples and their digits"
     largest: dict[str, float] = {}
     joints = zip(log.joint_names, log.joint_units, noise.position.tolist(), strict=True)
@@ -277,14 +277,14 @@ def gap_findings(alignment: Alignment) -> Iterator[Finding]:
     A gap fails if the plan moves during it, and is a warning if the plan is at rest. In a gap the
     smoothed curve is a guess, and so are all findings on it.
     """
-    plan, log = alignment.reference, alignment.curve.log
-    times = np.concatenate(([plan.start_time], log.time - alignment.start, [plan.end_time]))
+    plan, log = alignment.reference, alignment.smoothed.log
+    times = np.concatenate(([plan.start_time], log.time - alignment.lead, [plan.end_time]))
     times = np.sort(np.clip(times, plan.start_time, plan.end_time))
     far = MOVING_GAP_RANGE * _range(plan.polynomial)
     for i in np.flatnonzero(np.diff(times) > MOVING_GAP_PERIODS * log.period):
         start, end = float(times[i]), float(times[i + 1])
         moved = _range(cut_curve(plan.polynomial, start, end))
-        moves = moved > REST_DEVIATIONS * alignment.curve.noise.position
+        moves = moved > REST_DEVIATIONS * alignment.smoothed.noise.position
         is_far = (moves & (moved > far)).any()
         limit = log.period * (MOVING_GAP_PERIODS if is_far else GAP_PERIODS)
         duration = end - start

@@ -15,7 +15,7 @@ from typing import Any
 from knotwork.errors import InputError
 from knotwork.files import storage
 from knotwork.files.documents import REMOVED, Document, Location, parse, read_text
-from knotwork.files.documents.edits import changed_text
+from knotwork.files.documents.edits import with_change
 from knotwork.robot import Robot
 from knotwork.task.si_units import unit_at
 
@@ -69,7 +69,7 @@ class Draft:
                 "revision": self.revision,
                 "file": self.file.name,
                 "data": _finite(data),
-                "build": structure_digest(data),
+                "structure": structure_digest(data),
                 "undo": self._index > 0,
                 "redo": self._index + 1 < len(self._texts),
                 "unsaved": self.text != self._disk,
@@ -90,7 +90,7 @@ class Draft:
             text = self.text
             for change in changes:
                 value, insert = change.get("value", REMOVED), bool(change.get("insert"))
-                text = changed_text(text, _location(change), value, insert=insert)
+                text = with_change(text, _location(change), value, insert=insert)
             self._set_text(text, gesture)
 
     def undo(self) -> None:

@@ -16,7 +16,7 @@ import pinocchio as pin
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError, KnotworkError
 from knotwork.files import storage
-from knotwork.files.documents import edited_text, read, validate
+from knotwork.files.documents import read, validate, with_values
 from knotwork.files.documents.edits import value_at
 from knotwork.planning import Plan, plan
 from knotwork.robot import Robot
@@ -31,7 +31,7 @@ from knotwork.view.editing.handles import Handle, handles, move_handle
 from knotwork.view.live_server import LiveServer
 from knotwork.view.scene_data import make_scene, scene_of
 from knotwork.view.shown_motion import ShownMotion
-from knotwork.waypoints import FloatArray, read_only
+from knotwork.waypoints import FloatArray, checked_array
 
 Request = Mapping[str, Any]
 Answer = dict[str, Any]
@@ -171,16 +171,16 @@ class Session:
         shown_state: Answer = {"handled": -1, "handles": [], "names": {}, "units": {}}
         if reading is not None:
             shown_state |= {"handled": reading.revision, "units": reading.units}
-            if draft["build"] == reading.structure:
+            if draft["structure"] == reading.structure:
                 shown = [
-                    {**handle.to_dict(), "build": reading.structure} for handle in reading.handles
+                    {**item.to_dict(), "structure": reading.structure} for item in reading.handles
                 ]
                 shown_state |= {"handles": shown, "names": reading.names}
         return {"draft": {**draft, **shown_state, "verdict": self._verdict}}
 
     def _edit(self, request: Request) -> None:
         """Change the text; if the page names a structure, only while the text has it."""
-        if "build" in request:
+        if "structure" in request:
             self._require_same_structure(request)
         changes = request.get("changes")
         if not isinstance(changes, list) or not all(isinstance(change, dict) for change in changes):
@@ -189,7 +189,7 @@ class Session:
 
     def _require_same_structure(self, request: Request) -> None:
         """Refuse a request if the draft no longer has the structure that the page shows."""
-        if request.get("build") != structure_digest(self.draft.document().data):
+        if request.get("structure") != structure_digest(self.draft.document().data):
             raise InputError("nothing was changed: the task has changed since; try again")
 
     def _move(self, request: Request) -> Answer:
@@ -202,7 +202,7 @@ class Session:
             raise InputError(f"there is no handle at {request.get('at')!r}")
         sizes = {"position": 3, "quaternion": 4}
         values = {
-            key: read_only(request[key], (size,), key)
+            key: checked_array(request[key], (size,), key)
             for key, size in sizes.items()
             if key in request
         }
@@ -210,15 +210,15 @@ class Session:
             raise InputError("the quaternion of a handle must have norm 1")
         changes = move_handle(handle, reading.scenario.given.units.in_si, **values)
         self.draft.apply(changes, str(request.get("gesture", "")))
-        return {"build": structure_digest(self.draft.document().data)}
+        return {"structure": structure_digest(self.draft.document().data)}
 
     def _jog(self, request: Request) -> Answer:
         """Joint positions and the pose of the tool, one of them computed from the other."""
         robot, q = self._arm(request)
         base = robot.base_placement
         if "position" in request:
-            turn = pin.Quaternion(read_only(request["quaternion"], (4,), "quaternion")).matrix()
-            pose = pin.SE3(turn, np.array(read_only(request["position"], (3,), "position")))
+            turn = pin.Quaternion(checked_array(request["quaternion"], (4,), "quaternion")).matrix()
+            pose = pin.SE3(turn, np.array(checked_array(request["position"], (3,), "position")))
             q = solve_pose_ik(robot, base.actInv(pose), q).q
         pose = base * robot.forward(q)
         turned = pin.Quaternion(pose.rotation).coeffs()
@@ -257,7 +257,7 @@ class Session:
             raise InputError("the task has not been planned yet")
         robot, motion = self.plan.space.robot, self.plan.trajectory
         if "q" in request:
-            return robot, read_only(request["q"], (robot.dof,), "q")
+            return robot, checked_array(request["q"], (robot.dof,), "q")
         curve = motion.reordered(robot.joint_names, robot.joint_units, owner="the robot").polynomial
         return robot, np.asarray(curve(np.clip(float(request["time"]), curve.x[0], curve.x[-1])))
 
@@ -309,5 +309,5 @@ def draft_of(source: Path, copy: Path | None = None) -> Draft:
         return Draft(source)
     document = read(source)
     folders = source.parent.resolve(), copy.parent.resolve()
-    text = edited_text(Draft(source).text, moved_paths(document.data, *folders))
+    text = with_values(Draft(source).text, moved_paths(document.data, *folders))
     return Draft(storage.write_file(copy, text, kind="a scenario", replace=False))

@@ -16,7 +16,7 @@ from knotwork.robot.joint_axes import cache_per_robot
 from knotwork.robot.kinematics.chain.joint_ranges import position_limits, range_middles
 from knotwork.robot.kinematics.pose_arguments import check_tolerance
 from knotwork.units import SI, Units
-from knotwork.waypoints import FloatArray, read_only
+from knotwork.waypoints import FloatArray, checked_array
 
 # Singular value below which the joint velocities are checked against plausible limits. There a
 # joint at 3 rad/s moves the tool by less than 3 mm/s in the lost direction.
@@ -113,8 +113,8 @@ def solve_velocity_ik(
     """
     check_tolerance(linear_tolerance, "linear_tolerance")
     check_tolerance(angular_tolerance, "angular_tolerance")
-    wanted = read_only(twist.vector if isinstance(twist, pin.Motion) else twist, (6,), "twist")
-    self_motion = None if preferred is None else read_only(preferred, (robot.dof,), "preferred")
+    wanted = checked_array(twist.vector if isinstance(twist, pin.Motion) else twist, (6,), "twist")
+    self_motion = None if preferred is None else checked_array(preferred, (robot.dof,), "preferred")
     J = robot.jacobian(q)
     if not wanted.any() and self_motion is None:
         return np.zeros(robot.dof)
@@ -249,8 +249,8 @@ def pull_to_middle(robot: Robot, q: ArrayLike, rate: float = 1.0) -> FloatArray:
     Raises:
         WaypointDataError: A number is not finite, or the array has a wrong shape.
     """
-    position = read_only(q, (robot.dof,), "q")
-    pull = read_only(rate, (), "rate")
+    position = checked_array(q, (robot.dof,), "q")
+    pull = checked_array(rate, (), "rate")
     limits = position_limits(robot)
     return np.where(np.isfinite(limits).all(axis=0), pull * (range_middles(limits) - position), 0.0)
 

@@ -77,8 +77,8 @@ class Candidates(NamedTuple):
 
     def select(self, rows: Any) -> Candidates:
         """The candidates at row indices or a mask."""
-        columns = {key: getattr(self, key)[rows] for key in self._fields[:-2]}
-        return self._replace(**columns)
+        columns = set(self._fields) - {"branches", "redundant"}
+        return self._replace(**{key: getattr(self, key)[rows] for key in columns})
 
 
 def find_candidates(

@@ -23,7 +23,7 @@ from knotwork.robot.kinematics.solutions.all_within_limits import (
 from knotwork.robot.kinematics.solutions.diagnosis import find_solution_or_raise
 from knotwork.robot.kinematics.solutions.enumeration import MAX_BRANCHES
 from knotwork.robot.kinematics.solutions.self_motion import choose_farthest_apart
-from knotwork.waypoints import FloatArray, read_only
+from knotwork.waypoints import FloatArray, checked_array
 
 # Number of samples of the self-motion of a redundant arm.
 SELF_MOTION_SPREAD = 32
@@ -125,8 +125,8 @@ def _make_branch(robot: Robot, pose: Any, q: FloatArray, sampled: bool) -> Branc
     nearest = copies[int(np.argmin(np.round(distance, 6)))]
     error = robot.forward(nearest).actInv(pose)
     return Branch(
-        q=read_only(nearest, nearest.shape, "q"),
-        turns=read_only(copies, copies.shape, "turns"),
+        q=checked_array(nearest, nearest.shape, "q"),
+        turns=checked_array(copies, copies.shape, "turns"),
         flags=describe_flags(robot, configuration_flags(robot, nearest[None])[0]),
         smallest_singular_value=float(np.linalg.svd(robot.jacobian(nearest), compute_uv=False)[-1]),
         position_error=float(np.linalg.norm(error.translation)),

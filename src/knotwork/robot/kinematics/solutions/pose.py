@@ -28,7 +28,7 @@ from knotwork.robot.kinematics.solutions.all_within_limits import find_solutions
 from knotwork.robot.kinematics.solutions.diagnosis import find_solution_or_raise
 from knotwork.robot.kinematics.solutions.enumeration import NEAR_SINGULAR_VALUE
 from knotwork.units import SI, Units
-from knotwork.waypoints import FloatArray, read_only
+from knotwork.waypoints import FloatArray, checked_array
 
 # Maximum number of restarts for a first solution. After them one batch searches for all solutions.
 MAX_RESTARTS = 50
@@ -122,8 +122,8 @@ def solve_pose_ik(
     array([1., 1., 1., 1., 1., 1.])
     """
     check_request(pose, position_tolerance, orientation_tolerance)
-    first = read_only(start, (robot.dof,), "start")
-    goal = first if near is None else read_only(near, (robot.dof,), "near")
+    first = checked_array(start, (robot.dof,), "start")
+    goal = first if near is None else checked_array(near, (robot.dof,), "near")
     margin = TOLERANCE_MARGIN
     search = PoseSearch(robot, pose, margin * position_tolerance, margin * orientation_tolerance)
     best = _NearestSolution(search, goal, nearest)

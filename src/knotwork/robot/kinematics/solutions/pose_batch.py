@@ -19,7 +19,7 @@ from knotwork.robot.kinematics.chain.levenberg_marquardt import (
     PoseSearch,
 )
 from knotwork.robot.kinematics.pose_arguments import check_count, check_pose, check_tolerance
-from knotwork.waypoints import read_only
+from knotwork.waypoints import checked_array
 
 MAX_BATCH_RESTARTS = 600
 
@@ -72,7 +72,7 @@ def solve_pose_ik_batch(
     check_count(max_restarts, "max_restarts")
     n, d = len(wanted), robot.dof
     has_rows = np.asarray(start, dtype=object).ndim > 1
-    first = np.broadcast_to(read_only(start, (n, d) if has_rows else (d,), "start"), (n, d))
+    first = np.broadcast_to(checked_array(start, (n, d) if has_rows else (d,), "start"), (n, d))
     limits, tolerance = position_limits(robot), TOLERANCE_MARGIN * tolerance
     ended = solve_batch(
         robot, Targets.from_poses(wanted), first, tolerance=tolerance, limits=limits, hasty=True

@@ -146,16 +146,16 @@ class Editing {
   // Nothing is chosen then: another click takes nothing out.
   async remove() {
     const at = this.part;
-    const taken = this.edit([{ at }], "", { build: this.draft.build });
+    const taken = this.edit([{ at }], "", { structure: this.draft.structure });
     this.choose(null);
     if ((await taken).error) this.choose(at);
   }
 
   async moved(handle, { use, gesture }) {
     if (handle.kind === "jog") return this.jog.reach(handle);
-    const { at, name, build, position, quaternion } = handle;
-    const answer = await this.ask("move", { at, name, build, gesture, ...(use === "turn" ? { quaternion } : { position }) });
-    handle.build = answer.build ?? build;
+    const { at, name, structure, position, quaternion } = handle;
+    const answer = await this.ask("move", { at, name, structure, gesture, ...(use === "turn" ? { quaternion } : { position }) });
+    handle.structure = answer.structure ?? structure;
   }
 
   async add(what, more = {}) {
