@@ -44,7 +44,7 @@ def test_single_joint_matches_closed_form() -> None:
 
 def test_planned_scenario_has_no_free_times() -> None:
     plan = kw.plan(swing(to(1, velocity="free"), to(2)))
-    assert plan.scenario.unknowns is None
+    assert plan.scenario.free_values is None
     assert plan.scenario.times[-1] == pytest.approx(plan.trajectory.end_time)
     velocity = plan.space.targets[1].velocity
     assert np.allclose(plan.trajectory.velocity(plan.scenario.times[1]), velocity, atol=1e-12)
@@ -182,7 +182,7 @@ def test_a_frozen_scenario_keeps_its_comments_and_gives_the_same_motion(tmp_path
     assert "room" not in text
     again = kw.plan(tmp_path / "frozen.yaml")
     assert again.chosen is None
-    assert again.scenario.unknowns is None
+    assert again.scenario.free_values is None
     assert np.array_equal(again.trajectory.polynomial.x, plan.trajectory.polynomial.x)
     assert np.array_equal(again.trajectory.polynomial.c, plan.trajectory.polynomial.c)
     assert kw.check(plan.trajectory, load_scenario(tmp_path / "frozen.yaml")).ok

@@ -84,7 +84,7 @@ def scenarios(as_json: bool) -> int:
             "description": scenario.task.description.strip(),
             "robot": scenario.task.robot if isinstance(scenario.task.robot, str) else None,
             "waypoints": len(scenario.waypoints),
-            "duration": None if scenario.unknowns else float(np.ptp(scenario.times)),
+            "duration": None if scenario.free_values else float(np.ptp(scenario.times)),
             "file": str(scenario.source),
         }
         for scenario in map(load_scenario, resources.names("scenarios"))

@@ -61,17 +61,17 @@ def plan(
     """
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
-    if scenario.unknowns is None:
+    if scenario.free_values is None:
         return best_of_sequences(ScenarioPlanner(scenario, planner))
     from knotwork.planning.choosing import fix_arrival_times
     from knotwork.planning.timing.timed_motion import Budget
 
-    unknowns = scenario.unknowns
+    free = scenario.free_values
     fixed_arrivals = tuple(
-        scenario.waypoints[i].name for i in unknowns.time_dependent if unknowns.duration[i - 1]
+        scenario.waypoints[i].name for i in free.time_dependent if free.duration_is_free[i - 1]
     )
     work = Budget(progress, budget)
-    if unknowns.time_dependent:
+    if free.time_dependent:
         scenario = fix_arrival_times(scenario, work)
     return best_of_sequences(ScenarioPlanner(scenario, planner, work, fixed_arrivals))
 
@@ -122,7 +122,7 @@ def best_of_sequences(planner: ScenarioPlanner) -> Plan:
         if any(np.array_equal(q, solution.waypoints.position) for q in planned):
             break
     if best is None:
-        raise first_error or AssertionError("a sequence without a plan has an error")
+        raise first_error or AssertionError("no sequence of solutions was tried")
     if failed_pairs(best.report.findings):
         return _with_clear_motion(planner, best, tried)
     if tried == 1:
@@ -145,8 +145,9 @@ def _colliding_intervals(plan: Plan) -> list[int]:
 def _with_clear_motion(planner: ScenarioPlanner, best: Plan, tried: int) -> Plan:
     """A plan around the obstacles that all sequences hit, or the best plan and the attempts."""
     requested, late, notes = planner.scenario, planner.budget.is_over, list[str]()
+    free = requested.free_values
     ends = _avoidable_ends(best)
-    timed = [i for i in ends if requested.unknowns and requested.unknowns.duration[i - 1]]
+    timed = [i for i in ends if free and free.duration_is_free[i - 1]]
     if timed and not late:
         ends = [i for i in ends if i not in timed]
         ways = {requested.task_index[i]: {"way": "clear"} for i in timed}
@@ -164,7 +165,7 @@ def _with_clear_motion(planner: ScenarioPlanner, best: Plan, tried: int) -> Plan
     if ends and not best.scenario.scene.has_moving_bodies:
         collisions = "the collision" if len(ends) == 1 else "the collisions"
         # motions joined at a free velocity are one motion, which takes no times
-        passed = requested.unknowns and any(requested.unknowns.speed[i] == "free" for i in ends)
+        passed = free and any(free.speed_kinds[i] == "free" for i in ends)
         times = " without times" if passed and not set(ends) <= set(timed) else ""
         notes.append(
             f"way: clear at {_quoted_names(best, ends)}{times} may avoid {collisions} "
@@ -193,12 +194,12 @@ def _avoidable_ends(plan: Plan) -> list[int]:
     """
     scenario = plan.scenario
     requested = scenario if plan.chosen is None else plan.chosen.requested
-    unknowns = requested.unknowns
+    free = requested.free_values
     planner, _ = planner_and_rule(requested.task.planner)
     if "chosen" not in PLANNER_SPECS[planner].supports or requested.given.chosen:
         return []
     fixed = {i for path in scenario.paths for i in range(path.first, path.last)}
-    fixed |= set(plan.space.waits) | {end - 1 for end in (unknowns.ways if unknowns else ())}
+    fixed |= set(plan.space.waits) | {end - 1 for end in (free.way_options if free else ())}
     hit: set[int] = set()
     blocked: set[int] = set()
     for start, end in (s for pair in failed_pairs(plan.report.findings) for s in pair.spans):
@@ -206,7 +207,7 @@ def _avoidable_ends(plan: Plan) -> list[int]:
         hit.add(int(first) - 1)
         blocked.update(range(int(first) - 1, int(last)) if last > first else ())
     ends, unusable = ({i + 1 for i in starts} for starts in (hit - fixed - blocked, blocked))
-    passed = [i for i, kind in enumerate(unknowns.speed if unknowns else ()) if kind == "free"]
+    passed = [i for i, kind in enumerate(free.speed_kinds if free else ()) if kind == "free"]
     for i in (*passed, *reversed(passed)):
         for together in (ends, unusable):
             if together & {i, i + 1}:

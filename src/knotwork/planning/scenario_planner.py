@@ -24,10 +24,10 @@ FIXED_SEQUENCES, TIMED_SEQUENCES = 12, 4
 
 @dataclass(frozen=True, eq=False)
 class ScenarioPlanner:
-    """Plans a scenario with one sequence of IK solutions, after its unknowns are chosen.
+    """Plans a scenario with one sequence of IK solutions, after its free values are chosen.
 
     Attributes:
-        scenario: The scenario; its unknowns are chosen before it is planned.
+        scenario: The scenario; its free values are chosen before it is planned.
         planner: Planner that replaces the scenario's own, or `None`.
         budget: Budget and progress of all plans together.
         fixed_arrivals: Waypoints in moving frames, by name, whose times were chosen first.
@@ -41,7 +41,7 @@ class ScenarioPlanner:
     @property
     def max_sequences(self) -> int:
         """Maximum number of sequences to plan."""
-        return FIXED_SEQUENCES if self.scenario.unknowns is None else TIMED_SEQUENCES
+        return FIXED_SEQUENCES if self.scenario.free_values is None else TIMED_SEQUENCES
 
     @cached_property
     def _interpolation(self) -> Interpolation:
@@ -55,7 +55,7 @@ class ScenarioPlanner:
 
     def plan(self, solution: TaskSolution | None = None) -> Plan:
         """Plan a sequence of solutions, by default the best, and check the motion."""
-        if self.scenario.unknowns is None:
+        if self.scenario.free_values is None:
             return self._interpolate(solution or self.solve())
         from knotwork.planning.choosing import choose_times
 

@@ -24,7 +24,7 @@ from knotwork.files.documents.values import (
 )
 from knotwork.files.documents.yaml_text import to_block_yaml
 from knotwork.task.actions import Output, one_name_each
-from knotwork.task.open_values import ChosenMotion, Way, Weights
+from knotwork.task.free_values import ChosenMotion, Way, Weights
 from knotwork.task.poses import Frame
 from knotwork.task.scene_shapes import Collisions, HeldObject, Surroundings
 from knotwork.task.task_options import (

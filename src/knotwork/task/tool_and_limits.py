@@ -17,7 +17,7 @@ from knotwork.files.documents.values import (
     optional,
     required,
 )
-from knotwork.task.open_values import FreePose
+from knotwork.task.free_values import FreePose
 from knotwork.task.poses import Placement
 from knotwork.task.scene_shapes import HeldObject, Inertia, Mass, Shapes
 from knotwork.task.task_part import TaskPart

@@ -71,7 +71,7 @@ def check(
     """
     require_type(trajectory, JointTrajectory, "trajectory", "a kw.JointTrajectory")
     require_type(scenario, Scenario, "scenario", "a kw.Scenario, as from kw.load_scenario")
-    if scenario.unknowns is not None:
+    if scenario.free_values is not None:
         raise InputError(
             f"{scenario.name} leaves times or speeds free, so it does not define the motion over "
             "time; accepted: scenario.yaml, which plan --out writes next to the trajectory, "

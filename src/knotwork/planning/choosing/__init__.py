@@ -1,4 +1,4 @@
-"""Numbers for the unknown durations, speeds and knots of a scenario."""
+"""Numbers for the free durations, speeds and knots of a scenario."""
 
 from knotwork.planning.choosing.chosen_times import ChosenTimes, choose_times
 from knotwork.planning.choosing.chosen_values import frozen_text, saved_text

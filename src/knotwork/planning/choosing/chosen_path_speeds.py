@@ -34,7 +34,7 @@ def with_path_speeds(task: TimingTask, problems: Sequence[PathSpeedProblem]) -> 
     """The task with the chosen speeds along its paths, solved and found to keep the limits there.
 
     Args:
-        task: The task with these speeds as unknowns.
+        task: The task in which these speeds are free.
         problems: Its paths with chosen speeds; if the motion along one exceeds a limit, it is
             corrected.
 
@@ -50,9 +50,9 @@ def with_path_speeds(task: TimingTask, problems: Sequence[PathSpeedProblem]) -> 
             end = scenario.task_index[problem.path.first + 1 + stretch]
             changes[end]["speed"] = round_speed(unit * speed)
     scenario = change_task(scenario, scenario.given.with_waypoints(changes))
-    unknowns = scenario.unknowns or replace(task.unknowns, path_speed={})
+    free = scenario.free_values or replace(task.free_values, max_path_speeds={})
     try:
-        timed = TimingTask.solved(scenario, unknowns)
+        timed = TimingTask.solved(scenario, free)
     except (PathError, FollowingError):
         for problem in problems:
             problem.lower_caps(MAX_SLOWDOWN, TOLERANCES)

@@ -1,4 +1,4 @@
-"""Numbers for the unknowns of a scenario, chosen segment by segment."""
+"""Numbers for the free values of a scenario, chosen segment by segment."""
 
 from __future__ import annotations
 
@@ -52,11 +52,11 @@ MIN_GAIN = 0.01
 
 @dataclass(frozen=True, eq=False)
 class ChosenTimes:
-    """The numbers chosen for the unknowns of a scenario, and how good they are.
+    """The numbers chosen for the free values of a scenario, and how good they are.
 
     Attributes:
-        requested: The scenario with unknowns.
-        scenario: The scenario with numbers in place of its unknowns.
+        requested: The scenario with free values.
+        scenario: The scenario with numbers in place of them.
         solution: IK solutions, chosen before the times, which are valid only for them.
         segments: Motion of each segment.
         path_limits: Limiting constraints of speeds chosen along tool paths.
@@ -127,7 +127,7 @@ class ChosenTimes:
 def choose_times(
     scenario: Scenario, budget: Budget, solution: TaskSolution | None = None
 ) -> ChosenTimes:
-    """Choose the unknowns of a scenario.
+    """Choose the times, speeds and knots that a task leaves free.
 
     Constant speeds along tool paths come first: each is the maximum within the limits. Then the
     segments between tool paths and waits are solved independently, because position, velocity
@@ -136,14 +136,14 @@ def choose_times(
     tried while the total duration decreases and the budget lasts.
 
     Args:
-        scenario: A task with unknowns.
+        scenario: A task with free values.
         budget: Computing time after which the best motion so far is taken, and progress.
         solution: Solutions of the poses, if not the best.
 
     Raises:
         InputError: The task can't be solved, or no motion within the limits was found.
     """
-    task = TimingTask.solved(scenario, scenario.required_unknowns, solution)
+    task = TimingTask.solved(scenario, scenario.required_free_values, solution)
     paths = [
         PathSpeedProblem(task, number)
         for number, path in enumerate(scenario.paths)

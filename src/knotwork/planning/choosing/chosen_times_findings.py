@@ -46,9 +46,9 @@ def chosen_times_findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Fi
         chosen: The chosen times.
         space: The joints and their limits.
     """
-    unknowns = chosen.requested.required_unknowns
-    timed = bool(unknowns.chosen_duration.any())
-    given = unknowns.total is not None or not timed
+    free = chosen.requested.required_free_values
+    timed = bool(free.duration_is_chosen.any())
+    given = free.total_duration is not None or not timed
     brief = _duration(chosen, given=given)
     verdict: Verdict = "warning" if chosen.status != "optimal" else "information"
     group, fact = (TIMES_GROUP, "times chosen") if timed else (MOTION_GROUP, "motion chosen")
@@ -104,7 +104,7 @@ def _conditions(chosen: ChosenTimes) -> str:
     """Text of the chosen speeds along paths and fixed arrivals, on which the bound depends."""
     times = {waypoint.name: waypoint.time for waypoint in chosen.scenario.waypoints}
     conditions = [f"{name!r} met at {times[name]:.6g} s" for name in chosen.fixed_arrivals]
-    if chosen.requested.required_unknowns.path_speed:
+    if chosen.requested.required_free_values.max_path_speeds:
         conditions.insert(0, "these speeds along its paths")
     return f" with {', '.join(conditions)}" if conditions else ""
 

@@ -1,4 +1,4 @@
-"""Tasks with chosen values in place of the unknowns, and the text of their files."""
+"""Tasks with chosen values in place of free ones, and the text of their files."""
 
 from __future__ import annotations
 
@@ -27,20 +27,20 @@ CHOSEN_STOP_SPEED = 1e-9
 
 
 def with_chosen_values(task: TimingTask, motions: Mapping[TimingSegment, TimedMotion]) -> Scenario:
-    """The scenario with numbers in place of its unknowns, from the motions of all segments."""
-    scenario, unknowns = task.scenario, task.unknowns
+    """The scenario with numbers in place of its free values, from the motions of all segments."""
+    scenario, free = task.scenario, task.free_values
     waypoints: defaultdict[int, dict[str, Any]] = defaultdict(dict)
     positions = np.array(task.waypoints.position)
     for segment, motion in motions.items():
         if segment.way is not None:  # its end was chosen
             positions[segment.rows] = motion.trajectory.position(motion.time)
     waypoints.update(solutions_near(task, positions))
-    for i in unknowns.ways:
+    for i in free.way_options:
         waypoints[scenario.task_index[i]]["way"] = None
     for segment, motion in motions.items():
         for k, i in enumerate(segment.waypoints):
             changes = waypoints[scenario.task_index[i]]
-            if k and unknowns.duration[i - 1]:
+            if k and free.duration_is_free[i - 1]:
                 after = float(motion.time[k] - motion.time[k - 1])
                 changes |= {"time": None, "after": after}
             q = positions[segment.rows[k]]
@@ -83,7 +83,8 @@ def solutions_near(
 
 def _chosen_speed(task: TimingTask, i: int, q: FloatArray, v: FloatArray) -> dict[str, Any]:
     """Keys for the speed or velocity of a waypoint where it is chosen."""
-    kind, robot, waypoint = task.unknowns.speed[i], task.space.robot, task.scenario.waypoints[i]
+    kind, robot = task.free_values.speed_kinds[i], task.space.robot
+    waypoint = task.scenario.waypoints[i]
     length, angle = task.scenario.given.units.in_si
     if kind == "given":
         return {}
@@ -111,7 +112,7 @@ def _chosen_motion(
     """Knots and velocities of a segment, with which the task defines its motion.
 
     Args:
-        task: The task with unknowns.
+        task: The task with free values.
         timed: The scenario with numbers in their place.
         segment: A segment.
         motion: Its motion.
@@ -122,7 +123,7 @@ def _chosen_motion(
     velocities = {
         timed.waypoints[i].name: by_joint(task.space, motion.velocity[k], length, angle)
         for k, i in enumerate(segment.waypoints)
-        if task.unknowns.speed[i] != "given"
+        if task.free_values.speed_kinds[i] != "given"
     }
     extra: dict[str, Any] = {"velocities": velocities, "way": motion.tries}
     if motion.extra_clearance is not None:

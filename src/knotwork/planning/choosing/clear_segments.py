@@ -162,7 +162,8 @@ def _solutions(
     spec = scenario.given.waypoints[scenario.task_index[i]]
     if not isinstance(waypoint, CartesianWaypoint) or not isinstance(spec, PoseWaypoint):
         return np.array(chosen[None])
-    tied = i + 1 < len(scenario.waypoints) and i + 1 not in task.unknowns.ways if end else i > 0
+    options, last = task.free_values.way_options, len(scenario.waypoints) - 1
+    tied = i < last and i + 1 not in options if end else i > 0
     fixed = (
         spec.near is not None
         or scenario.task.near is not None

@@ -10,6 +10,7 @@ are then made slightly longer and fixed.
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -17,8 +18,9 @@ import numpy as np
 from knotwork.errors import FollowingError, InputError, OutOfReachError, TimingError
 from knotwork.planning.choosing.chosen_times import ChosenTimes, choose_times
 from knotwork.planning.timing.timed_motion import Budget
+from knotwork.task import PlainTask
 from knotwork.task.scenario import Scenario, change_task
-from knotwork.task.scenario.unknowns import ends_wait
+from knotwork.task.scenario.free_values_reader import ends_wait
 from knotwork.units import rounded_up
 from knotwork.waypoints import FloatArray
 
@@ -46,17 +48,20 @@ def fix_arrival_times(scenario: Scenario, budget: Budget) -> Scenario:
     """Fix times and speeds up to the last moving frame as numbers.
 
     Args:
-        scenario: A task with unknown times before poses in moving frames, or before a time
+        scenario: A task with free times before poses in moving frames, or before a time
             since 0.
         budget: Computing time and progress of each iteration.
 
     Raises:
         InputError: A given time is too early, or the iteration does not converge.
     """
+    scenario = _with_speeds_before(scenario, budget)
+    if not _is_time_dependent(scenario):
+        return scenario
     scenario, chosen = _first_choice(scenario, budget)
     for count in range(MAX_ARRIVAL_ROUNDS):
         expected, times = scenario.expected_times, _times(scenario, chosen)
-        arrivals = list(scenario.required_unknowns.time_dependent)
+        arrivals = list(scenario.required_free_values.time_dependent)
         if np.abs(times - expected)[arrivals].max() <= AGREEMENT:
             return _with_numbers(scenario, chosen)
         task = scenario.given.with_waypoints(_speeds(scenario, chosen))
@@ -65,8 +70,8 @@ def fix_arrival_times(scenario: Scenario, budget: Budget) -> Scenario:
         following = times if count < FULL_STEPS else 0.5 * (expected + times)
         # a wait is two waypoints, of which the first remains
         by_task_index = dict(zip(scenario.task_index[::-1], following[::-1].tolist(), strict=True))
-        scenario = change_task(scenario, task, by_task_index)
-        if scenario.unknowns is None or not scenario.unknowns.time_dependent:
+        scenario = _with_fewer_free(scenario, task, by_task_index)
+        if not _is_time_dependent(scenario):
             return scenario
         chosen = choose_times(scenario, budget)
     waypoint = max(arrivals, key=lambda i: abs(times[i] - expected[i]))
@@ -85,12 +90,11 @@ def _first_choice(scenario: Scenario, budget: Budget) -> tuple[Scenario, ChosenT
     Raises:
         InputError: There is no solution for any guess.
     """
-    scenario = _with_speeds_before(scenario, budget)
-    unknowns, (first, *_) = scenario.required_unknowns, scenario.required_unknowns.time_dependent
+    free, (first, *_) = scenario.required_free_values, scenario.required_free_values.time_dependent
     task_index, failure = scenario.task_index[first], None
     guesses: list[dict[int, float]] = [{}]
-    if scenario.given.waypoints[task_index].time is None and unknowns.duration[first - 1]:
-        start, at_least = scenario.expected_times[first - 1], unknowns.at_least[first - 1]
+    if scenario.given.waypoints[task_index].time is None and free.duration_is_free[first - 1]:
+        start, at_least = scenario.expected_times[first - 1], free.min_durations[first - 1]
         spans = dict.fromkeys(max(span, float(at_least)) for span in GUESSES)
         guesses = [{task_index: start + span} for span in spans]
     for expected in guesses:
@@ -111,23 +115,23 @@ def _with_speeds_before(scenario: Scenario, budget: Budget) -> Scenario:
 
     They are those of the motion before, planned alone if it is a complete task.
     """
-    unknowns, task = scenario.required_unknowns, scenario.given
-    first = unknowns.time_dependent[0]
-    if not any(i < first for i in unknowns.path_speed):
+    free, task = scenario.required_free_values, scenario.given
+    first = free.time_dependent[0]
+    if not any(i < first for i in free.max_path_speeds):
         return scenario
     try:
         part = task.replace(waypoints=task.waypoints[: scenario.task_index[first]])
         chosen = choose_times(change_task(scenario, part), budget)
     except InputError:
         return scenario
-    return change_task(scenario, task.with_waypoints(_speeds(scenario, chosen)))
+    return _with_fewer_free(scenario, task.with_waypoints(_speeds(scenario, chosen)))
 
 
 def _speeds(scenario: Scenario, chosen: ChosenTimes) -> dict[int, Any]:
     """Chosen speeds along paths up to the last moving frame, for the task."""
-    unknowns, timed = scenario.required_unknowns, chosen.scenario.given.waypoints
-    last = unknowns.time_dependent[-1]
-    ends = [scenario.task_index[waypoint] for waypoint in unknowns.path_speed if waypoint <= last]
+    free, timed = scenario.required_free_values, chosen.scenario.given.waypoints
+    last = free.time_dependent[-1]
+    ends = [scenario.task_index[waypoint] for waypoint in free.max_path_speeds if waypoint <= last]
     # a part of the task has its first waypoints only
     return {k: {"speed": timed[k].speed} for k in ends if k < len(timed)}  # type: ignore[union-attr]
 
@@ -135,7 +139,7 @@ def _speeds(scenario: Scenario, chosen: ChosenTimes) -> dict[int, Any]:
 def _solutions(scenario: Scenario, chosen: ChosenTimes) -> dict[int, Any]:
     """Chosen solutions of the poses up to the last moving frame, for the task."""
     timed = chosen.scenario.given.waypoints
-    reached = scenario.task_index[1 : scenario.required_unknowns.time_dependent[-1] + 1]
+    reached = scenario.task_index[1 : scenario.required_free_values.time_dependent[-1] + 1]
     return {k: {"near": near} for k in reached if (near := getattr(timed[k], "near", None))}
 
 
@@ -146,7 +150,7 @@ def _times(scenario: Scenario, chosen: ChosenTimes) -> FloatArray:
         InputError: A waypoint is reached later than its given time.
     """
     times = np.array(chosen.scenario.times)
-    for waypoint in scenario.required_unknowns.time_dependent:
+    for waypoint in scenario.required_free_values.time_dependent:
         task_index = scenario.task_index[waypoint]
         time = scenario.given.waypoints[task_index].time
         if time is None or ends_wait(scenario.task_index, waypoint):
@@ -163,23 +167,40 @@ def _times(scenario: Scenario, chosen: ChosenTimes) -> FloatArray:
 
 
 def _with_numbers(scenario: Scenario, chosen: ChosenTimes) -> Scenario:
-    """The scenario with numbers for its unknowns up to the last moving frame."""
-    unknowns, task = scenario.required_unknowns, scenario.given
-    last, spans = unknowns.time_dependent[-1], np.diff(chosen.scenario.times)
+    """The scenario with numbers for its free values up to the last moving frame."""
+    free, task = scenario.required_free_values, scenario.given
+    last, spans = free.time_dependent[-1], np.diff(chosen.scenario.times)
     changes: defaultdict[int, dict[str, Any]] = defaultdict(dict)
     changes.update(_speeds(scenario, chosen))
     for waypoint in range(1, last + 1):
         interval, task_index = waypoint - 1, scenario.task_index[waypoint]
-        if unknowns.duration[interval] and task.waypoints[task_index].time is None:
+        if free.duration_is_free[interval] and task.waypoints[task_index].time is None:
             span = float(spans[interval])
-            waits = unknowns.at_least[interval] > span - AGREEMENT
+            waits = free.min_durations[interval] > span - AGREEMENT
             after = span if waits else LONGER_TIMES * span + AGREEMENT
             changes[task_index]["after"] = rounded_up(after, 6)
-    ends: dict[str, Any] = {}
-    if not unknowns.duration[last:].any() and not any(i > last for i in unknowns.path_speed):
-        ends = {"objective": None}
-        if unknowns.optimal_knots:  # minimum jerk would continue end accelerations
-            terms = {name: value for name, value in unknowns.objective.items() if name != "time"}
-            ends = {"knots": "optimal", "objective": terms or {"acceleration": 1.0}}
     task = task.with_waypoints(changes).with_waypoints(_solutions(scenario, chosen))
-    return change_task(scenario, task.replace(**ends))
+    return _with_fewer_free(scenario, task)
+
+
+def _is_time_dependent(scenario: Scenario) -> bool:
+    return scenario.free_values is not None and bool(scenario.free_values.time_dependent)
+
+
+def _with_fewer_free(
+    scenario: Scenario, task: PlainTask, expected: Mapping[int, float] | None = None
+) -> Scenario:
+    """The scenario with a task in which fewer values are free; its knots stay free.
+
+    Other arguments as for `change_task`.
+    """
+    timed = change_task(scenario, task.replace(objective=None), expected)
+    if timed.free_values is not None and timed.free_values.duration_is_chosen.any():
+        return change_task(scenario, task, expected)
+    free = scenario.required_free_values
+    if not free.knots_are_free:
+        return timed
+    # minimum jerk would continue end accelerations
+    terms = {name: value for name, value in free.objective.items() if name != "time"}
+    objective = terms or {"acceleration": 1.0}
+    return change_task(scenario, task.replace(knots="optimal", objective=objective), expected)

@@ -62,22 +62,22 @@ def solve_segments(
         NoMotionsError: Some segments have no motion.
         TimingError: The total is too short.
     """
-    unknowns = task.unknowns
-    objective = Objective(**{"time": 0.0, **unknowns.objective})
+    free = task.free_values
+    objective = Objective(**{"time": 0.0, **free.objective})
     budget.work, budget.solved = sum(len(segment.waypoints) - 1 for segment in segments), 0
-    if unknowns.total is None:
+    if free.total_duration is None:
         return _motions(task, segments, objective, budget)
     timed = [
-        segment for segment in segments if unknowns.duration[list(segment.waypoints)[:-1]].any()
+        segment for segment in segments if free.duration_is_free[list(segment.waypoints)[:-1]].any()
     ]
     budget.work += sum(len(segment.waypoints) - 1 for segment in timed)
     fastest = _motions(task, timed, Objective(), budget)
     outside = _duration_outside(task, timed)
     shortest = outside + sum(motion.duration for motion in fastest.values())
-    if unknowns.total < shortest:
+    if free.total_duration < shortest:
         stopped = any(motion.status == "stopped" for motion in fastest.values())
         raise _total_too_short(task, shortest, stopped=stopped)
-    factor = (unknowns.total - outside) / (shortest - outside)
+    factor = (free.total_duration - outside) / (shortest - outside)
     totals = {segment: factor * motion.duration for segment, motion in fastest.items()}
     try:
         return _motions(task, segments, objective, budget, totals)
@@ -133,8 +133,9 @@ def _total_too_short(task: TimingTask, shortest: float, *, stopped: bool) -> Tim
         stopped: Whether the budget ended before a shorter one could be found.
     """
     return TimingError(
-        f"{task.unknowns.total:g} s is shorter than the minimum time found within the limits, "
-        f"{rounded_up(shortest):.6g} s; accepted: {sufficient_duration(shortest):.6g} s or more"
+        f"{task.free_values.total_duration:g} s is shorter than the minimum time found within the "
+        f"limits, {rounded_up(shortest):.6g} s; "
+        f"accepted: {sufficient_duration(shortest):.6g} s or more"
         f"{', or a larger budget' if stopped else ''}",
         limit="budget" if stopped else "duration",
         where=task.scenario.where("duration"),

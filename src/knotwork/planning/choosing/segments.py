@@ -15,7 +15,7 @@ from knotwork.joint_quantities import JointLimits
 from knotwork.planning.task_to_joint import TaskSolution, knots_of, solve_task
 from knotwork.planning.timing import Objective, TimingProblem
 from knotwork.task import ClearWay
-from knotwork.task.scenario import Scenario, Unknowns
+from knotwork.task.scenario import FreeValues, Scenario
 from knotwork.task.scenario.joint_space import JointSpace, joint_space
 from knotwork.waypoints import FloatArray, IndexArray, JointWaypoints
 
@@ -32,30 +32,30 @@ MAX_JERK = 2e4
 
 @dataclass(frozen=True, eq=False)
 class TimingTask:
-    """A scenario with unknowns and the solutions of its poses.
+    """A scenario with free values and the solutions of its poses.
 
     Timing problems need joint positions, loads and bodies, which the scenario alone does not have.
 
     Attributes:
         scenario: The task.
-        unknowns: Its unknowns.
+        free_values: Its free values.
         space: Its joints.
         solution: Its waypoints at the joints, unknown times as expected.
     """
 
     scenario: Scenario
-    unknowns: Unknowns
+    free_values: FreeValues
     space: JointSpace
     solution: TaskSolution
 
     @classmethod
     def solved(
-        cls, scenario: Scenario, unknowns: Unknowns, solution: TaskSolution | None = None
+        cls, scenario: Scenario, free_values: FreeValues, solution: TaskSolution | None = None
     ) -> TimingTask:
         """A scenario with its joints; its poses are solved unless their solution is given."""
         space = joint_space(scenario)
         solution = solution or solve_task(scenario, space, knots_of(scenario))
-        return cls(scenario, unknowns, space, solution)
+        return cls(scenario, free_values, space, solution)
 
     @property
     def waypoints(self) -> JointWaypoints:
@@ -88,17 +88,17 @@ class TimingTask:
         Segments are split there. Two collision-free motions are one if only a position is given
         between them.
         """
-        unknowns = self.unknowns
-        unbounded = unknowns.duration & (unknowns.at_least == 0.0)
+        free = self.free_values
+        unbounded = free.duration_is_free & (free.min_durations == 0.0)
         loads = enumerate(pairwise(self._dynamics), start=1)
         points = {i: "the load changes" for i, (before, after) in loads if before is not after}
         return points | {
             i: "a collision-free motion begins or ends"
-            for end in unknowns.ways
+            for end in free.way_options
             for i in (end - 1, end)
             if not (
-                unknowns.speed[i] == "free"
-                and unknowns.ways.get(i) == unknowns.ways.get(i + 1)
+                free.speed_kinds[i] == "free"
+                and free.way_options.get(i) == free.way_options.get(i + 1)
                 and unbounded[i - 1 : i + 1].all()
             )
         }
@@ -136,16 +136,16 @@ class TimingSegment:
 
 
 def find_segments(task: TimingTask) -> list[TimingSegment]:
-    """Split a task into segments with unknowns, in order of time.
+    """Split a task into segments with free values, in order of time.
 
     Raises:
-        InputError: Two equal stops have no given time between them, or an unknown velocity is at a
+        InputError: Two equal stops have no given time between them, or a free velocity is at a
             waypoint where the motion must be split.
     """
-    scenario, unknowns = task.scenario, task.unknowns
+    scenario, free = task.scenario, task.free_values
     closed = set(task.space.waits)
     for i in closed:
-        if unknowns.duration[i]:
+        if free.duration_is_free[i]:
             names = (scenario.waypoints[k].name for k in (i, i + 1))
             raise InputError(
                 f"{' and '.join(map(repr, names))} are the same stop, so the minimum time between "
@@ -154,9 +154,9 @@ def find_segments(task: TimingTask) -> list[TimingSegment]:
             )
     ends = task.zero_acceleration_points
     for i, why in ends.items():
-        if unknowns.speed[i] != "given":
+        if free.speed_kinds[i] != "given":
             accepted = "stop, or a velocity"
-            if i in unknowns.ways and i + 1 in unknowns.ways:
+            if i in free.way_options and i + 1 in free.way_options:
                 accepted += ", or velocity: free between ways of equal options without times"
             message = f"the velocity is chosen, but {why} here; accepted: {accepted}"
             raise InputError(message, where=task.where(i))
@@ -167,28 +167,28 @@ def find_segments(task: TimingTask) -> list[TimingSegment]:
     for i in range(last + 1):
         if i < last and i not in closed and i not in ends:
             continue
-        if i > first and _has_unknowns(task, first, i):
+        if i > first and _has_free_values(task, first, i):
             rows = task.rows[first : i + 1]
-            segments.append(TimingSegment(range(first, i + 1), rows, unknowns.ways.get(i)))
+            segments.append(TimingSegment(range(first, i + 1), rows, free.way_options.get(i)))
         first = i + 1 if i in closed else i
     return segments
 
 
-def _has_unknowns(task: TimingTask, first: int, last: int) -> bool:
+def _has_free_values(task: TimingTask, first: int, last: int) -> bool:
     """Whether anything is chosen between two waypoints."""
-    unknowns = task.unknowns
+    free = task.free_values
     return bool(
         task.zero_acceleration_points.keys() & {first, last}
-        or unknowns.optimal_knots
-        or unknowns.duration[first:last].any()
-        or any(kind != "given" for kind in unknowns.speed[first : last + 1])
+        or free.knots_are_free
+        or free.duration_is_free[first:last].any()
+        or any(kind != "given" for kind in free.speed_kinds[first : last + 1])
     )
 
 
 def timing_problem(
     task: TimingTask, segment: TimingSegment, objective: Objective, total: float | None = None
 ) -> TimingProblem:
-    """Make the timing problem of a segment from its known and unknown values.
+    """Make the timing problem of a segment from its given and free values.
 
     Args:
         task: The task.
@@ -199,11 +199,11 @@ def timing_problem(
     Raises:
         InputError: A moving joint has neither an acceleration nor an effort limit.
     """
-    unknowns, space, waypoints = task.unknowns, task.space, task.waypoints
+    free, space, waypoints = task.free_values, task.space, task.waypoints
     rows = segment.rows
     inner = slice(segment.waypoints[0], segment.waypoints[-1])
     velocity = waypoints.velocity[rows].copy()
-    kinds = [unknowns.speed[i] for i in segment.waypoints]
+    kinds = [free.speed_kinds[i] for i in segment.waypoints]
     velocity[[kind == "free" for kind in kinds]] = np.nan
     limits = replace(space.limits, jerk=jerk_limits(space))
     if space.robot is None:  # no dynamics are known
@@ -222,10 +222,10 @@ def timing_problem(
         names=tuple(waypoints.names[row] for row in rows),
         joint_units=space.joint_units,
         along=np.array([kind == "along" for kind in kinds]),
-        max_factor=unknowns.at_most[list(segment.waypoints)],
+        max_factor=free.max_speeds[list(segment.waypoints)],
         acceleration=_accelerations(task, segment),
         duration=duration,
-        at_least=unknowns.at_least[inner],
+        at_least=free.min_durations[inner],
         total=total,
         tool_speed=tool_speed,
         objective=objective,
@@ -263,7 +263,7 @@ def _accelerations(task: TimingTask, segment: TimingSegment) -> FloatArray:
         elif row == last and space.end_acceleration is not None:
             accelerations[end] = space.end_acceleration[end]
         elif segment.waypoints[end] in task.zero_acceleration_points or (
-            row == last and task.unknowns.duration.any()
+            row == last and task.free_values.duration_is_free.any()
         ):
             accelerations[end] = 0.0
     return accelerations

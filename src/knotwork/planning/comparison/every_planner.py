@@ -142,7 +142,7 @@ def compare(
         trajectories[name] = trajectory
         rows.append(_score(name, trajectory, seconds, base))
     return Comparison(
-        scenario.name, tuple(rows), trajectories, scenario.unknowns is not None, scenario.units
+        scenario.name, tuple(rows), trajectories, scenario.free_values is not None, scenario.units
     )
 
 

@@ -161,6 +161,6 @@ class Study:
         from knotwork.planning.choosing import saved_text
 
         scenario, target = self.scenario(row), Path(path)
-        chosen = plan(scenario).chosen if scenario.unknowns is not None else None
+        chosen = plan(scenario).chosen if scenario.free_values is not None else None
         with_numbers = scenario if chosen is None else chosen.scenario
         return storage.write_file(target, saved_text(with_numbers, target.parent))

@@ -56,7 +56,7 @@ def step_rules(
         free_velocity: Waypoints whose speed is chosen later, by index.
         avoided: Steps that count as collisions.
     """
-    unknowns, tolerance, collided = scenario.unknowns, _avoided_distance(chains), list(avoided)
+    free, tolerance, collided = scenario.free_values, _avoided_distance(chains), list(avoided)
     passes = [
         isinstance(w, CartesianWaypoint) and (i in free_velocity or bool(w.twist.vector.any()))
         for i, w in enumerate(scenario.waypoints)
@@ -70,12 +70,12 @@ def step_rules(
         # Where the tool passes at speed, a change of branch would move it off its path.
         keeps = scenario.branch == "keep" or passes[i] or passes[i + 1]
         change: Literal["allowed", "avoided", "forbidden"] = "avoided" if keeps else "allowed"
-        rests = unknowns is not None and bool(unknowns.duration[i]) and i + 1 not in unknowns.ways
+        rests = bool(free and free.duration_is_free[i] and i + 1 not in free.way_options)
         rules.append(
             StepRules(
                 duration,
                 branch_change="forbidden" if scenario.branch == "fixed" else change,
-                is_timed=unknowns is None or not unknowns.has_unknown_speed[i],
+                is_timed=free is None or not free.speed_is_chosen[i],
                 rest_to_rest=rests and not (moves[i] or moves[i + 1]),
                 colliding=tuple(
                     CollidingStep(start, end, tolerance)

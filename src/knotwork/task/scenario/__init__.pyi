@@ -1,3 +1,4 @@
+from .free_values_reader import FreeValues as FreeValues
 from .requested_timing import RequestedTiming as RequestedTiming
 from .resolve import change_task as change_task
 from .resolve import load_scenario as load_scenario
@@ -14,4 +15,3 @@ from .scene_model import PlacedObject as PlacedObject
 from .scene_model import PlacedRobot as PlacedRobot
 from .scene_model import PlacedShape as PlacedShape
 from .scene_model import Scene as Scene
-from .unknowns import Unknowns as Unknowns

@@ -10,8 +10,8 @@ import numpy as np
 
 from knotwork.files.documents import Location
 from knotwork.task import AtMost, PathWaypoint, PoseWaypoint
+from knotwork.task.scenario.free_values_reader import FreeValues
 from knotwork.task.scenario.task_in_si import TaskInSI, link_text
-from knotwork.task.scenario.unknowns import Unknowns
 from knotwork.waypoints import FloatArray
 
 MAX_SPEED_JUMP = 1e-3
@@ -171,12 +171,12 @@ def check_requests(source: TaskInSI, i: int, waypoint: PoseWaypoint | PathWaypoi
         )
 
 
-def mark_arrivals(source: TaskInSI, unknowns: Unknowns, task_index: Sequence[int]) -> Unknowns:
-    """The unknowns, including the waypoints whose pose depends on their time.
+def mark_arrivals(source: TaskInSI, free: FreeValues, task_index: Sequence[int]) -> FreeValues:
+    """The free values, including the waypoints whose pose depends on their time.
 
     Args:
         source: The task.
-        unknowns: The unknowns so far.
+        free: The free values so far.
         task_index: Index in the task of each waypoint of the scenario.
 
     Raises:
@@ -184,18 +184,18 @@ def mark_arrivals(source: TaskInSI, unknowns: Unknowns, task_index: Sequence[int
     """
     in_moving_frames = [
         waypoint
-        for waypoint in range(unknowns.first_unknown_time, len(task_index))
+        for waypoint in range(free.first_chosen_time, len(task_index))
         if source.carrier(task_index[waypoint]) is not None
     ]
-    if in_moving_frames and unknowns.total is not None:
+    if in_moving_frames and free.total_duration is not None:
         name = source.pose_frames[task_index[in_moving_frames[0]]]
         raise source.locations.error(
             ("duration",),
             f"is given, and the time in moving frame {name!r} is chosen",
             "no duration, or time or after [s] at the waypoints in that frame and before",
         )
-    time_dependent = tuple(sorted({*in_moving_frames, *unknowns.time_dependent}))
-    return replace(unknowns, time_dependent=time_dependent)
+    time_dependent = tuple(sorted({*in_moving_frames, *free.time_dependent}))
+    return replace(free, time_dependent=time_dependent)
 
 
 def _joints_of(frame: MovingFrame | None) -> tuple[Any, ...]:

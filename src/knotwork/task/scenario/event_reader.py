@@ -14,9 +14,9 @@ from knotwork.curves.trajectory.motion_events import Event, Segment, SegmentKind
 from knotwork.files.documents import Location
 from knotwork.task import Action, ChosenMotion, PlainTask
 from knotwork.task.actions import parse_switched
+from knotwork.task.scenario.free_values_reader import ends_wait
 from knotwork.task.scenario.scenario import RequestedEvent, Scenario, ScenarioPath, ScenarioWaypoint
 from knotwork.task.scenario.task_in_si import TaskInSI
-from knotwork.task.scenario.unknowns import ends_wait
 
 EVENT_TOLERANCE = 1e-9
 """Tolerance of positions on a path and times, relative to its length and 1 s."""

@@ -162,8 +162,8 @@ def find_waits(scenario: Scenario, targets: Sequence[JointState | None]) -> Iter
         targets: Required joint values at its waypoints; `None` for a pose.
     """
     moved = {i for path in scenario.paths for i in range(path.first, path.last)}
-    if scenario.unknowns is not None:  # a chosen velocity is not a stop
-        speeds = pairwise(scenario.unknowns.speed)
+    if scenario.free_values is not None:  # a chosen velocity is not a stop
+        speeds = pairwise(scenario.free_values.speed_kinds)
         moved |= {i for i, kinds in enumerate(speeds) if kinds != ("given", "given")}
     states = [
         _state_at_rest(waypoint, target)

@@ -18,11 +18,11 @@ from knotwork.errors.plain_text import default_waypoint_name, waypoint_text
 from knotwork.files.documents import Location
 from knotwork.task import AlongArc, AlongPoints, PathOptions, PathWaypoint
 from knotwork.task.scenario.carriers import check_smooth, path_carrier
+from knotwork.task.scenario.free_values_reader import max_speed
 from knotwork.task.scenario.path_curves import PathCurves, StretchGeometry, rescale_orientation
 from knotwork.task.scenario.requested_timing import RequestedTiming
 from knotwork.task.scenario.scenario import ScenarioPath, Stretch
 from knotwork.task.scenario.task_in_si import TaskInSI
-from knotwork.task.scenario.unknowns import max_speed
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 if TYPE_CHECKING:

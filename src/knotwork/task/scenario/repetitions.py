@@ -13,8 +13,8 @@ from knotwork.curves.tool_paths.points_file import read_points
 from knotwork.errors import DocumentError, suggest_name
 from knotwork.files.documents import Location, Locations
 from knotwork.task import Frame, Grid, HeldObject, PlacesFile, PlainTask, Repeat, Task, Tool
+from knotwork.task.scenario.free_values_reader import ends_wait
 from knotwork.task.scenario.scenario import Scenario
-from knotwork.task.scenario.unknowns import ends_wait
 from knotwork.task.task_waypoints import Waypoint
 
 PLACE_FRAME = "place"

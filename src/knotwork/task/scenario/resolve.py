@@ -12,11 +12,11 @@ from knotwork.files.documents import Location, Locations
 from knotwork.task import Limits, PlainTask, Task
 from knotwork.task.scenario.carriers import mark_arrivals
 from knotwork.task.scenario.event_reader import EventReader, with_waits
+from knotwork.task.scenario.free_values_reader import read_free_values
 from knotwork.task.scenario.repetitions import expand_repeats
 from knotwork.task.scenario.scenario import SMALLEST_PATH_TOLERANCE, Scenario
 from knotwork.task.scenario.scene_reader import read_scene
 from knotwork.task.scenario.task_in_si import TaskInSI
-from knotwork.task.scenario.unknowns import read_unknowns
 from knotwork.task.scenario.waypoint_reader import read_waypoints
 from knotwork.task.si_units import to_si
 from knotwork.task.task_source import read_document
@@ -71,9 +71,9 @@ def resolve_task(
     _check_keys(source, given)
     task_in_si = source.task
     waypoints, paths, task_index = read_waypoints(source, expected or {})
-    unknowns = read_unknowns(task_in_si, locations, task_index)
-    if task_in_si.frames and unknowns is not None:
-        unknowns = mark_arrivals(source, unknowns, task_index)
+    free = read_free_values(task_in_si, locations, task_index)
+    if task_in_si.frames and free is not None:
+        free = mark_arrivals(source, free, task_index)
     events = EventReader(source, waypoints, paths, task_index)
     file_name = "scenario" if locations.file is None else locations.file.stem
     return Scenario(
@@ -85,8 +85,8 @@ def resolve_task(
         paths=paths,
         units=source.units,
         frames={name: source.frames[name].copy() for name in task_in_si.frames},
-        events=events.events(timed=unknowns is None),
-        unknowns=unknowns,
+        events=events.events(timed=free is None),
+        free_values=free,
         pose_frame_link=source.carrying_link if task_in_si.frames else "",
         motion_limits=_motion_limits(task_in_si.limits),
         scene=read_scene(source, waypoints, task_index),

@@ -13,8 +13,8 @@ import numpy as np
 from knotwork.curves.trajectory.motion_events import Event
 from knotwork.errors import DocumentError, InputError
 from knotwork.files.documents import Location, Locations
+from knotwork.task.scenario.free_values_reader import FreeValues
 from knotwork.task.scenario.scene_model import Scene
-from knotwork.task.scenario.unknowns import Unknowns
 from knotwork.task.task_options import Balanced
 from knotwork.task.tool_and_limits import Limits
 from knotwork.units import Units
@@ -152,7 +152,7 @@ class Scenario:
         pose_frame_link: Link that carries the frame of poses, if it is not the robot's base frame.
         paths: Tool paths between its waypoints, in order of time.
         events: Events in order of time; empty while times are free.
-        unknowns: Durations, speeds and knots to be chosen, or `None`.
+        free_values: Durations, speeds and knots to be chosen, or `None`.
         motion_limits: Limits on the motion of tool and links, in SI, their margin applied.
         scene: Surroundings, carried objects, and options of the collision check.
         locations: Locations of its parts in the file, for errors.
@@ -174,7 +174,7 @@ class Scenario:
     pose_frame_link: str = ""
     paths: tuple[ScenarioPath, ...] = ()
     events: tuple[RequestedEvent, ...] = ()
-    unknowns: Unknowns | None = None
+    free_values: FreeValues | None = None
     motion_limits: Limits = field(default_factory=Limits)
     scene: Scene = field(default_factory=Scene)
     locations: Locations = field(default_factory=Locations, repr=False, compare=False)
@@ -236,26 +236,26 @@ class Scenario:
         return self.units.shown(1.0, "m")
 
     @property
-    def required_unknowns(self) -> Unknowns:
-        """The unknowns, which must exist."""
-        if self.unknowns is None:
-            raise TypeError("nothing is free")
-        return self.unknowns
+    def required_free_values(self) -> FreeValues:
+        """The free values, which must exist."""
+        if self.free_values is None:
+            raise InputError("every time and speed of the scenario is given; none is to be chosen")
+        return self.free_values
 
     @property
     def times(self) -> FloatArray:
         """Times of the waypoints [s], shape (n,); NaN from the first free one."""
         times = self.expected_times
-        if self.unknowns is not None:
-            times[self.unknowns.first_unknown_time :] = np.nan
+        if self.free_values is not None:
+            times[self.free_values.first_chosen_time :] = np.nan
         return times
 
     @property
     def durations(self) -> FloatArray:
         """Time from each waypoint to the next [s], shape (n - 1,); NaN where it is chosen."""
         durations = np.diff(self.expected_times)
-        if self.unknowns is not None:
-            durations[self.unknowns.chosen_duration] = np.nan
+        if self.free_values is not None:
+            durations[self.free_values.duration_is_chosen] = np.nan
         return durations
 
     @property

@@ -18,10 +18,10 @@ from knotwork.task.scenario.carriers import (
     check_smooth,
     neighbours_in_frame,
 )
+from knotwork.task.scenario.free_values_reader import check_free_values, max_speed, min_time
 from knotwork.task.scenario.freedoms_reader import Freedoms, freedom_of, read_freedoms
 from knotwork.task.scenario.scenario import JointTarget, ScenarioPath, ScenarioWaypoint
 from knotwork.task.scenario.task_in_si import TaskInSI
-from knotwork.task.scenario.unknowns import check_open_values, max_speed, min_time
 from knotwork.waypoints import CartesianWaypoint
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ def read_waypoints(source: TaskInSI, expected: Mapping[int, float]) -> ReadWaypo
             "a motion needs at least two waypoints, and there is one",
             "two or more, or one with start: the start of the motion",
         )
-    check_open_values(task, locations)
+    check_free_values(task, locations)
     arrivals = _read_arrivals(source, expected, _rest_poses(source))
     freedoms = read_freedoms(source, arrivals.free_turns)
     paths = [

@@ -20,8 +20,8 @@ from knotwork.curves.tool_paths.weave import (
 )
 from knotwork.errors import DocumentError
 from knotwork.task import PathWaypoint, Weave
+from knotwork.task.scenario.free_values_reader import max_speed
 from knotwork.task.scenario.path_curves import PathCurves
-from knotwork.task.scenario.unknowns import max_speed
 from knotwork.waypoints import FloatArray
 
 MIN_PERIODS, MAX_PERIODS = 2, 10_000

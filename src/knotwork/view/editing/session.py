@@ -267,7 +267,7 @@ def unplanned_scene(scenario: Scenario, robot: Robot) -> dict[str, Any]:
     q = robot.configurations.get(
         "home", np.clip(0.0, robot.lower_position_limit, robot.upper_position_limit)
     )
-    timed = replace(scenario, unknowns=None)  # with expected times
+    timed = replace(scenario, free_values=None)  # with expected times
     motion = JointTrajectory.from_knots(
         robot.joint_names,
         timed.times[[0, -1]],

@@ -1,10 +1,10 @@
-"""The unknowns of a scenario: durations, speeds and the objective."""
+"""Durations, speeds and knots that a task leaves free, to be chosen, and the objective."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -17,72 +17,73 @@ SpeedKind = Literal["given", "along", "free"]
 
 
 @dataclass(frozen=True, eq=False)
-class Unknowns:
-    """The unknowns of a scenario.
+class FreeValues:
+    """The values that a task leaves free, in SI, by index of the scenario's waypoint.
 
     Attributes:
-        duration: Whether the time from each waypoint to the next is chosen, shape (n - 1,).
-        at_least: Lower bounds of these times [s], shape (n - 1,).
-        speed: For each waypoint `"given"`; `"along"` for a given direction of the velocity
-            with a chosen speed; or `"free"` for a chosen velocity.
-        at_most: Upper bounds of the tool speed [m/s], shape (n,), infinite without one.
-        path_speed: Upper bound [m/s] by the waypoint at the end of each path stretch whose
-            constant speed is chosen, infinite without one.
-        ways: Options of collision-free motions, by the waypoint where they end.
+        duration_is_free: Whether the time from each waypoint to the next is free, shape (n - 1,).
+        min_durations: Lower bounds of these times [s], shape (n - 1,).
+        speed_kinds: For each waypoint `"given"`; `"along"` for a given direction of the velocity
+            with a free speed; or `"free"` for a free velocity.
+        max_speeds: Upper bounds of the tool speed [m/s], shape (n,), infinite without one.
+        max_path_speeds: Upper bound [m/s] by the waypoint at the end of each path stretch whose
+            constant speed is free, infinite without one.
+        way_options: Options of collision-free motions, by the waypoint where they end.
         objective: Weights of `"time"`, `"jerk"`, `"effort"` and `"acceleration"`.
-        total: Given duration of the whole motion [s], or `None`.
-        optimal_knots: Whether knots are chosen where times are given.
+        total_duration: Given duration of the whole motion [s], or `None`.
+        knots_are_free: Whether knots are free where times are given.
         time_dependent: Indices of waypoints that depend on times still to be chosen: their pose is
             in a moving frame, or their time counts from 0 after a chosen time.
 
     >>> ends = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": "fastest"}]
-    >>> kw.load_scenario({"limits": {"acceleration": 2}, "waypoints": ends}).unknowns.duration
+    >>> scenario = kw.load_scenario({"limits": {"acceleration": 2}, "waypoints": ends})
+    >>> scenario.free_values.duration_is_free
     array([ True])
     """
 
-    duration: BoolArray
-    at_least: FloatArray
-    speed: tuple[SpeedKind, ...]
-    at_most: FloatArray
-    path_speed: Mapping[int, float] = field(default_factory=dict)
-    ways: Mapping[int, ClearWay] = field(default_factory=dict)
+    duration_is_free: BoolArray
+    min_durations: FloatArray
+    speed_kinds: tuple[SpeedKind, ...]
+    max_speeds: FloatArray
+    max_path_speeds: Mapping[int, float] = field(default_factory=dict)
+    way_options: Mapping[int, ClearWay] = field(default_factory=dict)
     objective: Mapping[str, float] = field(default_factory=dict)
-    total: float | None = None
-    optimal_knots: bool = False
+    total_duration: float | None = None
+    knots_are_free: bool = False
     time_dependent: tuple[int, ...] = ()
 
     @property
-    def anything(self) -> bool:
-        """Whether there are unknowns."""
+    def any(self) -> bool:
+        """Whether any value is free."""
         return bool(
-            self.duration.any()
-            or set(self.speed) != {"given"}
-            or self.path_speed
-            or self.ways
-            or self.optimal_knots
+            self.duration_is_free.any()
+            or set(self.speed_kinds) != {"given"}
+            or self.max_path_speeds
+            or self.way_options
+            or self.knots_are_free
         )
 
     @property
-    def chosen_duration(self) -> BoolArray:
-        """Intervals whose duration is chosen, itself or by the speed of a path, shape (n - 1,)."""
-        chosen = self.duration.copy()
-        chosen[[i - 1 for i in self.path_speed]] = True
+    def duration_is_chosen(self) -> BoolArray:
+        """Whether each duration is chosen, itself or by the speed of a path, shape (n - 1,)."""
+        chosen = self.duration_is_free.copy()
+        chosen[[i - 1 for i in self.max_path_speeds]] = True
         return chosen
 
     @property
-    def first_unknown_time(self) -> int:
-        """The first waypoint with an unknown time; n without one."""
-        return int(np.append(self.chosen_duration, True).argmax()) + 1
+    def first_chosen_time(self) -> int:
+        """The first waypoint whose time is chosen; n without one."""
+        return int(np.append(self.duration_is_chosen, True).argmax()) + 1
 
     @property
-    def has_unknown_speed(self) -> BoolArray:
-        """Whether each interval has unknowns inside or at one end, shape (n - 1,).
+    def speed_is_chosen(self) -> BoolArray:
+        """Whether each interval has free values inside or at one end, shape (n - 1,).
 
         The scenario alone does not define the joint speeds there.
         """
-        at_ends = np.array([kind != "given" for kind in self.speed])
-        unknown: BoolArray = self.duration | at_ends[1:] | at_ends[:-1]
-        return unknown
+        at_ends = np.array([kind != "given" for kind in self.speed_kinds])
+        chosen: BoolArray = self.duration_is_free | at_ends[1:] | at_ends[:-1]
+        return chosen
 
 
 def ends_wait(task_index: Sequence[int], waypoint: int) -> bool:
@@ -124,10 +125,10 @@ def max_speed(speed: float | str | AtMost | None) -> float | None:
     return math.inf if isinstance(speed, str) else None
 
 
-def read_unknowns(
+def read_free_values(
     task: PlainTask, locations: Locations, task_index: Sequence[int]
-) -> Unknowns | None:
-    """Read the unknowns of a task, or `None` without any.
+) -> FreeValues | None:
+    """Read the values that a task leaves free, or `None` without any.
 
     Args:
         task: The task, in SI.
@@ -139,47 +140,47 @@ def read_unknowns(
             chosen.
     """
     n = len(task_index)
-    duration, at_least = np.zeros(n - 1, dtype=bool), np.zeros(n - 1)
-    speed: list[SpeedKind] = ["given"] * n
-    at_most = np.full(n, np.inf)
-    paths: dict[int, float] = {}
-    ways: dict[int, ClearWay] = {}
-    timed: list[int] = []
+    duration_is_free, min_durations = np.zeros(n - 1, dtype=bool), np.zeros(n - 1)
+    speed_kinds: list[SpeedKind] = ["given"] * n
+    max_speeds = np.full(n, np.inf)
+    max_path_speeds: dict[int, float] = {}
+    way_options: dict[int, ClearWay] = {}
+    time_dependent: list[int] = []
     for waypoint, i in enumerate(task_index):
         if i < 0 or ends_wait(task_index, waypoint):  # i < 0 is the start
             continue
         step, minimum, way = task.waypoints[i], min_time(task, i), clear_way(task, i)
         if waypoint and minimum is not None:
-            duration[waypoint - 1], at_least[waypoint - 1] = True, minimum
+            duration_is_free[waypoint - 1], min_durations[waypoint - 1] = True, minimum
         maximum = max_speed(getattr(step, "speed", None))
         if isinstance(step, PathWaypoint) and maximum is not None:
-            paths[waypoint] = maximum
+            max_path_speeds[waypoint] = maximum
         elif maximum is not None:
-            speed[waypoint], at_most[waypoint] = "along", maximum
+            speed_kinds[waypoint], max_speeds[waypoint] = "along", maximum
         elif getattr(step, "velocity", None) == "free":
-            speed[waypoint] = "free"
+            speed_kinds[waypoint] = "free"
         if way is not None:
-            ways[waypoint] = way
-        if step.time is not None:
-            timed.append(waypoint)
-    has_free_times, knots_are_given = bool(duration.any()), "knots" in task.model_fields_set
-    unknowns = Unknowns(
-        duration=duration,
-        at_least=at_least,
-        speed=tuple(speed),
-        at_most=at_most,
-        path_speed=paths,
-        ways=ways,
+            way_options[waypoint] = way
+        if step.time is not None and (duration_is_free.any() or max_path_speeds):
+            time_dependent.append(waypoint)  # the time since the waypoint before is free
+            duration_is_free[waypoint - 1] = True
+    has_free_times = bool(duration_is_free.any())
+    knots_are_given = "knots" in task.model_fields_set
+    free = FreeValues(
+        duration_is_free=duration_is_free,
+        min_durations=min_durations,
+        speed_kinds=tuple(speed_kinds),
+        max_speeds=max_speeds,
+        max_path_speeds=max_path_speeds,
+        way_options=way_options,
         objective=_objective(task, has_free_times=has_free_times),
-        total=task.duration,
-        optimal_knots=task.knots == "optimal" or (has_free_times and not knots_are_given),
+        total_duration=task.duration,
+        knots_are_free=task.knots == "optimal" or (has_free_times and not knots_are_given),
+        time_dependent=tuple(time_dependent),
     )
-    dependent = tuple(waypoint for waypoint in timed if waypoint >= unknowns.first_unknown_time)
-    duration[[waypoint - 1 for waypoint in dependent]] = True
-    unknowns = replace(unknowns, time_dependent=dependent)
-    for location, message, accepted in _misused(task, unknowns, task_index):
+    for location, message, accepted in _misused(task, free, task_index):
         raise locations.error(location, message, accepted)
-    return unknowns if unknowns.anything else None
+    return free if free.any else None
 
 
 def _objective(task: PlainTask, *, has_free_times: bool) -> dict[str, float]:
@@ -191,7 +192,7 @@ def _objective(task: PlainTask, *, has_free_times: bool) -> dict[str, float]:
     return {"time": 1.0} if has_free_times and task.duration is None else {"jerk": 1.0}
 
 
-def check_open_values(task: PlainTask, locations: Locations) -> None:
+def check_free_values(task: PlainTask, locations: Locations) -> None:
     """Refuse times after free ones, free velocities at the ends and free times of paths.
 
     Raises:
@@ -237,15 +238,15 @@ def _misplaced(task: PlainTask, i: int, *, after_chosen: bool) -> Iterator[tuple
 
 
 def _misused(
-    task: PlainTask, unknowns: Unknowns, task_index: Sequence[int]
+    task: PlainTask, free: FreeValues, task_index: Sequence[int]
 ) -> Iterator[tuple[Location, str, str]]:
     """Keys about choices although no value is chosen, and choices that exclude each other."""
-    timed, objective = bool(unknowns.duration.any()), task.objective is not None
-    weighs_time = unknowns.objective.get("time", 0.0) > 0.0
+    timed, objective = bool(free.duration_is_free.any()), task.objective is not None
+    weighs_time = free.objective.get("time", 0.0) > 0.0
     if task.duration is not None and not timed:
         accepted = "times: fastest, or after: fastest at a waypoint"
         yield ("duration",), "is given, but so is every time", accepted
-    if objective and not (timed or unknowns.optimal_knots or set(unknowns.speed) - {"given"}):
+    if objective and not (timed or free.knots_are_free or set(free.speed_kinds) - {"given"}):
         accepted = "times: fastest, after: fastest at a waypoint, or knots: optimal"
         yield ("objective",), "gives an objective, but no time is free", accepted
     if objective and weighs_time and (not timed or task.duration is not None):
@@ -255,17 +256,17 @@ def _misused(
         message = "gives no weight to the time, so the slowest motion would be optimal"
         accepted = "time as well, for example {time: 1, effort: 0.01}, or duration: seconds"
         yield ("objective",), message, accepted
-    if task.chosen is not None and unknowns.anything:
+    if task.chosen is not None and free.any:
         message = "gives the motion between waypoints, but times or speeds are free"
-        yield ("chosen",), message, "numbers for all of them, or no key chosen"
-    if isinstance(task.knots, tuple) and unknowns.anything:
-        yield ("knots",), "knot times are given, but waypoint times are free", "no key knots"
-    if task.planner != "modified-hermite" and unknowns.anything:
+        yield ("chosen",), message, "numbers for all of them; leave out chosen"
+    if isinstance(task.knots, tuple) and free.any:
+        yield ("knots",), "knot times are given, but waypoint times are free", "leave out knots"
+    if task.planner != "modified-hermite" and free.any:
         accepted = "modified-hermite; plan --freeze writes a scenario with numbers for any planner"
         yield ("planner",), f"{task.planner!r} needs given times, and some are free", accepted
-    if unknowns.objective.get("effort", 0.0) > 0.0 and task.robot is None:
+    if free.objective.get("effort", 0.0) > 0.0 and task.robot is None:
         yield ("objective",), "effort needs a robot, and the file names none", ""
-    if unknowns.time_dependent and task.duration is not None:
-        number = task_index[unknowns.time_dependent[0]] + 1
+    if free.time_dependent and task.duration is not None:
+        number = task_index[free.time_dependent[0]] + 1
         message = f"is given together with the time at waypoint {number}, after chosen ones"
         yield ("duration",), message, "one of them"
