@@ -213,6 +213,9 @@ def test_check_reads_what_replan_writes(tmp_path: Path, knotwork: Command) -> No
     ):
         paths = [tmp_path / one if (tmp_path / one).exists() else one for one in options]
         assert words in knotwork("replan", *paths).refused()
+    changed = tmp_path / "old" / "trajectory.json"
+    changed.write_text(changed.read_text() + "\n")
+    assert "changed since" in knotwork("replan", tmp_path / "old", file, "--at", "3.2").refused()
 
 
 @pytest.mark.parametrize(
