@@ -127,9 +127,8 @@ def read_unchecked(path: str, robot: Robot | None) -> JointTrajectory:
         raise InputError(f"{path}: {defects[0]}")
     fault = set_disagreement(Path(path))
     if fault is not None:
-        raise InputError(
-            f"{path} {fault}; accepted: the files of one plan, or --scenario to check it"
-        )
+        accepted = "the files of one plan, or --scenario in a command that checks"
+        raise InputError(f"{path} {fault}; accepted: {accepted}")
     return trajectory
 
 

@@ -17,7 +17,8 @@ import numpy as np
 from knotwork.errors import FollowingError, InputError, OutOfReachError, TimingError
 from knotwork.planning.choosing.chosen_times import ChosenTimes, choose_times
 from knotwork.planning.timing.timed_motion import Budget
-from knotwork.task.scenario import Scenario, change_task
+from knotwork.task.scenario import Scenario
+from knotwork.task.scenario.resolve import change_task
 from knotwork.task.scenario.unknowns import ends_wait
 from knotwork.units import rounded_up
 from knotwork.waypoints import FloatArray
