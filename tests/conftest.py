@@ -77,7 +77,7 @@ def paper_case() -> Plan:
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """How many wrong motions the judge has made, by fault, and how many passed the check."""
     counts: dict[str, list[int]] = {}
-    for report in (one for found in terminalreporter.stats.values() for one in found):
+    for report in (one for reports in terminalreporter.stats.values() for one in reports):
         for name, value in getattr(report, "user_properties", ()):
             if name.startswith("wrong motions: ") and report.when == "call":
                 fault = name.partition(": ")[2]

@@ -14,6 +14,7 @@ import knotwork as kw
 from judged import judged
 from knotwork.errors import BranchError
 from knotwork.planning.task_to_joint import TaskSolution, solve_task
+from knotwork.robot.kinematics.following.ladder import LIMIT_CLEARANCE, Ladder
 from knotwork.task.scenario.joint_space import joint_space
 from sweeps import mostly_exhaustive
 
@@ -199,3 +200,18 @@ def test_a_path_for_redundant_arms_is_planned_and_proved(name: str, problems: An
     assert found["path_orientation"].limit == np.radians(0.1)
     assert all(one.proof == "bounded" for one in found.values())
     assert not judged(plan, task)
+
+
+def test_guides_keep_joint_limits(problems: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    ladders, start = [], Ladder.__init__
+
+    def kept(self: Ladder, *given: Any) -> None:
+        start(self, *given)
+        ladders.append(self)
+
+    monkeypatch.setattr(Ladder, "__init__", kept)
+    kw.plan(problems.problem("panda__2cubes"))
+    q = np.vstack([rung.q for rung in ladders[0].rungs[1:]])
+    lower, upper = ladders[0].limits
+    assert (q >= lower - LIMIT_CLEARANCE).all()
+    assert (q <= upper + LIMIT_CLEARANCE).all()
