@@ -182,7 +182,7 @@ def tables(data: dict[str, Any]) -> list[Table]:
         ]
         for one in data["followed"]
     ]
-    made = [Table("What kw.follow_path makes of them", head, cells)]
+    made = [Table("Motions of kw.follow_path", head, cells)]
     for one in data["followed"]:
         rows = [row for row in data["rows"] if row["case"] == one["case"]]
         cells = [
@@ -205,7 +205,7 @@ def tables(data: dict[str, Any]) -> list[Table]:
         ]
         for one in data["planned"]
     ]
-    made.append(Table("What is free along paths", wide, cells))
+    made.append(Table("Plans with freedom along the path", wide, cells))
     return made
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
@@ -64,6 +64,9 @@ JOINT_QUANTITIES: Mapping[str, JointQuantity] = MappingProxyType(
 DERIVATIVES = tuple(quantity.name for quantity in _ALL if quantity.order is not None)
 """Names of position and its derivatives; the index is the order."""
 
+RATE_QUANTITIES = DERIVATIVES[1:]
+"""Names of the derivatives of position, from order 1 on."""
+
 MAGNITUDES = tuple(quantity.name for quantity in _ALL if quantity.limit == "magnitude")
 """Names of the quantities that are limited to the same magnitude on both sides."""
 
@@ -102,6 +105,19 @@ class JointLimits(ReadOnlyArrays, Mapping[str, FloatArray]):
     lower: FloatArray = _UNLIMITED
     upper: FloatArray = _UNLIMITED
     margin: float = 1.0
+
+    @classmethod
+    def by_joint(cls, names: Sequence[str], tables: Mapping[str, Mapping[str, Any]]) -> JointLimits:
+        """The limits of joints from tables by quantity and joint; for positions of pairs."""
+        none = {"range": (-np.inf, np.inf), "magnitude": np.inf}
+        columns: dict[str, Any] = {
+            name: np.array(
+                [tables.get(name, {}).get(joint, none[quantity.limit]) for joint in names]
+            )
+            for name, quantity in JOINT_QUANTITIES.items()
+        }
+        lower, upper = columns.pop("position").reshape(-1, 2).T
+        return cls(**columns, lower=lower, upper=upper)
 
     def __post_init__(self) -> None:
         d = np.size(self.velocity)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from knotwork.errors import RobotError
-from knotwork.joint_quantities import MAGNITUDES, JointLimits
+from knotwork.joint_quantities import JointLimits
 from knotwork.robot.description import Description
 from knotwork.waypoints import FloatArray, checked_array
 
@@ -74,33 +74,28 @@ def _collect_limits(description: Description, names: Sequence[str]) -> JointLimi
     Raises:
         RobotError: A joint's position limits have no range.
     """
-    urdf, tables, virtual = description.urdf, description.limits, description.virtual
-    full = urdf.model
-    from_urdf = {"velocity": full.velocityLimit, "effort": full.effortLimit}
-    count = len(names) + len(virtual)
-    position = np.array([[-np.inf], [np.inf]]).repeat(count, axis=1)
-    ranges = np.array([(joint.lower, joint.upper) for joint in virtual])
-    position[:, len(names) :] = ranges.reshape(-1, 2).T
-    magnitudes: dict[str, Any] = {kind: np.full(count, np.inf) for kind in MAGNITUDES}
-    for i, name in enumerate(names):
+    types, full = description.urdf.types, description.urdf.model
+    ranges = {joint.name: (joint.lower, joint.upper) for joint in description.virtual}
+    tables: dict[str, dict[str, Any]] = {"position": ranges, "velocity": {}, "effort": {}}
+    for name in names:
         joint = full.joints[full.getJointId(name)]
-        if name in tables.get("position", {}):
-            position[:, i] = tables["position"][name]
-        elif urdf.types[name] != "continuous":
-            position[0, i] = full.lowerPositionLimit[joint.idx_q]
-            position[1, i] = full.upperPositionLimit[joint.idx_q]
-        lower, upper = position[:, i]
-        if description.tool_frame is not None and not lower < upper:
-            raise _empty_range_error(description.name, name, lower, upper)
-        for kind, array in magnitudes.items():
-            if name in tables.get(kind, {}):
-                array[i] = tables[kind][name]
-            elif kind in from_urdf and from_urdf[kind][joint.idx_v] > 0:
-                array[i] = from_urdf[kind][joint.idx_v]
+        if types[name] != "continuous":
+            lower, upper = full.lowerPositionLimit, full.upperPositionLimit
+            ranges[name] = lower[joint.idx_q], upper[joint.idx_q]
+        for kind, limits in (("velocity", full.velocityLimit), ("effort", full.effortLimit)):
+            if limits[joint.idx_v] > 0:
+                tables[kind][name] = limits[joint.idx_v]
+    for kind, table in description.limits.items():
+        tables[kind] = {**tables.get(kind, {}), **table}
     if description.world_frame is not None:  # efforts are unknown where the base moves
-        magnitudes["effort"][:] = np.inf
-    limits = JointLimits(**magnitudes, lower=position[0], upper=position[1])
-    return limits.scaled(description.limit_margin)
+        tables["effort"] = {}
+    if description.tool_frame is not None:
+        for name in names:
+            lower, upper = tables["position"].get(name, (-np.inf, np.inf))
+            if not lower < upper:
+                raise _empty_range_error(description.name, name, lower, upper)
+    joints = (*names, *(joint.name for joint in description.virtual))
+    return JointLimits.by_joint(joints, tables).scaled(description.limit_margin)
 
 
 def _empty_range_error(robot: str, joint: str, lower: float, upper: float) -> RobotError:

@@ -11,7 +11,7 @@ import numpy as np
 
 from knotwork.errors import FollowingError, InputError, PathError
 from knotwork.planning.choosing.chosen_values import solutions_near
-from knotwork.planning.choosing.path_limit_utilisation import Limit, LimitUtilisation
+from knotwork.planning.choosing.path_limit_utilisation import LimitUtilisation
 from knotwork.planning.choosing.path_speed_problem import (
     MAX_SLOWDOWN,
     NOTHING,
@@ -23,7 +23,7 @@ from knotwork.planning.choosing.path_speed_problem import (
 )
 from knotwork.planning.choosing.segments import TimingTask
 from knotwork.planning.timing import Binding
-from knotwork.task.scenario import ScenarioPath, change_task
+from knotwork.task.scenario import change_task
 from knotwork.units import rounded_up
 
 LIMIT_ROUNDING = 1e-9
@@ -93,38 +93,27 @@ def given_speeds_beyond_limits(
         for stretch in np.flatnonzero((utilisations > 1.0 + LIMIT_ROUNDING).any(axis=1)).tolist():
             limit = limits.limits[int(utilisations[stretch].argmax())]
             worst = float(utilisations[stretch].max())
-            errors.append(_path_error(task, path, stretch, limit, worst))
+            errors.append(path_speed_error(task, NoSpeedsError(path, stretch, limit), worst))
     return errors
 
 
-def infeasible_speed_error(task: TimingTask, error: NoSpeedsError) -> InputError:
-    """The error for a path without feasible speeds, with accepted changes."""
-    path, stretch, limit = error.path, error.stretch, error.limit
-    if limit == NOTHING:
-        return InputError(
-            "nothing bounds the speed along it; accepted: speed: {at_most: a speed}, or limits",
-            where=task.where(path.first + 1 + stretch, "speed"),
-        )
-    return _path_error(task, path, stretch, limit)
-
-
-def _path_error(
-    task: TimingTask,
-    path: ScenarioPath,
-    stretch: int,
-    limit: Limit,
-    utilisation: float | None = None,
+def path_speed_error(
+    task: TimingTask, fault: NoSpeedsError, utilisation: float | None = None
 ) -> InputError:
-    """The error for a stretch of a path that exceeds a limit.
+    """The error for a stretch of a path without feasible speeds, with accepted changes.
 
     Args:
         task: The task.
-        path: The path.
-        stretch: Its index along the path.
-        limit: The exceeded limit.
+        fault: The stretch and the exceeded limit.
         utilisation: Utilisation of the limit, if known.
     """
+    path, stretch, limit = fault.path, fault.stretch, fault.limit
     scenario, waypoint = task.scenario, path.first + 1 + stretch
+    if limit == NOTHING:
+        return InputError(
+            "nothing bounds the speed along it; accepted: speed: {at_most: a speed}, or limits",
+            where=task.where(waypoint, "speed"),
+        )
     start, end = (scenario.waypoints[i].name for i in (waypoint - 1, waypoint))
     requested, text = path.requested, scenario.units.text
     chosen, duration = stretch in requested.at_most, requested.durations[stretch]

@@ -12,8 +12,8 @@ import numpy as np
 from knotwork.errors import InputError, merge_errors
 from knotwork.planning.choosing.chosen_path_speeds import (
     given_speeds_beyond_limits,
-    infeasible_speed_error,
     limiting_constraints,
+    path_speed_error,
     with_path_speeds,
 )
 from knotwork.planning.choosing.chosen_values import with_chosen_values
@@ -157,14 +157,14 @@ def choose_times(
         try:
             duration = sum(path.choose() for path in paths)
         except NoSpeedsError as no_speeds:
-            error = error or infeasible_speed_error(task, no_speeds)
+            error = error or path_speed_error(task, no_speeds)
             break
         if duration >= longest:
             break
         try:
             chosen = _choose_motions(scenario, with_path_speeds(task, paths), paths, budget)
         except NoSpeedsError as no_speeds:
-            error = infeasible_speed_error(task, no_speeds)
+            error = path_speed_error(task, no_speeds)
             continue
         except NoMotionsError as no_motions:
             error = no_motions.combined_error()

@@ -14,6 +14,7 @@ import pinocchio as pin
 from knotwork.curves.interpolation import ModifiedHermiteSpline
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.tool_paths import TimedPath, Timing, speed_profile
+from knotwork.joint_quantities import RATE_QUANTITIES
 from knotwork.planning.choosing.segments import TimingTask
 from knotwork.planning.task_to_joint import knots_of
 from knotwork.robot import Robot
@@ -73,7 +74,9 @@ class LimitUtilisation:
         self._bounds = space.limits
         efforts = bool(np.isfinite(space.limits["effort"]).any())
         self._effort = task.dynamics(path.first) if efforts else None
-        orders = {"velocity": 1, "acceleration": 2, "jerk": 3} | ({"effort": 2} if efforts else {})
+        orders = dict(zip(RATE_QUANTITIES, (1, 2, 3), strict=True)) | (
+            {"effort": 2} if efforts else {}
+        )
         limits = [
             Limit(j, name, order) for name, order in orders.items() for j in space.joint_names
         ]
@@ -107,7 +110,9 @@ class LimitUtilisation:
             j: Joint jerks, shape (n, d).
         """
         bounds = self._bounds
-        columns = [v / bounds["velocity"], a / bounds["acceleration"], j / bounds["jerk"]]
+        columns = [
+            rate / bounds[name] for name, rate in zip(RATE_QUANTITIES, (v, a, j), strict=True)
+        ]
         if self._effort is not None:
             columns.append(self._effort.effort(q, v, a) / bounds["effort"])
         if self._frames:

@@ -1,7 +1,8 @@
 """Maximum constant speeds along one tool path, from q(s) and its derivatives.
 
 Where the speed is constant, it follows from the limits in closed form. The speeds are then lowered
-until changes of speed keep the limits as well. A planned motion corrects the expected utilisation.
+until changes of speed keep the limits as well. A planned motion corrects the expected utilisation,
+and caps the speeds with which it exceeds a limit.
 """
 
 from __future__ import annotations
@@ -22,9 +23,6 @@ from knotwork.planning.choosing.path_limit_utilisation import (
 from knotwork.planning.choosing.segments import TimingTask
 from knotwork.task.scenario import ScenarioPath
 from knotwork.waypoints import FloatArray
-
-Speeds = dict[int, float]
-"""Speeds [m/s] by index of the stretch."""
 
 SPEED_DIGITS = 4
 """Number of digits to which speeds are rounded down."""
@@ -83,7 +81,7 @@ class PathSpeedProblem:
     Attributes:
         path: The path at its nominal speed.
         caps: Upper bounds of the free speeds [m/s] and their origins, by index of the stretch.
-        speeds: The chosen speeds.
+        speeds: The chosen speeds [m/s], by index of the stretch.
         limiting: The limit or other bound of each of them.
     """
 
@@ -95,7 +93,7 @@ class PathSpeedProblem:
         self.utilisation = LimitUtilisation(task, self.path)
         self.along = PathUtilisation(task, self.path, self.utilisation)
         self._ratio = np.ones((len(self.path.stretches), 3, len(self.utilisation.limits)))
-        self.speeds: Speeds = {}
+        self.speeds: dict[int, float] = {}
         self.limiting: dict[int, Limit] = {}
 
     def choose(self) -> float:

@@ -53,7 +53,7 @@ def min_durations(problem: TimingProblem) -> FloatArray:
     return np.maximum(durations, _straight_lines(problem))
 
 
-def slowest_part(problem: TimingProblem, i: int) -> str:
+def slowest_text(problem: TimingProblem, i: int) -> str:
     """Text that names what determines the lower bound of an interval: a joint, the tool or all."""
     alone, bound = _of_joints(problem)[i], min_durations(problem)[i]
     if alone.max() >= bound:

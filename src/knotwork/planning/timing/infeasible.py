@@ -18,7 +18,7 @@ from knotwork.joint_quantities import JOINT_QUANTITIES, rate_unit
 from knotwork.planning.timing.bounds import (
     interval_bounds,
     min_durations,
-    slowest_part,
+    slowest_text,
     sufficient_duration,
 )
 from knotwork.planning.timing.section_motion import resting_motion
@@ -167,7 +167,7 @@ def _given_durations(
     for i in np.flatnonzero(wrong).tolist():
         bound = float(shortest[i])
         reason = (
-            f"under the limits of velocity and acceleration {slowest_part(problem, i)} takes more "
+            f"under the limits of velocity and acceleration {slowest_text(problem, i)} takes more "
             f"than {rounded_up(bound):.6g} s"
         )
         if not direct:

@@ -11,7 +11,7 @@ import numpy as np
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import TimingError, merge_errors
-from knotwork.joint_quantities import DERIVATIVES, MAGNITUDES
+from knotwork.joint_quantities import RATE_QUANTITIES
 from knotwork.planning.timing.bounds import lower_bound
 from knotwork.planning.timing.infeasible import infeasible_values, unsolved_errors
 from knotwork.planning.timing.motion_curves import concatenate
@@ -237,17 +237,16 @@ def binding_limits(
     times = time[:-1, None] + fractions * np.diff(time)[:, None]
     limits = problem.limits
     active: list[Binding] = []
-    states = [curve(times, order) for order in range(len(DERIVATIVES))]
+    q, v, a = (curve(times, order) for order in range(3))
     utilisations = {
-        name: np.abs(values) / limits[name]
-        for name, values in zip(DERIVATIVES, states, strict=True)
-        if name in MAGNITUDES
+        name: np.abs(curve(times, order)) / limits[name]
+        for order, name in enumerate(RATE_QUANTITIES, 1)
     }
     for name in robot_limits(problem):
-        utilisations[name] = utilisation(problem, name, *states[:3])
+        utilisations[name] = utilisation(problem, name, q, v, a)
     width = limits.upper - limits.lower
     slack = np.where(np.isfinite(width), ACTIVE_LIMIT_DISTANCE * width, 0.0)
-    at_end = (states[0] <= limits.lower + slack) | (states[0] >= limits.upper - slack)
+    at_end = (q <= limits.lower + slack) | (q >= limits.upper - slack)
     utilisations["position"] = at_end.astype(float)
     peaks = {name: values.max(axis=1) for name, values in utilisations.items()}
     shares = {

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.joint_quantities import DERIVATIVES
+from knotwork.joint_quantities import RATE_QUANTITIES
 from knotwork.planning.timing.robot_limits import (
     robot_limits,
     sampled_utilisation,
@@ -82,7 +82,7 @@ def tighten(
     if beyond and not tightening.position:
         return replace(tightening, position=True)
     over = None if beyond else exceeded_limit(problem, curve)
-    if beyond or (over is not None and over[0] in DERIVATIVES):
+    if beyond or (over is not None and over[0] in RATE_QUANTITIES):
         return replace(tightening, margin=10.0 * tightening.margin)
     if over is None:
         return None
@@ -120,7 +120,7 @@ def exceeded_limit(
         Name of the limit, and its utilisation, shape (k, d or 1): in each piece for `ROBOT_LIMITS`,
         over the whole curve for velocity, acceleration and jerk.
     """
-    for order, name in enumerate(DERIVATIVES[1:], 1):
+    for order, name in enumerate(RATE_QUANTITIES, 1):
         utilisation = curve.extrema(order).peak / problem.limits[name]
         if (utilisation > 1.0 + CURVE_SLACK).any():
             return name, utilisation[None]

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from knotwork.errors import InputError, RobotError, UnknownNameError
-from knotwork.joint_quantities import DERIVATIVES, MAGNITUDES, JointLimits
+from knotwork.joint_quantities import DERIVATIVES, JointLimits
 from knotwork.task import Tool
 from knotwork.task.scenario import JointTarget
 from knotwork.task.scenario.joint_reader import JointReader, JointState, find_waits
@@ -100,7 +100,7 @@ def joint_space(scenario: Scenario) -> JointSpace:
     task = scenario.given
     if task.robot is None:
         return _bare_joints(scenario)
-    robot = _at_rest(scenario, moved_robot(scenario))
+    robot = _with_rest(scenario, moved_robot(scenario))
     if task.gravity is not None:
         with scenario.error_context("gravity"):
             robot = robot.with_gravity(task.gravity)
@@ -180,7 +180,7 @@ def moved_robot(scenario: Scenario) -> Robot:
     return robot
 
 
-def _at_rest(scenario: Scenario, robot: Robot) -> Robot:
+def _with_rest(scenario: Scenario, robot: Robot) -> Robot:
     """The robot with its unplanned joints set from the task's named configurations."""
     for target in scenario.waypoints:
         if isinstance(target, JointTarget) and isinstance(target.joints, str):
@@ -223,11 +223,5 @@ def _bare_joints(scenario: Scenario) -> JointSpace:
             raise UnknownNameError("joint", name, names, where=where)
     units = tuple(task.joint_units.get(name, "rad") for name in names)
     read = JointReader(scenario, names, units)
-    bounds = read.limits()
-    position = bounds.get("position", {})
-    lower, upper = np.array([position.get(name, (-np.inf, np.inf)) for name in names]).T
-    magnitudes: dict[str, Any] = {
-        kind: [bounds.get(kind, {}).get(name, np.inf) for name in names] for kind in MAGNITUDES
-    }
-    limits = JointLimits(**magnitudes, lower=lower, upper=upper).scaled(task.limits.margin)
+    limits = JointLimits.by_joint(names, read.limits()).scaled(task.limits.margin)
     return _with_requirements(read, limits)
