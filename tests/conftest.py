@@ -56,6 +56,15 @@ def knotwork(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
     return run
 
 
+@pytest.fixture
+def run(knotwork: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Command:
+    """The command in this process and an empty folder, without a display."""
+    monkeypatch.chdir(tmp_path)
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    return knotwork
+
+
 @pytest.fixture(scope="session")
 def deburring() -> Plan:
     """The plan of the main scenario, made once."""

@@ -14,7 +14,6 @@ import knotwork as kw
 from judged import judged
 from knotwork.errors import BranchError
 from knotwork.planning.task_to_joint import TaskSolution, solve_task
-from knotwork.robot.kinematics.following.ladder import LIMIT_CLEARANCE, Ladder
 from knotwork.task.scenario.joint_space import joint_space
 from sweeps import mostly_exhaustive
 
@@ -203,10 +202,9 @@ def test_a_path_for_redundant_arms_is_planned_and_proved(name: str, problems: An
 
 
 def test_guides_keep_joint_limits(problems: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    ladders, start = [], Ladder.__init__
-
-    monkeypatch.setattr(Ladder, "__init__", lambda *at: start(*at) or ladders.append(at[0]))
-    kw.plan(problems.problem("panda__2cubes"))
-    q = np.vstack([rung.q for rung in ladders[0].rungs[1:]])
-    lower, upper = ladders[0].limits
-    assert ((lower - LIMIT_CLEARANCE <= q) & (q <= upper + LIMIT_CLEARANCE)).all()
+    name, ladders = "knotwork.robot.kinematics.following.ladder.Ladder.find_guided_starts", []
+    monkeypatch.setattr(name, lambda ladder, count: ladders.append(ladder) or iter(()))
+    with pytest.raises(kw.InputError):
+        kw.plan(problems.problem("panda__2cubes"))
+    q, robot = np.vstack([rung.q for rung in ladders[0].rungs[1:]]), ladders[0].robot
+    assert ((robot.lower_position_limit <= q) & (q <= robot.upper_position_limit)).all()

@@ -155,13 +155,6 @@ time;elbow [deg];shoulder [deg]
 """
 
 
-@pytest.fixture
-def run(knotwork: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Command:
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.delenv("DISPLAY", raising=False)
-    return knotwork
-
-
 def file_of(name: str, run: Command) -> str:
     """A file of a kind, in the current folder."""
     if name == "planned":
