@@ -70,7 +70,7 @@ def speed_benchmarks() -> dict[str, Any]:
 
 
 def timing_benchmarks() -> dict[str, Any]:
-    """What the page on least times shows."""
+    """What the page on minimum times shows."""
     data = results.load("timing")
     names = ("random", "sizes", "torques", "shipped")
     tables = dict(zip(names, timing.tables(data), strict=True))

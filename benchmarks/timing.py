@@ -293,7 +293,7 @@ def shipped() -> list[dict[str, Any]]:
 
 
 def shipped_row(name: str, scenario: Scenario, given: float | None) -> dict[str, Any]:
-    """The least time of a scenario, beside Ruckig and the duration that it gives."""
+    """The minimum time of a scenario, next to Ruckig and the duration that it gives."""
     begun = clock.process_time()
     made = kw.plan(scenario)
     seconds = clock.process_time() - begun

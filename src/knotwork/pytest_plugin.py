@@ -99,11 +99,11 @@ class Checks:
 
 
 def _fail_if_any(findings: Any) -> None:
-    from knotwork.verification.brief import failure_lines
+    from knotwork.verification.brief import finding_lines
 
     failed = [finding for finding in findings if not finding.ok]
     if failed:
-        pytest.fail("\n".join(failure_lines(failed)), pytrace=False)
+        pytest.fail("\n".join(finding_lines(failed)), pytrace=False)
 
 
 @pytest.fixture

@@ -134,6 +134,13 @@ def test_slower_motion_keeps_segments_and_events(seam: kw.Plan) -> None:
     assert any(one.group == "Waits" for one in slow.report.findings)
 
 
+def test_end_on_the_way_has_a_name_of_its_own(seam: kw.Plan) -> None:
+    """A waypoint that is passed is called end, like the end of an override of 0."""
+    halted = seam.scaled({0: 1, 6: 1, 6.5: 0})
+    assert halted.report.ok
+    assert [one.name for one in halted.scenario.waypoints][-2:] == ["end", "end 2"]
+
+
 @pytest.mark.parametrize("on_path", [True, False])
 def test_signals_stay_on_after_stop(seam: kw.Plan, on_path: bool, tmp_path: Path) -> None:
     stop = seam.stop(4.0, on_path=on_path)

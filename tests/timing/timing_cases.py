@@ -1,4 +1,4 @@
-"""Random problems for the tests of least times, and the contract that every motion keeps."""
+"""Random problems for the tests of minimum times, and the contract that every motion keeps."""
 
 from __future__ import annotations
 

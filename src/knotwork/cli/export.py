@@ -27,7 +27,7 @@ from knotwork.files.export.formats import FORMATS, Format, checked_options, get_
 from knotwork.files.export.labels import side_file, side_path
 from knotwork.files.foreign import is_foreign
 from knotwork.verification import Finding, check
-from knotwork.verification.brief import failure_lines
+from knotwork.verification.brief import finding_lines
 from knotwork.verification.report import CheckedMotion
 
 _EXPORT_EPILOG = f"""
@@ -293,7 +293,7 @@ def may_export_points(checked: CheckedMotion | None, points: Points, allowed: bo
 
 
 def _show(failures: Sequence[Finding], whose: str, verdict: str) -> None:
-    for failure in failure_lines(failures, MAX_EXPORT_FAILURES):
+    for failure in finding_lines(failures, MAX_EXPORT_FAILURES):
         echo(f"{whose}{failure}", err=True)
     echo(verdict, err=True)
     sys.stderr.flush()

@@ -29,7 +29,7 @@ from knotwork.robot import Robot
 from knotwork.task.scenario import load_scenario
 from knotwork.task.scenario.joint_space import joint_space
 from knotwork.verification import check
-from knotwork.verification.brief import failure_lines
+from knotwork.verification.brief import finding_lines
 from knotwork.verification.report import AnyMotion, CheckedMotion
 
 # Number of listed failures; more are counted.
@@ -172,5 +172,5 @@ def print_failures(motions: Iterable[AnyMotion]) -> None:
         if not report.ok:
             motion_name = f"{report.scenario}, {motion.trajectory.planner}"
             echo(f"note: {motion_name}: the check FAILS", err=True)
-            for failure in failure_lines(report.failures, MAX_NOTED_FAILURES):
+            for failure in finding_lines(report.failures, MAX_NOTED_FAILURES):
                 echo(f"  {failure}", err=True)

@@ -37,33 +37,6 @@ EXECUTED_KEYS = {*SCENE_KEYS, "name", "joint_units", "frame", "outputs", "rate",
 MotionT = TypeVar("MotionT", bound=CheckedMotion)
 
 
-class _ExecutedMotion(NamedTuple):
-    """A planned motion executed with another clock, or left early by a stop.
-
-    Attributes:
-        motion: The executed motion of the joints.
-        clock: Time of the planned motion over that of the executed one; constant if it leaves the
-            path.
-        ends: Names of the ends of the executed motion, where the task has no waypoint.
-    """
-
-    motion: PiecewisePolynomial
-    clock: PiecewisePolynomial
-    ends: tuple[str, str]
-
-    @property
-    def span(self) -> tuple[float, float]:
-        """Time interval of the planned motion that is executed [s]."""
-        start, end = self.clock(self.clock.x[[0, -1]]).tolist()
-        return start, end
-
-    @property
-    def is_on_path(self) -> bool:
-        """Whether it follows the planned motion."""
-        start, end = self.span
-        return start < end
-
-
 class _ReachedWaypoint(NamedTuple):
     """A waypoint that an executed motion reaches, or one of its ends.
 
@@ -78,6 +51,38 @@ class _ReachedWaypoint(NamedTuple):
     waypoint: int = -1
 
 
+class _ExecutedMotion(NamedTuple):
+    """A planned motion executed with another clock, or left early by a stop.
+
+    Attributes:
+        motion: The executed motion of the joints.
+        clock: Time of the planned motion over that of the executed one; constant if it leaves the
+            path.
+        arrivals: Its ends and the waypoints that it passes, in order of time.
+    """
+
+    motion: PiecewisePolynomial
+    clock: PiecewisePolynomial
+    arrivals: Sequence[_ReachedWaypoint]
+
+    @property
+    def ends(self) -> tuple[str, str]:
+        """Names of its ends."""
+        return self.arrivals[0].name, self.arrivals[-1].name
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Time interval of the planned motion that is executed [s]."""
+        start, end = self.clock(self.clock.x[[0, -1]]).tolist()
+        return start, end
+
+    @property
+    def is_on_path(self) -> bool:
+        """Whether it follows the planned motion."""
+        start, end = self.span
+        return start < end
+
+
 def scaled_motion(plan: MotionT, profile: Mapping[float, float]) -> MotionT:
     """Execute a planned motion at another speed: see `Plan.scaled`."""
     scenario, limits = plan.scenario, plan.space.limits
@@ -89,7 +94,7 @@ def scaled_motion(plan: MotionT, profile: Mapping[float, float]) -> MotionT:
     motion, clock, warnings = change_speed(
         profile, plan.trajectory, scenario.times, (limits["acceleration"], limits["jerk"])
     )
-    return _checked(plan, _ExecutedMotion(motion, clock, (START, "end")), warnings)
+    return _checked(plan, _execute(plan, motion, clock, (START, "end")), warnings)
 
 
 def stopped_motion(plan: MotionT, at: float, *, on_path: bool) -> MotionT:
@@ -120,7 +125,7 @@ def stopped_motion(plan: MotionT, at: float, *, on_path: bool) -> MotionT:
         if off_path is None:
             raise at_rest
         motion, clock = off_path, PiecewisePolynomial([[at]], off_path.x[[0, -1]])
-    return _checked(plan, _ExecutedMotion(motion, clock, (f"stop from {at:g} s", "stopped")))
+    return _checked(plan, _execute(plan, motion, clock, (f"stop from {at:g} s", "stopped")))
 
 
 def _checked(plan: MotionT, executed: _ExecutedMotion, warnings: Sequence[Finding] = ()) -> MotionT:
@@ -131,9 +136,8 @@ def _checked(plan: MotionT, executed: _ExecutedMotion, warnings: Sequence[Findin
         executed: The executed motion.
         warnings: Findings to report as well.
     """
-    motion, arrivals = executed.motion, _arrivals(plan.scenario, executed)
-    scenario = resolve_task(_task_of(plan, executed, arrivals))
-    space, times = joint_space(scenario), np.array([arrival.time for arrival in arrivals])
+    motion, scenario = executed.motion, resolve_task(_task_of(plan, executed))
+    space, times = joint_space(scenario), np.array([stop.time for stop in executed.arrivals])
     trajectory = replace(
         plan.trajectory,
         polynomial=motion,
@@ -144,8 +148,8 @@ def _checked(plan: MotionT, executed: _ExecutedMotion, warnings: Sequence[Findin
     )
     known = [
         *warnings,
-        *_misplaced_objects(plan.scenario, arrivals),
-        *_geometry(plan, executed, arrivals, Motion(trajectory, plan.space)),
+        *_misplaced_objects(plan.scenario, executed),
+        *_geometry(plan, executed, Motion(trajectory, plan.space)),
     ]
     waypoints = JointWaypoints(
         space.joint_names, times, motion(times), motion(times, 1), joint_units=space.joint_units
@@ -154,12 +158,7 @@ def _checked(plan: MotionT, executed: _ExecutedMotion, warnings: Sequence[Findin
     return type(plan)(scenario, space, waypoints, trajectory, report)
 
 
-def _geometry(
-    plan: CheckedMotion,
-    executed: _ExecutedMotion,
-    arrivals: Sequence[_ReachedWaypoint],
-    motion: Motion,
-) -> list[Finding]:
+def _geometry(plan: CheckedMotion, executed: _ExecutedMotion, motion: Motion) -> list[Finding]:
     """Findings on the plan's tool paths and poses, where the executed motion passes them."""
     scenario = plan.scenario
     if not executed.is_on_path:
@@ -170,7 +169,7 @@ def _geometry(
     # waypoints in moving frames, and the paths between them, have their own clock
     times = {
         arrival.waypoint: arrival.time
-        for arrival in arrivals
+        for arrival in executed.arrivals
         if arrival.waypoint >= 0 and scenario.task_index[arrival.waypoint] not in moving
     }
     execution = Execution(executed.clock, times, executed.ends)
@@ -180,11 +179,9 @@ def _geometry(
     ]
 
 
-def _misplaced_objects(
-    scenario: Scenario, arrivals: Sequence[_ReachedWaypoint]
-) -> Iterator[Finding]:
+def _misplaced_objects(scenario: Scenario, executed: _ExecutedMotion) -> Iterator[Finding]:
     """Warnings of objects whose carrier is unknown, because the executed task has joint values."""
-    inner = {arrival.waypoint for arrival in arrivals[1:-1]}
+    inner = {arrival.waypoint for arrival in executed.arrivals[1:-1]}
     for held in scenario.scene.held:
         stops = ("before", held.take), ("after", held.leave)
         for (when, waypoint), carrier in zip(stops, held.carriers, strict=True):
@@ -196,38 +193,55 @@ def _misplaced_objects(
                 yield Finding.of_motion("Warnings", "held_object", fact, "warning")
 
 
-def _arrivals(scenario: Scenario, executed: _ExecutedMotion) -> list[_ReachedWaypoint]:
-    """The ends of an executed motion and the waypoints that it passes, in order of time."""
-    start, end = executed.motion.x[[0, -1]].tolist()
-    low, high = executed.span
-    is_passed = (low - SAME_WAYPOINT_TIME <= scenario.times) & (
-        scenario.times <= high + SAME_WAYPOINT_TIME
+def _execute(
+    plan: CheckedMotion,
+    motion: PiecewisePolynomial,
+    clock: PiecewisePolynomial,
+    ends: tuple[str, str],
+) -> _ExecutedMotion:
+    """An executed motion with the waypoints that it passes.
+
+    Args:
+        plan: The planned motion.
+        motion: The executed motion of the joints.
+        clock: Time of the planned motion over that of the executed one.
+        ends: Names of its ends, where the task has no waypoint.
+    """
+    start, end = motion.x[[0, -1]].tolist()
+    low, high = clock(clock.x[[0, -1]])
+    known = plan.scenario.times
+    passed = np.flatnonzero(
+        (low - SAME_WAYPOINT_TIME <= known) & (known <= high + SAME_WAYPOINT_TIME)
     )
-    passed = np.flatnonzero(is_passed)
-    times = first_times(executed.clock, np.clip(scenario.times[passed], low, high))
+    times = first_times(clock, np.clip(known[passed], low, high))
     arrivals = []
     for waypoint, time in zip(passed.tolist(), times.tolist(), strict=True):
         at = next((t for t in (start, end) if abs(t - time) < SAME_WAYPOINT_TIME), time)
-        arrivals.append(_ReachedWaypoint(at, scenario.waypoints[waypoint].name, waypoint))
+        arrivals.append(_ReachedWaypoint(at, plan.scenario.waypoints[waypoint].name, waypoint))
     if not arrivals or arrivals[0].time != start:
-        arrivals.insert(0, _ReachedWaypoint(start, executed.ends[0]))
+        arrivals.insert(0, _end(start, ends[0], arrivals))
     if arrivals[-1].time != end:
-        arrivals.append(_ReachedWaypoint(end, executed.ends[1]))
-    return arrivals
+        arrivals.append(_end(end, ends[1], arrivals))
+    return _ExecutedMotion(motion, clock, arrivals)
 
 
-def _task_of(
-    plan: CheckedMotion, executed: _ExecutedMotion, arrivals: Sequence[_ReachedWaypoint]
-) -> Task:
+def _end(time: float, name: str, arrivals: Sequence[_ReachedWaypoint]) -> _ReachedWaypoint:
+    """An end of an executed motion, with a name that no waypoint has."""
+    while any(arrival.name == name for arrival in arrivals):
+        name = f"{name} 2"
+    return _ReachedWaypoint(time, name)
+
+
+def _task_of(plan: CheckedMotion, executed: _ExecutedMotion) -> Task:
     """A task of which the executed motion is a solution: its states at the reached waypoints.
 
     It does not depend on a file: it has a name and absolute paths.
     """
     scenario, space, motion = plan.scenario, plan.space, executed.motion
-    task = task_with_scene_from(plan, executed.span, (arrivals[0].name, arrivals[-1].name))
+    task = task_with_scene_from(plan, executed.span, executed.ends)
     units = task.units.in_si
     waypoints: dict[int | str, dict[str, Any]] = {}
-    for time, name, waypoint in arrivals:
+    for time, name, waypoint in executed.arrivals:
         key = name if waypoint < 0 else scenario.task_index[waypoint]
         if key in waypoints:  # the end of a wait, which is not a waypoint of the task
             del waypoints[key]["velocity"]

@@ -75,7 +75,7 @@ def worst_lines(mark: str, findings: Sequence[Finding], max_kinds: int, width: i
     """
     indent = " " * len(mark)
     lines: list[str] = []
-    for i, text in enumerate(failure_lines(findings, max_kinds)):
+    for i, text in enumerate(finding_lines(findings, max_kinds)):
         lines += wrap(text, width, indent, mark if i < max_kinds else indent)
     return lines
 
@@ -103,9 +103,9 @@ def _tightest(findings: Sequence[Finding], units: Units) -> list[str]:
     undecided = [finding for finding in numbers if finding.verdict == "undecided"]
     if undecided:
         worst = max(undecided, key=lambda finding: finding.utilisation or 0.0)
-        return [f"{len(undecided)} undecided: {describe(worst, units)}"]
-    if unused := without_utilisation(findings):
-        return [describe(finding, units) for finding in unused]
+        return [f"{len(undecided)} undecided: {value_text(worst, units)}"]
+    if unused := representatives(findings):
+        return [value_text(finding, units) for finding in unused]
     if limited := with_limits(numbers):
         return [
             utilisation_text(max(limited, key=lambda finding: finding.utilisation or 0.0), units)
@@ -115,10 +115,10 @@ def _tightest(findings: Sequence[Finding], units: Units) -> list[str]:
 
 def utilisation_text(finding: Finding, units: Units) -> str:
     """Utilisation of a finding's limit, and its subject, as text."""
-    return f"{100.0 * (finding.utilisation or 0.0):.0f} %: {describe(finding, units)}"
+    return f"{100.0 * (finding.utilisation or 0.0):.0f} %: {value_text(finding, units)}"
 
 
-def describe(finding: Finding, units: Units) -> str:
+def value_text(finding: Finding, units: Units) -> str:
     """Text of a finding's subject, value, limit and time."""
     value, limit = finding.value or 0.0, finding.limit
     number = units.text(value, finding.unit, ".4g")
@@ -131,11 +131,11 @@ def describe(finding: Finding, units: Units) -> str:
     return " ".join(filter(None, parts))
 
 
-def short_text(finding: Finding, units: Units) -> str:
+def failure_text(finding: Finding, units: Units) -> str:
     """A failure in one short line: quantity, location, excess."""
     if finding.label:
         return f"{finding.label} {_moment(finding)}".strip()
-    return finding.message if finding.value is None else describe(finding, units)
+    return finding.message if finding.value is None else value_text(finding, units)
 
 
 def _moment(finding: Finding) -> str:
@@ -145,13 +145,13 @@ def _moment(finding: Finding) -> str:
     return f"{'from' if finding.time is None else 'at'} {finding.when} s"
 
 
-def worst_short_text(findings: Sequence[Finding], units: Units) -> str:
+def worst_failure_text(findings: Sequence[Finding], units: Units) -> str:
     """The first kind of failure in one short line, and the number of others; empty if none."""
     kinds = group_alike(findings)
     if not kinds:
         return ""
     count = len(findings) - 1
-    return short_text(kinds[0][0], units) + (f", and {count} more" if count else "")
+    return failure_text(kinds[0][0], units) + (f", and {count} more" if count else "")
 
 
 def _far_from_limits(findings: Sequence[Finding]) -> bool:
@@ -186,7 +186,7 @@ def wrap(text: str, width: int, indent: str, head: str = "") -> list[str]:
     return [line.replace(_NO_BREAK, " ") for line in lines or [head]]
 
 
-def failure_lines(findings: Sequence[Finding], max_kinds: int | None = None) -> list[str]:
+def finding_lines(findings: Sequence[Finding], max_kinds: int | None = None) -> list[str]:
     """Messages of the worst finding of each kind, and the number of others.
 
     Args:
@@ -216,7 +216,7 @@ def group_alike(findings: Sequence[Finding]) -> list[list[Finding]]:
     return list(kinds.values())
 
 
-def without_utilisation(findings: Sequence[Finding]) -> list[Finding]:
+def representatives(findings: Sequence[Finding]) -> list[Finding]:
     """Findings that represent a group in which no utilisation is defined.
 
     If limits are zero, it is the finding nearest its limit. Without limits, it is the largest value

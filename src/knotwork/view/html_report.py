@@ -16,9 +16,9 @@ from knotwork.verification import Finding, Report
 from knotwork.verification.brief import (
     NOTABLE_UTILISATION,
     brief_texts_by_group,
-    describe,
     group_alike,
-    without_utilisation,
+    representatives,
+    value_text,
 )
 from knotwork.verification.finding import TRIED
 from knotwork.verification.report import CheckedMotion
@@ -99,7 +99,7 @@ def _tightest(report: Report) -> list[Finding]:
         for finding in report.tightest
         if (finding.utilisation or 0.0) >= NOTABLE_UTILISATION
     ]
-    unused = [finding for group in report.groups.values() for finding in without_utilisation(group)]
+    unused = [finding for group in report.groups.values() for finding in representatives(group)]
     rows: dict[tuple[str, str, str], Finding] = {}
     for finding in (*failing, *tight[:MAX_ROWS], *unused):
         rows.setdefault(finding.kind, finding)
@@ -123,7 +123,7 @@ def _groups(report: Report) -> list[dict[str, Any]]:
             "met": f"{met} of {len(required)} met" if required else "",
             "ok": all(finding.ok for finding in shown),
             "vectors": any(finding.requested is not None for finding in rows),
-            "free": [describe(finding, report.units) for finding in numbers if finding not in rows],
+            "free": [value_text(item, report.units) for item in numbers if item not in rows],
             "sentences": [str(finding) for finding in shown if finding.value is None],
         }
         groups.append(group)

@@ -9,7 +9,7 @@ from knotwork.robot import Robot
 from knotwork.task.scenario import Scenario
 from knotwork.units import Units
 from knotwork.verification import Finding, Report
-from knotwork.verification.brief import brief_texts_by_group, group_alike, short_text
+from knotwork.verification.brief import brief_texts_by_group, failure_text, group_alike
 from knotwork.verification.motion import OUTSIDE, describe_time
 from knotwork.view.base_joints import base_joints
 from knotwork.view.shown_motion import ShownMotion
@@ -53,7 +53,7 @@ def failures(report: Report, scenario: Scenario) -> list[dict[str, Any]]:
 
 
 def _failure(finding: Finding, units: Units, scenario: Scenario) -> dict[str, Any]:
-    line, at = short_text(finding, units), finding.at
+    line, at = failure_text(finding, units), finding.at
     if finding.subject == "waypoint" and line.startswith(finding.name):
         line = waypoint_text(finding.name) + line.removeprefix(finding.name)
     elif at is not None and (finding.label or finding.value is not None):

@@ -21,7 +21,7 @@ from knotwork.task.scenario.joint_reader import JointState
 from knotwork.task.scenario.joint_space import JointSpace, joint_space
 from knotwork.units import Units
 from knotwork.verification import Finding, Motion, Report
-from knotwork.verification.brief import worst_short_text
+from knotwork.verification.brief import worst_failure_text
 from knotwork.verification.collisions import motion_model
 from knotwork.verification.finding import unite_intervals
 from knotwork.verification.limits import LIMITS, check_derivative_limits
@@ -123,7 +123,7 @@ class ShownMotion:
     @property
     def failure_text(self) -> str:
         """The worst failure in one line, or an empty text."""
-        return worst_short_text(self.failures, self.scenario.units)
+        return worst_failure_text(self.failures, self.scenario.units)
 
     @cached_property
     def joint_limit_findings(self) -> dict[tuple[str, str], Finding]:

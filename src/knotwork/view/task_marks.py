@@ -10,7 +10,7 @@ import pinocchio as pin
 
 from knotwork.units import Units
 from knotwork.verification import Finding, Report
-from knotwork.verification.brief import short_text
+from knotwork.verification.brief import failure_text
 from knotwork.view.mesh import Mesh, merge_meshes
 from knotwork.view.primitive_meshes import rod, sphere, triad
 from knotwork.view.scene_parts import SceneParts
@@ -122,7 +122,7 @@ def _draw_failures(parts: SceneParts, shown: ShownMotion, report: Report, size: 
             at = (point + reached) / 2
             if np.linalg.norm(reached - point) > 1e-9:
                 wrong.append(rod(point, reached, 0.004 * size, RED))
-        text = short_text(findings[0], report.units)
+        text = failure_text(findings[0], report.units)
         if len(findings) > 1:
             text += f", and {len(findings) - 1} more"
         parts.write(text, "miss", at, "\n".join(map(str, findings)), time=time)

@@ -22,7 +22,7 @@ from knotwork.task import Task
 from knotwork.task.scenario import Scenario, load_scenario
 from knotwork.units import SI, Units
 from knotwork.verification import Report, check, metrics
-from knotwork.verification.brief import worst_short_text
+from knotwork.verification.brief import worst_failure_text
 from knotwork.waypoints import JointWaypoints
 
 TIMED_RUNS = 5
@@ -213,7 +213,7 @@ def _score(name: str, trajectory: JointTrajectory, seconds: float, base: Plan) -
         required=required,
         failed=required - met,
         time_to_plan=seconds,
-        reason=worst_short_text(report.failures, scenario.units),
+        reason=worst_failure_text(report.failures, scenario.units),
     )
 
 

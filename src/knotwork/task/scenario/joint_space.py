@@ -100,7 +100,7 @@ def joint_space(scenario: Scenario) -> JointSpace:
     task = scenario.given
     if task.robot is None:
         return _bare_joints(scenario)
-    robot = _at_rest(scenario, moved_robot(scenario))
+    robot = _with_rest(scenario, moved_robot(scenario))
     if task.gravity is not None:
         with scenario.error_context("gravity"):
             robot = robot.with_gravity(task.gravity)
@@ -180,7 +180,7 @@ def moved_robot(scenario: Scenario) -> Robot:
     return robot
 
 
-def _at_rest(scenario: Scenario, robot: Robot) -> Robot:
+def _with_rest(scenario: Scenario, robot: Robot) -> Robot:
     """The robot with its unplanned joints set from the task's named configurations."""
     for target in scenario.waypoints:
         if isinstance(target, JointTarget) and isinstance(target.joints, str):

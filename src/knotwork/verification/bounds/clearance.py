@@ -171,10 +171,10 @@ class _ClearanceSearch:
         self.table = SolidPairs(model)
         self.pair, self.margin = self.table.pair, self.table.margin
         self.windows = model.windows_within(*curve.x[[0, -1]].tolist())
-        self.min_part = CLEARANCE_PRECISION if precision is None else precision
+        self.precision = CLEARANCE_PRECISION if precision is None else precision
         involves_scene = np.array([model.pairs[k].involves_scene for k in self.pair])
-        part = np.where(involves_scene, OBJECT_SHARE, LINK_SHARE)
-        self.precision = part if precision is None else np.zeros(len(part))
+        share = np.where(involves_scene, OBJECT_SHARE, LINK_SHARE)
+        self.relative_precision = share if precision is None else np.zeros(len(share))
         self.distance = np.full(len(self.pair), np.inf)
         self.time = np.full(len(self.pair), curve.x[0])
         self.bound = np.full(len(self.pair), np.inf)
@@ -207,12 +207,12 @@ class _ClearanceSearch:
         placed = self.table.axes(motions.rotation, motions.origin)
         motion = motions.largest(tests.interval, tests.combo)
         spheres = self.table.min_distances(motions.rotation, motions.origin)
-        nearest = spheres[tests.interval, tests.combo]
-        self._measure(tests, time, placed, nearest - motion, motion)
+        distance_bound = spheres[tests.interval, tests.combo]
+        self._measure(tests, time, placed, distance_bound - motion, motion)
         is_measured = ~np.isnan(tests.distance)
-        nearest[is_measured] = tests.distance[is_measured] - DISTANCE_ERROR
+        distance_bound[is_measured] = tests.distance[is_measured] - DISTANCE_ERROR
         goal = self._goal()[tests.combo]
-        lower = self._bounds_by_planes(tests, motions, placed, nearest - motion, goal)
+        lower = self._bounds_by_planes(tests, motions, placed, distance_bound - motion, goal)
         is_closed = (lower >= goal) | (motion <= self.resolution)
         is_closed |= self.measurements >= DISTANCE_BUDGET
         np.minimum.at(self.bound, tests.combo[is_closed], lower[is_closed])
@@ -255,7 +255,7 @@ class _ClearanceSearch:
     def _goal(self) -> FloatArray:
         """Bound at which an interval is closed, for each pair of solids [m]."""
         with np.errstate(invalid="ignore"):
-            part = np.maximum(self.min_part, self.precision * np.abs(self.distance))
+            part = np.maximum(self.precision, self.relative_precision * np.abs(self.distance))
             goal = np.where(np.isinf(self.distance), np.inf, self.distance - part)
         return np.where(self.distance > self.margin, np.maximum(goal, self.margin), goal)
 
@@ -294,7 +294,7 @@ class _ClearanceSearch:
             if d < smallest[c] - 10.0**-LENGTH_DIGITS:
                 smallest[c] = self.distance[c] = d
                 self.time[c] = time[interval]
-                part = max(self.min_part, self.precision[c] * abs(d))
+                part = max(self.precision, self.relative_precision[c] * abs(d))
                 goal[c] = max(d - part, self.margin[c]) if d > self.margin[c] else d - part
 
     def _find_enclosed(self) -> None:
