@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-import warnings
 from types import MappingProxyType
 from typing import Any
 
@@ -152,11 +151,7 @@ class ChainModel(PlannedJoints):
         motion = self._checked(q, "q"), self._checked(v, "v"), self._checked(a, "a")
         return np.array(pin.rnea(self.model, self.data, *motion))
 
-    def torque(self, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> FloatArray:
-        """The old name of `effort`."""
-        message = "Robot.torque is now Robot.effort; the old name goes with the next version"
-        warnings.warn(message, DeprecationWarning, stacklevel=2)
-        return self.effort(q, v, a)
+    torque = effort  # its old name, for one more version
 
     def _checked(self, values: ArrayLike, name: str) -> FloatArray:
         """Values of the joints as an array.
