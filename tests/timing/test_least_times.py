@@ -137,7 +137,7 @@ def test_symbolic_efforts_are_those_of_pinocchio(name: str) -> None:
     for _ in range(5):
         state = rng.normal(size=(3, d))
         np.testing.assert_allclose(
-            effort(*state).full().ravel(), robot.torque(*state), rtol=1e-11, atol=1e-11
+            effort(*state).full().ravel(), robot.effort(*state), rtol=1e-11, atol=1e-11
         )
         linear = np.linalg.norm(robot.twist(*state[:2]).linear)
         assert float(speed(*state[:2])) == pytest.approx(linear, abs=1e-12)
