@@ -31,7 +31,7 @@ def sampled(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[F
     times = np.linspace(motion.start_time, motion.end_time, SAMPLES)
     torque, speed, nearest = np.zeros(robot.dof), 0.0, np.inf
     for q, v, a in zip(*(motion.curve(times, nu) for nu in range(3)), strict=True):
-        torque = np.maximum(torque, np.abs(robot.torque(q, v, a)))
+        torque = np.maximum(torque, np.abs(robot.effort(q, v, a)))
         if scenario.motion_limits.tool_speed is not None:
             speed = max(speed, float(np.linalg.norm(robot.twist(q, v).linear)))
         nearest = min(nearest, float(np.linalg.svd(robot.jacobian(q), compute_uv=False)[-1]))

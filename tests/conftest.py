@@ -56,6 +56,15 @@ def knotwork(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
     return run
 
 
+@pytest.fixture
+def run(knotwork: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Command:
+    """The command in this process and an empty folder, without a display."""
+    monkeypatch.chdir(tmp_path)
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    return knotwork
+
+
 @pytest.fixture(scope="session")
 def deburring() -> Plan:
     """The plan of the main scenario, made once."""
@@ -77,7 +86,7 @@ def paper_case() -> Plan:
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """How many wrong motions the judge has made, by fault, and how many passed the check."""
     counts: dict[str, list[int]] = {}
-    for report in (one for found in terminalreporter.stats.values() for one in found):
+    for report in (one for reports in terminalreporter.stats.values() for one in reports):
         for name, value in getattr(report, "user_properties", ()):
             if name.startswith("wrong motions: ") and report.when == "call":
                 fault = name.partition(": ")[2]

@@ -108,7 +108,7 @@ def judged_along(
     waypoints = [{"name": "start", "time": motion.start_time, "pose": start}, end]
     data = {"robot": robot, "path": {"acceleration": acceleration}, "waypoints": waypoints}
     found = _found(motion, {**data, "tolerances": tolerances}, {*but, *OWN_LIMITS})
-    return [one for one in found if one.where != "acceleration changes"]
+    return [finding for finding in found if finding.where != "acceleration changes"]
 
 
 def with_bump(

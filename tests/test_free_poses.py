@@ -100,7 +100,7 @@ def test_check_ignores_free_turn_but_not_axis(seed: int) -> None:
     tilted = copy.deepcopy(turned)
     tilted["waypoints"][0]["pose"]["rpy"] = [180 - 0.2, 0, rpy[2]]
     report = checked(plan.trajectory, tilted)
-    failed = {one.quantity: one for one in report.failures}
+    failed = {finding.quantity: finding for finding in report.failures}
     assert {"orientation", "path_orientation"} <= set(failed)
     assert np.degrees(failed["orientation"].value) == pytest.approx(0.2, abs=1e-4)
     assert np.degrees(failed["path_orientation"].value) == pytest.approx(0.2, abs=0.1)
@@ -165,12 +165,12 @@ def test_bounded_turn_along_path_is_checked_at_all_times() -> None:
     assert f"turn {least:.3g} to {most:.3g} of -100 to 10 deg" in used.message
     assert np.degrees(used.value) == pytest.approx(most - least, abs=0.1)
     found = checked(plan.trajectory, with_stops(arch({"turn": [-179, most + 3]})))
-    (row,) = (one for one in found.findings if one.quantity == "path_turn")
+    (row,) = (finding for finding in found.findings if finding.quantity == "path_turn")
     assert found.ok
     assert np.degrees(row.value) == pytest.approx(-3, abs=0.1)
     assert f"3 deg within what is free, turn -179 to {most + 3:.4g} deg, tol" in row.message
     found = checked(plan.trajectory, with_stops(arch({"turn": [-179, max(0.0, most - 3)]})))
-    (row,) = (one for one in found.failures if one.quantity == "path_turn")
+    (row,) = (finding for finding in found.failures if finding.quantity == "path_turn")
     assert f"3 deg beyond what is free, turn -179 to {most - 3:.4g} deg, tol" in row.message
     assert most > 3
 
@@ -191,7 +191,7 @@ def test_check_of_cone(seed: int) -> None:
             "position": [400, -150, 200],
             "rotation_matrix": required.tolist(),
         }
-        failed = {one.quantity for one in checked(motion, task).failures}
+        failed = {finding.quantity for finding in checked(motion, task).failures}
         assert ("path_orientation" in failed, "orientation" in failed) == (not ok, not ok)
 
 
@@ -384,7 +384,7 @@ def test_path_begins_at_pose_of_narrower_freedom(begin: Any, seam: Any, wait: fl
     assert abs(turn) < max(begin.get("turn", [0, 0])) + 1e-3
     assert tilt < begin.get("tilt", 0) + 1e-3
     task["waypoints"][2]["free"] = "none"
-    (own,) = (one for one in checked(plan.trajectory, task).failures if one.name == "a")
+    (own,) = (finding for finding in checked(plan.trajectory, task).failures if finding.name == "a")
     assert own.quantity == "orientation"
     assert np.degrees(own.value) == pytest.approx(abs(turn) if "turn" in begin else tilt, abs=0.02)
 

@@ -184,7 +184,7 @@ def assert_same_robot(one: kw.Robot, other: kw.Robot) -> None:
     q = np.linspace(0.2, 0.9, one.dof)
     assert np.array_equal(one.forward(q).homogeneous, other.forward(q).homogeneous)
     assert np.array_equal(one.jacobian(q), other.jacobian(q))
-    assert np.array_equal(one.torque(q, q, q), other.torque(q, q, q))
+    assert np.array_equal(one.effort(q, q, q), other.effort(q, q, q))
     for name in ("lower_position_limit", "upper_position_limit", "velocity_limit"):
         assert np.array_equal(getattr(one, name), getattr(other, name))
     assert dict(one.locked) == dict(other.locked)

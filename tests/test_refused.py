@@ -81,7 +81,7 @@ def test_a_wrong_command_writes_nothing_but_why(
         written(tmp_path / name, text)
     monkeypatch.chdir(tmp_path)
     assert COMMANDS["refused"][line] in knotwork(*shlex.split(line)).refused()
-    left = {str(one.relative_to(tmp_path)) for one in tmp_path.rglob("*") if one.is_file()}
+    left = {str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*") if path.is_file()}
     assert left == set(COMMANDS["files"])
     assert (tmp_path / "there.yaml").read_text(encoding="utf-8") == "mine"
 

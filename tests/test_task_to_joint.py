@@ -199,3 +199,12 @@ def test_a_path_for_redundant_arms_is_planned_and_proved(name: str, problems: An
     assert found["path_orientation"].limit == np.radians(0.1)
     assert all(one.proof == "bounded" for one in found.values())
     assert not judged(plan, task)
+
+
+def test_guides_keep_joint_limits(problems: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    name, ladders = "knotwork.robot.kinematics.following.ladder.Ladder.find_guided_starts", []
+    monkeypatch.setattr(name, lambda ladder, count: ladders.append(ladder) or iter(()))
+    with pytest.raises(kw.InputError):
+        kw.plan(problems.problem("panda__2cubes"))
+    q, robot = np.vstack([rung.q for rung in ladders[0].rungs[1:]]), ladders[0].robot
+    assert ((robot.lower_position_limit <= q) & (q <= robot.upper_position_limit)).all()

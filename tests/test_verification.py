@@ -68,8 +68,8 @@ SOUND = pieces([0, 1, 2], in_two(RISE), in_two(FALL))
 def failing(report: Report) -> set[tuple[str, str]]:
     """Name and quantity of all that fails; jumps go by the quantity alone."""
     found = {
-        ("" if one.quantity.endswith("_jump") else one.name, one.quantity)
-        for one in report.failures
+        ("" if finding.quantity.endswith("_jump") else finding.name, finding.quantity)
+        for finding in report.failures
     }
     assert report.ok == (not found)
     return found
@@ -143,7 +143,7 @@ def test_unrequested_continuity_is_information() -> None:
     assert broken.value == pytest.approx(1e-4)
     assert broken.limit == pytest.approx(1e-9 * 1.5, rel=1e-3)  # of the largest acceleration
     found = report.select(group="Continuity")
-    assert [one.required for one in found] == [True, True, False]
+    assert [finding.required for finding in found] == [True, True, False]
     assert failing(check(broken_at_one(1, 1e-4), scenario(continuity=1))) == {("", "velocity_jump")}
     assert check(broken_at_one(1, 1e-4), scenario(continuity=0)).ok
     assert not check(broken_at_one(0, 1e-4), scenario(continuity=0)).ok

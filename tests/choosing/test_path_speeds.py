@@ -312,10 +312,9 @@ def test_names_time_bounded_by_tool_speed() -> None:
     kw.plan(across).report.raise_if_failed()
 
 
-@pytest.mark.parametrize("keys", [{}, {"objective": "time"}])
-def test_a_given_time_may_follow_a_path_with_a_chosen_speed(keys: dict[str, Any]) -> None:
+def test_a_given_time_may_follow_a_path_with_a_chosen_speed() -> None:
     end = {"name": "up", "pose": {"position": [400, 100, 400], "rpy": [180, 0, 0]}, "time": 9}
-    plan = kw.plan(reach(line("a", 100, stop=True), end, limits=LIMITS, **keys))
+    plan = kw.plan(reach(line("a", 100, stop=True), end, limits=LIMITS))
     plan.report.raise_if_failed()
     assert plan.trajectory.duration == pytest.approx(9)
     assert speeds(plan)[0] > 50

@@ -37,9 +37,9 @@ def plan() -> kw.Plan:
 
 
 def test_moments(plan: kw.Plan) -> None:
-    at = {one.name: one.time for one in plan.scenario.waypoints}
+    at = {waypoint.name: waypoint.time for waypoint in plan.scenario.waypoints}
     begin, end = at["seam, after the wait"], at["end"]
-    found = [(one.name, one.value, one.output, one.waypoint) for one in plan.events]
+    found = [(event.name, event.value, event.output, event.waypoint) for event in plan.events]
     assert found == [
         ("gripper", "close", None, "approach"),
         ("gas", True, None, "seam"),
@@ -49,7 +49,7 @@ def test_moments(plan: kw.Plan) -> None:
         ("feed", 0, None, "end"),
         ("gas", False, None, "end"),
     ]
-    times = [one.time for one in plan.events]
+    times = [event.time for event in plan.events]
     assert begin == at["seam"] + 0.5
     assert times[:3] == [at["approach"] - 0.5, at["seam"], at["seam"] + 0.3]
     assert times[5:] == [end, end + 0.25]
@@ -70,7 +70,7 @@ def test_moments(plan: kw.Plan) -> None:
 
 
 def test_segments(plan: kw.Plan) -> None:
-    assert [(one.name, one.kind) for one in plan.segments] == [
+    assert [(segment.name, segment.kind) for segment in plan.segments] == [
         ("start to approach", "free motion"),
         ("approach to seam", "free motion"),
         ("wait at seam", "wait"),
@@ -78,13 +78,13 @@ def test_segments(plan: kw.Plan) -> None:
         ("corner to end", "tool path"),
         ("end to retract", "free motion"),
     ]
-    ends = [plan.segments[0].start, *(one.end for one in plan.segments)]
-    assert ends == [one.time for one in plan.scenario.waypoints]
+    ends = [plan.segments[0].start, *(segment.end for segment in plan.segments)]
+    assert ends == [waypoint.time for waypoint in plan.scenario.waypoints]
 
 
 def test_on_twice_and_moments_that_coincide_are_fine() -> None:
     scenario = kw.load_scenario(weld(seam=do({"a": "on"}, {"b": "on"}), end=do({"a": "on"})))
-    assert [one.event.text for one in scenario.events] == ["a on", "b on", "a on"]
+    assert [event.event.text for event in scenario.events] == ["a on", "b on", "a on"]
 
 
 def test_free_times_are_chosen_first_and_freezing_keeps_events(tmp_path: Any) -> None:
@@ -117,7 +117,7 @@ def test_repeated_waypoints_repeat_their_events() -> None:
     ]
     places = [{"position": [0, 0, 0]}] * 2
     task = {"start": {"a": 0}, "waypoints": [{"over": places, "repeat": turn}]}
-    found = [(one.event.waypoint, one.event.time) for one in kw.load_scenario(task).events]
+    found = [(event.event.waypoint, event.event.time) for event in kw.load_scenario(task).events]
     assert found == [("open 1", 1), ("close 1", 2), ("open 2", 3.5), ("close 2", 4.5)]
     turn[1]["do"][0]["before"] = 1.5
     with pytest.raises(DocumentError, match=r"repeat\[1\]\.do\[0\]: jaw close \(close 1\) comes"):
@@ -125,7 +125,7 @@ def test_repeated_waypoints_repeat_their_events() -> None:
 
 
 def warned(plan: kw.Plan) -> list[str]:
-    return [one.message for one in plan.report.findings if one.group == "Warnings"]
+    return [finding.message for finding in plan.report.findings if finding.group == "Warnings"]
 
 
 def test_what_stays_on_and_what_is_on_already_is_warned_of() -> None:
@@ -157,19 +157,19 @@ def welding_plan() -> kw.Plan:
 
 def test_the_strip_has_them(welding_plan: kw.Plan) -> None:
     strip = page.scene(welding_plan.view())["strip"]
-    assert strip["events"] == [[one.time, one.text] for one in welding_plan.events]
+    assert strip["events"] == [[event.time, event.text] for event in welding_plan.events]
     assert [one[:3] for one in strip["segments"]] == [
-        [one.start, one.end, one.name] for one in welding_plan.segments
+        [segment.start, segment.end, segment.name] for segment in welding_plan.segments
     ]
 
 
 def test_plots_mark_them_on_their_upper_edge(welding_plan: kw.Plan) -> None:
-    times = [one.time for one in welding_plan.events]
+    times = [event.time for event in welding_plan.events]
     for figure in (plot_joints(welding_plan), plot_tool(welding_plan)):
         drawn = {str(line.get_gid()).split(":")[0]: line for line in figure.axes[0].lines}
         named = figure.legends[-1].get_title().get_text()
         assert named == "events: " + ", ".join(
-            dict.fromkeys(one.text for one in welding_plan.events)
+            dict.fromkeys(event.text for event in welding_plan.events)
         )
         assert drawn["event"].get_xdata().tolist() == times
         for kind in ("tool path", "wait"):

@@ -70,7 +70,7 @@ def test_outputs_are_switched_within_a_step_before(plan: kw.Plan) -> None:
 def test_a_program_names_its_segments(plan: kw.Plan) -> None:
     text = plan.trajectory.to_urscript()
     named = re.findall(r"^  # (.*): (?:[a-z ]+, )?(\d+\.\d+) s to", text, re.MULTILINE)
-    assert named == [(one.name, f"{one.start:.3f}") for one in plan.segments]
+    assert named == [(segment.name, f"{segment.start:.3f}") for segment in plan.segments]
 
 
 def test_events_close_together_leave_the_motion_as_it_is() -> None:
@@ -109,7 +109,7 @@ def test_tables_have_them_row_by_row(plan: kw.Plan, knotwork: Command, file: Pat
     for event, (time, _) in zip(plan.events, switched, strict=True):
         assert -1e-9 <= time - event.time < 0.02
     for row in rows:
-        own = next(one for one in plan.segments if one.name == row["segment"])
+        own = next(segment for segment in plan.segments if segment.name == row["segment"])
         assert own.start - 1e-9 <= float(row["time_s"]) <= own.end + 1e-9
     knots = file.with_name("knots.csv")
     exact = ("--knots-only", "--accelerations", "-o", knots)
@@ -130,7 +130,7 @@ def test_file_of_events_beside(plan: kw.Plan, knotwork: Command, file: Path, nam
     assert (ran.code, f"wrote {out} and {beside}" in ran.out) == (0, True)
     data = json.loads(beside.read_text())
     assert [one["time_from_start"] for one in data["events"]] == [one.time for one in plan.events]
-    assert [one["name"] for one in data["segments"]] == [one.name for one in plan.segments]
+    assert [one["name"] for one in data["segments"]] == [segment.name for segment in plan.segments]
     other = file.with_name("motion.other")
     assert knotwork("export", file, "-f", name, "-o", other).code == 0  # of the same motion
     other.unlink()
@@ -152,8 +152,8 @@ def test_the_check_knows_where_the_tool_is(plan: kw.Plan) -> None:
     (moved,) = found.select(subject="event", quantity="event_position")
     assert not moved.ok
     assert moved.value == pytest.approx(0.08 * 0.01, rel=1e-2)  # 80 mm/s for 10 ms
-    messages = [one.message for one in plan.report.select(group="Segments")]
-    assert messages == [one.text for one in plan.segments]
+    messages = [finding.message for finding in plan.report.select(group="Segments")]
+    assert messages == [segment.text for segment in plan.segments]
     assert any("output 17 on" in line for line in plan.report.brief())
 
 
@@ -161,7 +161,7 @@ def test_stored_events_are_those_of_the_scenario(plan: kw.Plan) -> None:
     first, second, *rest = plan.events
     moved = replace(second, time=second.time + 1e-3)
     motion = replace(plan.trajectory, events=(first, moved, *rest[:-1]))
-    failures = [one.message for one in kw.check(motion, plan.scenario).failures]
+    failures = [finding.message for finding in kw.check(motion, plan.scenario).failures]
     assert failures == [
         "output 9 on at 3.001 s: the motion has it, but the scenario does not request it",
         "output 9 on at 3.000 s: the scenario requests it, but the motion does not have it",

@@ -29,7 +29,7 @@ def motion() -> kw.JointTrajectory:
 def arrays(motion: kw.JointTrajectory, names: tuple[str, ...], *, batch: bool) -> dict[str, Any]:
     time = np.arange(0.0, motion.end_time, STEP)
     rows = [motion(time, nu).tolist() for nu in range(len(names))]
-    return dict(zip(names, ([one] if batch else one for one in rows), strict=True))
+    return dict(zip(names, ([row] if batch else row for row in rows), strict=True))
 
 
 def moveit(motion: kw.JointTrajectory) -> dict[str, Any]:
@@ -153,13 +153,6 @@ time;elbow [deg];shoulder [deg]
 0;30;0
 1;45;10
 """
-
-
-@pytest.fixture
-def run(knotwork: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Command:
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.delenv("DISPLAY", raising=False)
-    return knotwork
 
 
 def file_of(name: str, run: Command) -> str:

@@ -146,7 +146,7 @@ class ToolPath:
         self.stretches = list(stretches)
         self.woven: Callable[[np.ndarray], np.ndarray] = lambda t: np.zeros((len(t), 3))
         self.axis: Callable[[np.ndarray], np.ndarray] | None = None
-        self.ends = np.cumsum([one.curve.length for one in stretches])
+        self.ends = np.cumsum([stretch.curve.length for stretch in stretches])
         self.length = float(self.ends[-1])
 
     def _split(self, s: np.ndarray) -> list[tuple[int, np.ndarray, np.ndarray]]:

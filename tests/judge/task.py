@@ -299,8 +299,8 @@ class Task:
         ends: tuple[float | None, float | None],
         acceleration: float,
     ) -> list[float]:
-        if all(one.get("speed") is not None for one in given):
-            return [self.length * float(one["speed"]) for one in given]
+        if all(waypoint.get("speed") is not None for waypoint in given):
+            return [self.length * float(waypoint["speed"]) for waypoint in given]
         assert len(given) == 1, "of several stretches each must give its speed here"
         duration, ramps = float(given[0]["after"]), ends.count(0.0)
         if not ramps:

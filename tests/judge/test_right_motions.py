@@ -149,5 +149,5 @@ def test_other_allowed_ramps_pass(count: int, tmp_path: Path) -> None:
         checked = kw.JointTrajectory(motion.names, curve, joint_units=units)
         report = kw.check(checked, kw.load_scenario(case.data))
         assert report.ok, (seed, report.failures)
-        assert {one.proof for one in report.select(group="Tool paths")} == {"bounded"}
+        assert {finding.proof for finding in report.select(group="Tool paths")} == {"bounded"}
         assert judge(Task(case.data, tmp_path), motion) == [], seed

@@ -77,7 +77,7 @@ def tried(name: str, seed: int, shelf: Shelf, *, right: bool) -> list[str]:
     verdict = checked(case, task)
     if verdict == "passes" or verdict.startswith(("crashed", "refused")):
         found.append(f"wrong ({wrongs[0] if wrongs else 'unknown'}), and the check: {verdict}")
-    return [f"{name}, seed {seed}: {one}" for one in found]
+    return [f"{name}, seed {seed}: {finding}" for finding in found]
 
 
 def all_of(seeds: Callable[[Fault], Iterable[int]], shelf: Shelf, record: Record) -> list[str]:

@@ -147,7 +147,7 @@ def _joint_limits(task: Task, motion: Motion) -> Iterator[Wrong]:
 def _efforts(task: Task, t: np.ndarray, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
     """Efforts, with what is held at each time."""
     efforts = task.arm.efforts(q, v, a)
-    times = {one.name: one.time for one in task.waypoints}
+    times = {waypoint.name: waypoint.time for waypoint in task.waypoints}
     for one in ((task.data.get("tool") or {}).get("holds") or {}).values():
         if one.get("mass"):
             there = (t >= times[one["from"]]) & (t <= times[one["to"]])

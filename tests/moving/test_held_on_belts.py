@@ -80,14 +80,14 @@ def check_box(
     rows = sampled(own, lambda t: {"box": [(coal.Box(*SIZE), box(t))]}, moments)
     for (link, _), row in rows.items():
         found = [
-            one
-            for one in plan.report.select(subject="pair")
-            if {*one.name.split(", ")} == {link, "box"} and one.value is not None
+            finding
+            for finding in plan.report.select(subject="pair")
+            if {*finding.name.split(", ")} == {link, "box"} and finding.value is not None
         ]
         if found:
             checked = checked - {link}
             assert row.min() >= min(one.value - one.excess for one in found) - 1e-6, link
-            nearest = min(one.value for one in found)
+            nearest = min(finding.value for finding in found)
             assert nearest <= max(1.25 * row.min(), row.min() + 2e-3), link
     assert not checked
 
@@ -95,7 +95,7 @@ def check_box(
 def test_carries_part_from_belt_to_belt() -> None:
     plan = kw.plan(carry())
     assert plan.report.ok, plan.report
-    waypoints = {one.name: one.time for one in plan.scenario.waypoints}
+    waypoints = {waypoint.name: waypoint.time for waypoint in plan.scenario.waypoints}
     assert (waypoints["pick"], waypoints["place"]) == (PICK, PLACE)
     fixed = {"base_link", "shoulder_link", "upper_arm_link", "forearm_link"}
     check_box(plan, links(plan.trajectory, pin.SE3.Identity()), lambda t: box(plan, t), fixed)

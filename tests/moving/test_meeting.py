@@ -43,7 +43,7 @@ def met() -> kw.Plan:
 def check_places(plan: kw.Plan) -> dict[str, float]:
     """The tool is at rest in the tray at the waypoints' poses and times; gives these."""
     assert plan.report.ok, plan.report
-    at = {one.name: one.time for one in plan.scenario.waypoints}
+    at = {waypoint.name: waypoint.time for waypoint in plan.scenario.waypoints}
     for name, pose in zip(NAMES, (HIGH, LOW, HIGH), strict=True):
         found, moving = in_tray(plan, at[name])
         assert found.translation == pytest.approx(pose["position"], abs=2e-6)
@@ -58,7 +58,7 @@ def test_meets_belt_at_minimum_time(along: float) -> None:
     task["frames"]["belt"]["position"] = [0.4, -0.5 if along > 0 else 0.2, 0.1]
     plan = kw.plan(task)
     assert plan.report.ok, plan.report
-    (over,) = (one.time for one in plan.scenario.waypoints if one.name == "over")
+    (over,) = (waypoint.time for waypoint in plan.scenario.waypoints if waypoint.name == "over")
     assert f"'over' met at {over:.6g} s" in str(plan.report.select(quantity="duration")[0])
     task["waypoints"][0]["after"] = 0.97 * over
     try:
@@ -183,7 +183,7 @@ def waiting(**more: Any) -> dict[str, Any]:
 
 
 def span(plan: kw.Plan) -> tuple[float, float]:
-    by_name = {one.name: one for one in plan.segments}
+    by_name = {segment.name: segment for segment in plan.segments}
     wait = by_name["wait at low"]
     assert wait.kind == "wait"
     assert wait.end - wait.start == pytest.approx(WAIT)
@@ -200,9 +200,9 @@ def test_tool_keeps_pose_on_belt_during_wait(free: Any) -> None:
         assert pose.translation == pytest.approx([0.05, 0, 0.05], abs=1e-4)
         assert moving == pytest.approx(np.zeros(3), abs=5e-4)
         assert np.abs(pose.rotation[:, 2] + [0, 0, 1]).max() < 1e-3
-    rows = [one for one in plan.report.findings if one.interval == (low, high)]
-    assert {"path_deviation", "path_orientation"} <= {one.quantity for one in rows}
-    assert {one.proof for one in rows if one.quantity == "path_deviation"} == {"bounded"}
+    rows = [finding for finding in plan.report.findings if finding.interval == (low, high)]
+    assert {"path_deviation", "path_orientation"} <= {row.quantity for row in rows}
+    assert {row.proof for row in rows if row.quantity == "path_deviation"} == {"bounded"}
 
 
 @pytest.mark.parametrize("creeps", [0.0003, 0.003])

@@ -166,9 +166,9 @@ def test_positioner_off_chain_is_fixed_obstacle(folder: Path, key: str) -> None:
     moments = np.linspace(0.0, 2.0, 100).tolist()
     value = min(distance(arms(t)["wrist_3_link"], plate) for t in moments)
     (one,) = (
-        one
-        for one in plan.report.select(subject="pair")
-        if {*one.name.split(", ")} == {"plate", "wrist_3_link"}
+        finding
+        for finding in plan.report.select(subject="pair")
+        if {*finding.name.split(", ")} == {"plate", "wrist_3_link"}
     )
     assert one.value == pytest.approx(value, abs=2e-3)
 

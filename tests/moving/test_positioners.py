@@ -183,4 +183,4 @@ def test_refuses_links_that_can_not_carry_poses() -> None:
     assert "moves with frame 'base' relative to the poses" in refused(on_table(scene=floor))
     robot = kw.load_robot(CELL).with_base("plate")
     with pytest.raises(kw.errors.RobotError, match="efforts are not known where 'plate' moves"):
-        robot.torque(*np.zeros((3, 8)))
+        robot.effort(*np.zeros((3, 8)))

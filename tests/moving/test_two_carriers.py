@@ -50,7 +50,7 @@ def fetch(folder: Path, **more: Any) -> dict[str, Any]:
         {**pose([0.1, -0.05, 0.35], name="end"), **line},
         pose(over, frame="base", name="back", after=4),
     ]
-    waypoints = [{k: v for k, v in one.items() if v is not None} for one in waypoints]
+    waypoints = [{k: v for k, v in waypoint.items() if v is not None} for waypoint in waypoints]
     tool = {"offset": {"position": [0, 0, 0.1]}, "holds": {"box": box}}
     return task(folder, tool=tool, waypoints=waypoints, **more)
 
@@ -130,7 +130,7 @@ def test_frozen_times_and_speeds_give_same_motion(folder: Path, tmp_path: Path) 
     times = again.scenario.times
     found, expected = again.trajectory.position(times), plan.trajectory.position(times)
     assert found == pytest.approx(expected, abs=1e-9)
-    passed = [one for one in again.scenario.waypoints if one.name in ("away", "by")]
+    passed = [waypoint for waypoint in again.scenario.waypoints if waypoint.name in ("away", "by")]
     assert [np.linalg.norm(one.linear) > 0.01 for one in passed] == [True, True]
 
 
@@ -142,7 +142,7 @@ def test_check_fails_moved_fixed_pose_only(folder: Path) -> None:
     assert {(one.quantity, one.name) for one in failed} == {("position", "pick")}
     part = {"on": "plate", "position": [0.05, 2e-5, 0.02], "rpy": [0, 0, 0.3]}
     moved = kw.load_scenario(fetch(folder, frames={"part": part}))
-    names = {one.name for one in kw.check(plan.trajectory, moved).failures}
+    names = {finding.name for finding in kw.check(plan.trajectory, moved).failures}
     assert {"place", "off", "end"} <= names
     assert not names & {"over", "pick", "away", "back"}
 
@@ -160,7 +160,7 @@ def box(plan: kw.Plan, both: Composed, t: float) -> pin.SE3:
 def test_fetched_part_is_where_it_lies(folder: Path) -> None:
     """In the proof that the arm is clear of it, and in the page."""
     plan, both = kw.plan(fetch(folder)), Composed(folder)
-    known = {one.name: one.time for one in plan.scenario.waypoints}
+    known = {waypoint.name: waypoint.time for waypoint in plan.scenario.waypoints}
     assert (known["pick"], known["place"]) == (PICK, PLACE)
     own = links(OfArm(plan), pin.SE3.Identity())
     fixed = {"shoulder_link", "upper_arm_link", "forearm_link"}

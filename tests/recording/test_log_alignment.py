@@ -51,13 +51,13 @@ def test_finds_worst_deviation_and_time(tmp_path: Path, deburring: Plan, joint: 
     found = align(tmp_path, deburring, samples)
     robot = deburring.space.robot
     findings = list(deviation_findings(found, robot))
-    joints = [one for one in findings if one.quantity == "joint_deviation"]
+    joints = [finding for finding in findings if finding.quantity == "joint_deviation"]
     assert [one.name for one in joints] == list(deburring.trajectory.joint_names)
     worst = max(joints, key=lambda one: one.value or 0.0)
     assert worst.name == deburring.trajectory.joint_names[joint]
     assert worst.value == pytest.approx(0.02, rel=0.02)
     assert worst.time == pytest.approx(6.2, abs=0.02)
-    (tool,) = [one for one in findings if one.quantity == "tool_deviation"]
+    (tool,) = [finding for finding in findings if finding.quantity == "tool_deviation"]
     q = deburring.trajectory.position(6.2)
     turned = q + 0.02 * np.eye(6)[joint]
     off = np.linalg.norm(robot.forward(turned).translation - robot.forward(q).translation)

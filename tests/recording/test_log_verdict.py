@@ -39,7 +39,7 @@ def test_good_motion_passes_with_noisy_log(
 ) -> None:
     samples = record(deburring.trajectory, rate=rate, noise=noise, jitter=jitter)
     report = judge(tmp_path, deburring, samples, digits)
-    assert report.ok, [str(one) for one in report.failures]
+    assert report.ok, [str(finding) for finding in report.failures]
     messages = " ".join(found.message for found in report.findings)
     assert "undecided" in messages
     assert "estimated from the samples" in messages
@@ -90,7 +90,7 @@ def part(whole: Samples, keep: np.ndarray) -> Samples:
 
 
 def holes(report: Report) -> list[tuple[str, str]]:
-    return [(one.verdict, str(one)) for one in report.select(quantity="gap")]
+    return [(finding.verdict, str(finding)) for finding in report.select(quantity="gap")]
 
 
 def test_gap_while_plan_moves_fails(tmp_path: Path, deburring: Plan) -> None:
@@ -119,7 +119,7 @@ def test_reports_gaps_within_plan_only(tmp_path: Path, deburring: Plan) -> None:
     at = whole.time - 3.0
     lost = ((at > -2.5) & (at < -1.0)) | ((at > 14.0) & (at < 15.5))
     report = judge(tmp_path, deburring, part(whole, ~lost))
-    assert report.ok, [str(one) for one in report.failures]
+    assert report.ok, [str(finding) for finding in report.failures]
     assert not holes(report)
     lost |= ((at > 2.0) & (at < 2.5)) | ((at > 6.0) & (at < 7.0))
     found = holes(judge(tmp_path, deburring, part(whole, ~lost)))
@@ -135,13 +135,13 @@ def test_unresolved_requirements_are_undecided(tmp_path: Path, deburring: Plan) 
     """With a noise of 0.2 rad nobody knows of a clearance of 14 mm, nor of a speed."""
     report = judge(tmp_path, deburring, record(deburring.trajectory, noise=0.2))
     assert report.ok
-    near = [one for one in report.select(quantity="clearance") if one.value < 0.02]
+    near = [finding for finding in report.select(quantity="clearance") if finding.value < 0.02]
     assert near
     assert {one.verdict for one in near} == {"undecided"}
     (speed,) = report.select(quantity="tool_speed")
     assert speed.verdict == "undecided"
     exact = judge(tmp_path, deburring, record(deburring.trajectory, noise=1e-5))
-    near = [one for one in exact.select(quantity="clearance") if one.value < 0.02]
+    near = [finding for finding in exact.select(quantity="clearance") if finding.value < 0.02]
     assert {one.verdict for one in near} == {"met"}
 
 
@@ -158,7 +158,7 @@ def test_gap_while_plan_rests_is_a_warning(tmp_path: Path) -> None:
     source = waiting()
     whole = record(source.trajectory, noise=1e-4)
     report = judge(tmp_path, source, part(whole, (whole.time < 3.0) | (whole.time > 5.0)))
-    assert report.ok, [str(one) for one in report.failures]
+    assert report.ok, [str(finding) for finding in report.failures]
     ((verdict, message),) = holes(report)
     assert verdict == "warning"
     assert "the plan is at rest there, which the log does not confirm" in message
@@ -169,7 +169,7 @@ def test_incomplete_log_fails(tmp_path: Path, deburring: Plan, first: float, las
     whole = record(deburring.trajectory, noise=1e-4)
     cut = part(whole, (whole.time >= first) & (whole.time < last))
     report = judge(tmp_path, deburring, cut)
-    assert "time_span" in {one.quantity for one in report.failures}
+    assert "time_span" in {finding.quantity for finding in report.failures}
     motion = deburring.trajectory
     # no scenario says how long it has to be
     compared = compare_log(aligned(smooth(tmp_path, motion, cut), motion))
@@ -205,11 +205,11 @@ def test_motion_after_last_sample_is_not_a_failure(tmp_path: Path, rate: float) 
     samples = record(source.trajectory, rate=rate, before=0.0, after=0.0)
     assert 0.0 < source.trajectory.end_time - samples.time[-1] < 0.004
     report = judge(tmp_path, source, samples, None)
-    assert report.ok, [str(one) for one in report.failures]
+    assert report.ok, [str(finding) for finding in report.failures]
     # a motion that ends elsewhere is still found
     short = record(plan(ends_suddenly(0.999)).trajectory, rate=rate, before=0.0, after=0.0)
     report = judge(tmp_path, source, short, None)
-    assert "b" in {one.name for one in report.failures}
+    assert "b" in {finding.name for finding in report.failures}
 
 
 @pytest.mark.parametrize(("scenario", "rate"), [("paper_case", 333.0), ("ur5_palletise", 250.0)])
@@ -217,7 +217,7 @@ def test_rounding(tmp_path: Path, scenario: str, rate: float) -> None:
     """Also where the acceleration jumps as the motion begins and ends."""
     source = planned(scenario)
     report = judge(tmp_path, source, record(source.trajectory, rate=rate))
-    assert report.ok, [str(one) for one in report.failures]
+    assert report.ok, [str(finding) for finding in report.failures]
 
 
 @pytest.mark.parametrize(

@@ -36,15 +36,15 @@ def furthest_from_chords(plan: kw.Plan, start: float, end: float) -> float:
 
 def test_slower_motion_is_checked_on_paths(deburring: kw.Plan) -> None:
     slow = deburring.scaled({0: 0.8, 3: 0.8, 4: 0.4})
-    stretches = [one.name for one in deburring.report.select(quantity="path_deviation")]
+    stretches = [finding.name for finding in deburring.report.select(quantity="path_deviation")]
     assert on_paths(slow) == dict.fromkeys(stretches, GEOMETRY)
     assert slow.report.ok
     assert not slow.report.select(quantity="path")
     for one in slow.report.select(quantity="path_deviation"):
         if one.name.startswith("edge"):
             assert furthest_from_chords(slow, *one.interval) < one.value + one.excess + 1e-9
-    poses = [one.name for one in deburring.report.select(group="Tool at the waypoints")]
-    assert [one.name for one in slow.report.select(group="Tool at the waypoints")] == poses
+    poses = [finding.name for finding in deburring.report.select(group="Tool at the waypoints")]
+    assert [finding.name for finding in slow.report.select(group="Tool at the waypoints")] == poses
 
 
 def test_stop_on_path_is_checked_until_it_rests(deburring: kw.Plan) -> None:
@@ -82,7 +82,7 @@ def test_missed_path_fails(
 
     monkeypatch.setattr("knotwork.planning.speed_override.approximate_by_cubics", shifted)
     slow = deburring.scaled({0: 1.0, 2.0: 0.3, 4.0: 1.0})
-    assert {one.quantity for one in slow.report.failures} == missed
+    assert {finding.quantity for finding in slow.report.failures} == missed
 
 
 def test_paths_with_own_clock_are_reported_as_not_checked() -> None:
@@ -129,9 +129,9 @@ def test_slower_motion_keeps_segments_and_events(seam: kw.Plan) -> None:
             before.output,
         )
         assert after.time == pytest.approx(2 * before.time)
-    names = [one.name for one in seam.scenario.waypoints]
-    assert [one.name for one in slow.scenario.waypoints] == names
-    assert any(one.group == "Waits" for one in slow.report.findings)
+    names = [waypoint.name for waypoint in seam.scenario.waypoints]
+    assert [waypoint.name for waypoint in slow.scenario.waypoints] == names
+    assert any(finding.group == "Waits" for finding in slow.report.findings)
 
 
 def test_end_on_the_way_has_a_name_of_its_own(seam: kw.Plan) -> None:
@@ -144,12 +144,12 @@ def test_end_on_the_way_has_a_name_of_its_own(seam: kw.Plan) -> None:
 @pytest.mark.parametrize("on_path", [True, False])
 def test_signals_stay_on_after_stop(seam: kw.Plan, on_path: bool, tmp_path: Path) -> None:
     stop = seam.stop(4.0, on_path=on_path)
-    assert [(one.text, one.output, one.time) for one in stop.events] == [
+    assert [(event.text, event.output, event.time) for event in stop.events] == [
         ("gas on", 8, 0),
         ("arc on", 7, 0),
         ("feed 3", None, 0),
     ]
-    left = [one.message for one in stop.report.findings if one.verdict == "warning"]
+    left = [finding.message for finding in stop.report.findings if finding.verdict == "warning"]
     for name in ("gas", "arc"):
         assert f"{name} on at 0.000 s: the motion ends with it on" in left
     stored = kw.load_trajectory(stop.save(tmp_path)[0])
@@ -159,7 +159,7 @@ def test_signals_stay_on_after_stop(seam: kw.Plan, on_path: bool, tmp_path: Path
     assert "start to end" in table or not on_path
     # gas is off again on the way, later than the stop
     after = seam.stop(6.2, on_path=on_path)
-    assert [one.text for one in after.events] == ["gas on", "feed 3"]
+    assert [event.text for event in after.events] == ["gas on", "feed 3"]
 
 
 GOAL: dict[str, Any] = {"limits": LIMITS, "waypoints": [{"joints": {"a": 0}, "after": 4}]}
@@ -187,9 +187,9 @@ def test_replacing_task_keeps_signals_on(
     seam: kw.Plan, task: dict[str, Any], outputs: list[tuple[str, int | None]]
 ) -> None:
     new = seam.replan(4.0, task)
-    found = [(one.text, one.output) for one in new.events if one.name != "feed"]
+    found = [(event.text, event.output) for event in new.events if event.name != "feed"]
     if task is GOAL:
         outputs = [("output 8 on", 8), ("output 7 on", 7)]
     assert found == outputs
-    assert any(one.text == "feed 3" and one.time == 0 for one in new.events)
+    assert any(event.text == "feed 3" and event.time == 0 for event in new.events)
     assert new.report.ok

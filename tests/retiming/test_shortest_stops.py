@@ -110,14 +110,14 @@ def turns() -> kw.Plan:
 @pytest.mark.parametrize("before", [0.6, 0.3, 0.05])
 def test_stop_ends_at_rest_of_motion(before: float) -> None:
     plan = turns()
-    rest = next(one.time for one in plan.scenario.waypoints if one.name == "there")
+    rest = next(waypoint.time for waypoint in plan.scenario.waypoints if waypoint.name == "there")
     stop = plan.stop(rest - before)
     assert stop.report.ok
     assert stop.trajectory.duration <= before + 1e-9
     if before < 0.5:  # it brakes as hard as it may already
         assert stop.trajectory.duration == pytest.approx(before, abs=1e-9)
         assert stop.scenario.waypoints[-1].name == "there"
-        passed = [one.text for one in stop.events]
+        passed = [event.text for event in stop.events]
         assert passed == ["light on", "jaw open"]
         messages = [one.message for one in stop.report.findings if one.group == "Events"]
         assert any(one.startswith(f"jaw open at {before:.3f} s: at 'there'") for one in messages)
@@ -126,7 +126,7 @@ def test_stop_ends_at_rest_of_motion(before: float) -> None:
 @pytest.mark.parametrize("on_path", [True, False])
 def test_refuses_stop_at_rest(on_path: bool) -> None:
     plan = turns()
-    there = next(one.time for one in plan.scenario.waypoints if one.name == "there")
+    there = next(waypoint.time for waypoint in plan.scenario.waypoints if waypoint.name == "there")
     for at in (0.0, there, there + 0.1, plan.trajectory.end_time):
         with pytest.raises(InputError, match="is at rest"):
             plan.stop(at, on_path=on_path)

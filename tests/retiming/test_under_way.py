@@ -77,13 +77,13 @@ def test_override_may_change_where_motion_ends(profile: dict[float, float]) -> N
     slow = kw.plan({"limits": LIMITS, "waypoints": joints}).scaled(profile)
     assert slow.report.ok
     assert slow.trajectory.duration == pytest.approx(3 / 0.7)
-    assert [one.name for one in slow.scenario.waypoints] == ["waypoint 1", "waypoint 2"]
+    assert [waypoint.name for waypoint in slow.scenario.waypoints] == ["waypoint 1", "waypoint 2"]
 
 
 def test_override_above_1_fails_beyond_limit(deburring: kw.Plan) -> None:
     fast = deburring.scaled({0: 2.5})
     assert fast.trajectory.duration == pytest.approx(deburring.trajectory.duration / 2.5)
-    failed = {one.quantity for one in fast.report.failures}
+    failed = {finding.quantity for finding in fast.report.failures}
     assert failed >= {"acceleration", "tool_speed"}
     peaks = {
         one: two.trajectory.extrema("acceleration").peak for one, two in ((1, deburring), (2, fast))
@@ -171,7 +171,7 @@ def test_stop_checks_objects_of_that_time(moving_part: kw.Plan, at: float, on_pa
 def test_new_task_keeps_object(moving_part: kw.Plan, tmp_path: Path, knotwork: Command) -> None:
     stop = moving_part.stop(5.5)
     (held,) = stop.scenario.scene.held
-    names = [one.name for one in stop.scenario.waypoints]
+    names = [waypoint.name for waypoint in stop.scenario.waypoints]
     assert (names[held.take], names[held.leave]) == ("stop from 5.5 s", "stopped")
     stop.save(tmp_path)
     assert knotwork("check", tmp_path).code == 0
@@ -213,6 +213,9 @@ def test_check_reads_what_replan_writes(tmp_path: Path, knotwork: Command) -> No
     ):
         paths = [tmp_path / one if (tmp_path / one).exists() else one for one in options]
         assert words in knotwork("replan", *paths).refused()
+    changed = tmp_path / "old" / "trajectory.json"
+    changed.write_text(changed.read_text() + "\n")
+    assert "changed since" in knotwork("replan", tmp_path / "old", file, "--at", "3.2").refused()
 
 
 @pytest.mark.parametrize(
@@ -258,7 +261,7 @@ def fastest() -> kw.Plan:
 
 
 def messages(plan: kw.Plan) -> list[str]:
-    return [one.message for one in plan.report.findings if one.quantity == "override"]
+    return [finding.message for finding in plan.report.findings if finding.quantity == "override"]
 
 
 def test_constant_override_keeps_limits(fastest: kw.Plan) -> None:

@@ -145,7 +145,7 @@ def test_threads_share_robot() -> None:
         pose, J = arm.forward_and_jacobian(q[i])
         twist = arm.twist(q[i], v[i]).vector
         found = solve_pose_ik(arm, pose, q[i] + 0.05 * v[i]).q
-        return pose.homogeneous, J, twist, arm.torque(q[i], v[i], v[i]), found
+        return pose.homogeneous, J, twist, arm.effort(q[i], v[i], v[i]), found
 
     alone = [all_of(i) for i in range(len(q))]
     interval = sys.getswitchinterval()

@@ -47,7 +47,8 @@ def test_planar_dynamics_equal_closed_form(b: float, rates: tuple[float, ...]) -
     h = m2 * L1 * c2 * np.sin(b)
     expected = np.array([[m11, m12], [m12, m22]]) @ a
     expected += [-h * (2 * v[0] * v[1] + v[1] ** 2), h * v[0] ** 2]
-    np.testing.assert_allclose(PLANAR.torque([0.3, b], v, a), expected, atol=1e-12)
+    np.testing.assert_allclose(PLANAR.effort([0.3, b], v, a), expected, atol=1e-12)
+    np.testing.assert_allclose(PLANAR.torque([0.3, b], v, a), expected, atol=1e-12)  # old name
 
 
 PLANAR = load_robot("planar2")

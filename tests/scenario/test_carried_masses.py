@@ -63,7 +63,7 @@ def torques(plan: kw.Plan, payload: pin.Inertia, at: pin.SE3) -> tuple[np.ndarra
     loaded = bare.copy()
     tool = loaded.frames[loaded.getFrameId("tool0")]
     loaded.appendBodyToJoint(tool.parentJoint, payload, tool.placement * at)
-    times = {one.name: one.time for one in plan.scenario.waypoints}
+    times = {waypoint.name: waypoint.time for waypoint in plan.scenario.waypoints}
     rows, when = [], []
     for start, end in pairwise([0.0, times["pick"], times["place"], plan.trajectory.end_time]):
         model = loaded if start == times["pick"] else bare
@@ -106,10 +106,10 @@ def test_heavier_box_exceeds_effort_limits(tmp_path: Path) -> None:
     for mass, joints in (("4.0", set()), ("4.5", {"shoulder_lift_joint"})):
         data = yaml.safe_load(text.replace("mass: 4.0", f"mass: {mass}"))
         found = kw.check(plan.trajectory, kw.load_scenario(data)).failures
-        assert {one.quantity for one in found} <= {"effort"}
-        assert {one.name for one in found} >= joints
+        assert {finding.quantity for finding in found} <= {"effort"}
+        assert {finding.name for finding in found} >= joints
         wrong = judge(JudgesTask(data, tmp_path), motion)
-        assert {one.where for one in wrong} == {one.name for one in found}
+        assert {one.where for one in wrong} == {finding.name for finding in found}
 
 
 def test_load_slows_motion_only_while_held() -> None:
@@ -123,7 +123,7 @@ def test_load_slows_motion_only_while_held() -> None:
 
 def test_the_load_changes_at_rest(tmp_path: Any) -> None:
     plan = kw.plan(stacking(BOX | {"mass": 4.0}))
-    times = {one.name: one.time for one in plan.scenario.waypoints}
+    times = {waypoint.name: waypoint.time for waypoint in plan.scenario.waypoints}
     for name in ("pick", "place"):
         assert np.abs(plan.trajectory.acceleration(times[name])).max() < 1e-9
     again = kw.plan(plan.freeze(tmp_path / "frozen.yaml"))
@@ -140,7 +140,7 @@ def test_object_appears_at_waypoint(appears: str | None, hit: bool) -> None:
         crate["appears"] = appears
     task = timed(stacking(BOX, scene={"objects": {"crate": crate}}))
     failures = kw.plan(task).report.failures
-    assert any("crate" in one.name for one in failures if one.subject == "pair") == hit
+    assert any("crate" in finding.name for finding in failures if finding.subject == "pair") == hit
 
 
 def test_programs_of_universal_robots_set_payload_and_tool(tmp_path: Path) -> None:

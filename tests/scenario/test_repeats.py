@@ -93,7 +93,7 @@ def coefficients(plan: kw.Plan) -> np.ndarray[Any, Any]:
 def test_repeat_equals_written_out_turns(tmp_path: Path) -> None:
     plan = kw.plan(palletising())
     assert plan.report.ok, plan.report
-    names = [one.name for one in plan.scenario.waypoints]
+    names = [waypoint.name for waypoint in plan.scenario.waypoints]
     assert names[1:5] == ["pick 1", "pick 1, after the wait", "over 1", "put 1"]
     assert names[-2:] == ["put 4, after the wait", "end"]
     task = kw.Task(**palletising())

@@ -55,11 +55,11 @@ def turn(arm: str, start: list[float], end: list[float], **more: Any) -> kw.Repo
 
 
 def clearances(report: kw.Report) -> dict[str, Finding]:
-    return {one.name: one for one in report.findings if one.quantity == "clearance"}
+    return {finding.name: finding for finding in report.findings if finding.quantity == "clearance"}
 
 
 def message(report: kw.Report, quantity: str) -> str:
-    return " | ".join(one.message for one in report.select(quantity=quantity))
+    return " | ".join(finding.message for finding in report.select(quantity=quantity))
 
 
 def post(at: Vector) -> list[str]:

@@ -131,7 +131,7 @@ def test_progress_does_not_change_result(problem: TimingProblem, fastest: TimedM
 
 
 def test_reports_active_limits(fastest: TimedMotion) -> None:
-    assert {one.quantity for one in fastest.binding} & {"velocity", "acceleration", "jerk"}
+    assert {limit.quantity for limit in fastest.binding} & {"velocity", "acceleration", "jerk"}
     assert all(one.share is not None and 0.0 < one.share <= 1.0 for one in fastest.binding)
 
 

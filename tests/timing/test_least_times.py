@@ -137,7 +137,7 @@ def test_symbolic_efforts_are_those_of_pinocchio(name: str) -> None:
     for _ in range(5):
         state = rng.normal(size=(3, d))
         np.testing.assert_allclose(
-            effort(*state).full().ravel(), robot.torque(*state), rtol=1e-11, atol=1e-11
+            effort(*state).full().ravel(), robot.effort(*state), rtol=1e-11, atol=1e-11
         )
         linear = np.linalg.norm(robot.twist(*state[:2]).linear)
         assert float(speed(*state[:2])) == pytest.approx(linear, abs=1e-12)
@@ -204,7 +204,7 @@ def test_keeps_effort_limits_all_the_time() -> None:
     times = np.linspace(0.0, motion.duration, 20001)
     assert (efforts(motion.trajectory, times) <= limit).all()
     assert motion.duration > fast.duration
-    assert any(one.quantity == "effort" for one in motion.binding)
+    assert any(limit.quantity == "effort" for limit in motion.binding)
 
 
 def test_stopping_motion_is_as_fast_as_its_parts() -> None:
@@ -225,7 +225,7 @@ def test_keeps_tool_speed_limit_all_the_time() -> None:
     bound = kw.verification.tool_speed_bound(robot, motion.trajectory, limit=0.8)
     assert bound.ok
     assert bound.proved
-    assert any(one.quantity == "tool speed" for one in motion.binding)
+    assert any(limit.quantity == "tool speed" for limit in motion.binding)
 
 
 def test_sufficient_duration_is_not_for_the_speed_of_a_longer_interval() -> None:

@@ -97,7 +97,7 @@ def test_follows_orientations_of_file(tmp_path: Path, tilt: list[float]) -> None
     frames = {"seam": {"position": [450, -100, 60], "rpy": tilt}}
     file.write_text(yaml.safe_dump(task(FIRST, line, UP, frames=frames)))
     plan = kw.plan(file)
-    assert [one for one in plan.report.findings if one.verdict == "failed"] == []
+    assert [finding for finding in plan.report.findings if finding.verdict == "failed"] == []
     down = pin.rpy.rpyToMatrix(np.pi, 0, 0)
     for y, angle in wanted.items():
         position, rotation, _ = tool(plan, np.array([2.0 + y / 60]))
@@ -152,6 +152,6 @@ def test_warns_of_curve_bulging_between_points(y: float, warned: bool) -> None:
     ).report
     assert report.ok
     found = report.select(quantity="curve_between_points")
-    assert [one.verdict for one in found] == ["warning"] * warned
+    assert [finding.verdict for finding in found] == ["warning"] * warned
     if warned:
         assert "leaves the straight line between points 1 and 2" in found[0].message

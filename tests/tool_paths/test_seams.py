@@ -121,7 +121,7 @@ def test_weave_reaches_and_holds_edges(shape: str, dwell: float, rounding: float
     held = full & (abs(sharp(t, dwell)) >= A * (1 - 1e-9))
     assert abs(across - expected)[held].max(initial=0.0) < TOLERANCE
     assert held.any() == (dwell > 0)
-    assert all(one.ok for one in plan.report.select(group="Continuity"))
+    assert all(finding.ok for finding in plan.report.select(group="Continuity"))
 
 
 def test_weave_continues_into_arc() -> None:
@@ -170,7 +170,7 @@ def test_weave_on_belt() -> None:
 def test_check_fails_for_other_weave(changed: dict[str, Any]) -> None:
     plan = planned("sine")
     other = kw.load_scenario(seam({"shape": "sine", **changed}))
-    failed = {one.quantity for one in kw.check(plan.trajectory, other).failures}
+    failed = {finding.quantity for finding in kw.check(plan.trajectory, other).failures}
     assert "path_deviation" in failed
 
 
@@ -184,7 +184,7 @@ def test_reports_joint_that_weave_exceeds() -> None:
 def test_refuses_weave_that_exceeds_acceleration() -> None:
     limits = {"acceleration": 1.0, "jerk": 1e4}
     fast = seam({"shape": "sine", "width": 0.01}, limits=limits)
-    assert {one.quantity for one in kw.plan(fast).report.failures} >= {"acceleration"}
+    assert {finding.quantity for finding in kw.plan(fast).report.failures} >= {"acceleration"}
     fast["waypoints"][0]["after"] = "fastest"
     with pytest.raises(kw.errors.InputError, match="a narrower weave, a lower frequency"):
         kw.plan(fast)
@@ -318,5 +318,5 @@ def test_free_torch_angles_stay_in_ranges(turn: dict[str, Any]) -> None:
     assert [row.proof for row in rows] == ["bounded", "bounded"]
     narrow = {"work_angle": [WORK - 0.01, WORK + 0.01], "travel_angle": [TRAVEL - 0.01, TRAVEL]}
     scenario = kw.load_scenario(free_angles({**narrow, **turn}))
-    failed = {one.quantity for one in kw.check(plan.trajectory, scenario).failures}
+    failed = {finding.quantity for finding in kw.check(plan.trajectory, scenario).failures}
     assert "path_turn" in failed

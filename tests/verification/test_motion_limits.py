@@ -207,7 +207,7 @@ def test_payload_and_gravity_enter_torque(name: str) -> None:
         judged = Arm(name, Path(), tool, 1.0, 1.0, gravity)
         q = rng.uniform(-3, 3, (3, bare.dof))
         v, a = rng.normal(size=(2, 3, bare.dof))
-        efforts = [robot.torque(*state) for state in zip(q, v, a, strict=True)]
+        efforts = [robot.effort(*state) for state in zip(q, v, a, strict=True)]
         np.testing.assert_allclose(efforts, judged.efforts(q, v, a), rtol=1e-9, atol=1e-9)
 
 
@@ -230,7 +230,7 @@ def test_gravity_is_in_base_frame() -> None:
     arm = turned.with_tool("tool0").with_gravity([5.0, 0, 0])
     flat = kw.load_robot("ur5").with_gravity([-5.0, 0, 0])
     q, still = np.array([0.1, -1, 0.5, 0.2, 0.3, 0.4]), np.zeros(6)
-    np.testing.assert_allclose(arm.torque(q, still, still), flat.torque(q, still, still))
+    np.testing.assert_allclose(arm.effort(q, still, still), flat.effort(q, still, still))
     np.testing.assert_allclose(arm.gravity, [5.0, 0, 0], atol=1e-12)
 
 
@@ -250,7 +250,7 @@ def test_refuses_impossible_payloads() -> None:
         robot.with_gravity([0, 0, np.inf])
     nothing = robot.with_tool(payload=Payload(0.0, [0, 0, 0]))
     q = np.full(6, 0.3)
-    np.testing.assert_array_equal(nothing.torque(q, q, q), robot.torque(q, q, q))
+    np.testing.assert_array_equal(nothing.effort(q, q, q), robot.effort(q, q, q))
 
 
 def test_copies_keep_payload_of_frame() -> None:

@@ -133,7 +133,7 @@ def test_a_broken_limit_stands_out_where_it_is_broken_and_nowhere_else(broken: P
         lines(figure.axes[1], "curve")[0].get_linewidth()
     )
     curves = [one for axis in figure.axes for one in lines(axis, "curve")]
-    assert line.get_color() not in {one.get_color() for one in curves}
+    assert line.get_color() not in {curve.get_color() for curve in curves}
     assert value.max() == pytest.approx(np.pi / 0.6)
     assert {"limit exceeded", "limit"} <= set(legend_words(figure))
     assert heading(figure).endswith("check FAILED")

@@ -157,7 +157,7 @@ def test_what_is_beyond_a_tolerance_is_marked_and_named(seam: Plan, loose: Plan)
     assert "bspline" in str(beyond.get_gid())
     drawn = data(beyond)[1]
     assert np.nanmin(drawn) > 0.1
-    worst = max(one.value for one in loose.report.select(quantity="path_deviation"))
+    worst = max(finding.value for finding in loose.report.select(quantity="path_deviation"))
     assert np.nanmax(drawn) == pytest.approx(1e3 * worst, rel=0.02)
     assert any(
         note.startswith("bspline: ") and "tolerance 0.1 mm" in note for note in notes(figure)

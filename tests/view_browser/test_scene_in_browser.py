@@ -108,7 +108,7 @@ def test_the_first_look_shows_arm_path_and_labels(show: Any, name: str) -> None:
     shown = shown_labels(tab)
     names = {waypoint.name for waypoint in plan.scenario.waypoints} | set(plan.scenario.frames)
     texts = {text for text, _ in shown}
-    objects = {one.name for one in plan.scenario.scene.objects}
+    objects = {thing.name for thing in plan.scenario.scene.objects}
     waypoints = {waypoint.name for waypoint in plan.scenario.waypoints}
     assert waypoints <= texts <= names | objects  # others wait until they are hovered
     for i, (_, box) in enumerate(shown):

@@ -44,7 +44,7 @@ def test_motions_share_one_clock(tabs: Any, knotwork: Any, tmp_path: Path, barri
     tab.evaluate("at => seek(at)", at)
     for inner in tab.frames[1:]:
         inner.wait_for_function("at => Math.abs(knotwork.time() - at) < 0.01", arg=at)
-    tools = [robot.forward(one.trajectory.position(at)).translation for one in plans]
+    tools = [robot.forward(plan.trajectory.position(at)).translation for plan in plans]
     share = at / first.trajectory.duration  # the longer one
     value = "share => data.curves[0].value[Math.round(share * (data.time.length - 1))]"
     shown = tab.evaluate(value, share)
@@ -53,7 +53,7 @@ def test_motions_share_one_clock(tabs: Any, knotwork: Any, tmp_path: Path, barri
     # a colour is one speed on both sides, and the time line has what fails in each
     ends = [inner.locator("#legend .ends").all_text_contents() for inner in tab.frames[1:]]
     assert ends[0] == ends[1]
-    failing = [scene(one.view())["strip"]["broken"] for one in plans]
+    failing = [scene(plan.view())["strip"]["broken"] for plan in plans]
     assert not failing[0]
     assert "fails, below: hurried" in tab.inner_text("#values")
     red = """[...document.querySelectorAll("#curves rect")].map((one) =>

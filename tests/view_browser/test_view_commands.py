@@ -19,15 +19,6 @@ from command_line import without_progress
 from shipped import SCENARIO_FILES
 
 
-@pytest.fixture
-def run(knotwork: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
-    """The command in this process and an empty folder, without a display."""
-    monkeypatch.chdir(tmp_path)
-    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
-        monkeypatch.delenv(name, raising=False)
-    return knotwork
-
-
 def test_a_stored_trajectory_is_shown_with_its_scenario_or_robot(run: Any, tmp_path: Path) -> None:
     assert run("plan", "planar2_closed_form", "--out", "moved").code == 0
     for option in (("-s", "planar2_closed_form"), ("--robot", "planar2")):

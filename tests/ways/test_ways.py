@@ -45,8 +45,8 @@ def test_finds_motion_past_wall() -> None:
     direct = kw.plan(without_way(past(), plan.trajectory.duration))
     assert not direct.report.ok
     assert plan.chosen.lower_bound <= plan.trajectory.duration < 1.0
-    assert [(one.name, one.kind) for one in plan.segments] == [("here to there", "way")]
-    assert [one.kind for one in direct.segments] == ["free motion"]
+    assert [(segment.name, segment.kind) for segment in plan.segments] == [("here to there", "way")]
+    assert [segment.kind for segment in direct.segments] == ["free motion"]
 
 
 def test_frozen_clear_motion_is_the_same(tmp_path: Path) -> None:
@@ -57,7 +57,7 @@ def test_frozen_clear_motion_is_the_same(tmp_path: Path) -> None:
     assert "way: clear" not in (tmp_path / "frozen.yaml").read_text()
     (way,) = again.report.select(quantity="way")
     assert way == plan.report.select(quantity="way")[0]
-    assert [one.kind for one in again.trajectory.segments] == ["way"]
+    assert [segment.kind for segment in again.trajectory.segments] == ["way"]
 
 
 def test_straight_clear_motion_is_optimal() -> None:
@@ -252,8 +252,8 @@ def test_tries_other_solutions_between_tool_paths() -> None:
     given["waypoints"][1:] = across
     plan = planned(given)
     assert any(
-        "the best sequence of solutions has no clear motion" in one.message
-        for one in plan.report.findings
+        "the best sequence of solutions has no clear motion" in finding.message
+        for finding in plan.report.findings
     )
 
 

@@ -22,11 +22,12 @@ from knotwork.cli.parameters import (
 )
 from knotwork.cli.plan import plan_to_dict, print_plan
 from knotwork.cli.progress_display import show_planning
+from knotwork.cli.sources import read_unchecked
 from knotwork.cli.terminal import echo_json
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import DocumentError, InputError
 from knotwork.files.documents import Document
-from knotwork.files.foreign import is_foreign, is_trajectory, read_trajectory
+from knotwork.files.foreign import is_foreign, is_trajectory
 from knotwork.robot import load_robot
 from knotwork.task import Task
 from knotwork.task.scenario import Scenario, load_scenario
@@ -93,7 +94,5 @@ def _motion(source: str, new_task: Task) -> tuple[JointTrajectory, Scenario | No
         if described is None:
             raise InputError(f"{source} needs a robot, and the scenario names none")
         robot = load_robot(Document(described) if isinstance(described, dict) else described)
-    names, units = (robot.joint_names, robot.joint_units) if robot is not None else ((), ())
-    motion, _ = read_trajectory(source, names, units, owner="the new task")
-    reference = stated_path(Path(source))
+    motion, reference = read_unchecked(source, robot), stated_path(Path(source))
     return motion, None if reference is None else load_scenario(reference)

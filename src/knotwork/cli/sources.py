@@ -74,7 +74,7 @@ def read_motions(
         checked = read_checked(source, reference, log)
         return [checked, *(read_checked(plan, reference) for plan in against)]
     if log is None:
-        return [_read_unchecked(source, robot)]
+        return [read_unchecked(source, robot)]
     if robot is not None and log.against is None:
         return [smoothed_log(source, robot.joint_names, robot.joint_units, log).trajectory]
     alignment, plan = log_beside_plan(source, log)
@@ -110,7 +110,7 @@ def _is_trajectory(source: str, reference: str | None) -> bool:
     return is_trajectory(source)
 
 
-def _read_unchecked(path: str, robot: Robot | None) -> JointTrajectory:
+def read_unchecked(path: str, robot: Robot | None) -> JointTrajectory:
     """Read a trajectory without its scenario.
 
     Raises:
@@ -127,7 +127,8 @@ def _read_unchecked(path: str, robot: Robot | None) -> JointTrajectory:
         raise InputError(f"{path}: {defects[0]}")
     fault = set_disagreement(Path(path))
     if fault is not None:
-        raise InputError(f"{path} {fault}; give its scenario with --scenario")
+        accepted = "the files of one plan, or --scenario in a command that checks"
+        raise InputError(f"{path} {fault}; accepted: {accepted}")
     return trajectory
 
 

@@ -15,7 +15,8 @@ from knotwork.planning.planned_motion import Plan
 from knotwork.planning.scenario_planner import ScenarioPlanner
 from knotwork.planning.task_to_joint import SequenceStep, TaskSolution
 from knotwork.task import Task
-from knotwork.task.scenario import Scenario, change_task, load_scenario
+from knotwork.task.scenario import Scenario, load_scenario
+from knotwork.task.scenario.resolve import change_task
 from knotwork.verification.collisions import COLLISIONS, failed_pairs
 from knotwork.verification.finding import TRIED, Finding
 from knotwork.verification.motion import AT_WAYPOINT

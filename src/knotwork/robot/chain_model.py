@@ -133,7 +133,7 @@ class ChainModel(PlannedJoints):
         turn = self._base_from_root.rotation
         return pin.Motion(turn @ twist.linear, turn @ twist.angular)
 
-    def torque(self, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> FloatArray:
+    def effort(self, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> FloatArray:
         """Joint efforts [N m or N] of the motion under gravity, by inverse dynamics, shape (d,).
 
         Payload, held objects and `gravity` are included, friction and other loads that are not in
@@ -143,13 +143,15 @@ class ChainModel(PlannedJoints):
             RobotError: Joints move the base frame.
 
         >>> still = np.zeros(6)
-        >>> kw.load_robot("ur5").torque(still, still, still)[1:3].round(1)
+        >>> kw.load_robot("ur5").effort(still, still, still)[1:3].round(1)
         array([-59.2, -15.7])
         """
         if self.base_moves:
             raise RobotError(self.name, f"efforts are not known where {self.base_frame!r} moves")
         motion = self._checked(q, "q"), self._checked(v, "v"), self._checked(a, "a")
         return np.array(pin.rnea(self.model, self.data, *motion))
+
+    torque = effort  # its old name, for one more version
 
     def _checked(self, values: ArrayLike, name: str) -> FloatArray:
         """Values of the joints as an array.

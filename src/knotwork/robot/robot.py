@@ -103,7 +103,7 @@ class Robot(ChainModel):
         return f"<Robot {self.name!r}: {chain}>"
 
     def with_held(self, *held: Payload) -> Robot:
-        """Let the tool hold objects, given in the axes of the TCP; they count in `torque`."""
+        """Let the tool hold objects, given in the axes of the TCP; they count in `effort`."""
         self.require_tool()
         return Robot(replace(self._description, held=held))
 
@@ -197,7 +197,7 @@ class Robot(ChainModel):
             frame: Link that carries the tool.
             offset: TCP in the tool frame, `pin.SE3`.
             payload: Payload of the tool frame, in its axes, in addition to the masses of the URDF.
-                It counts in `torque`.
+                It counts in `effort`.
 
         Raises:
             InputError: The payload is not a `Payload`.

@@ -86,7 +86,7 @@ def _joint_values(
     if order is not None or space.carrying is None:
         return curve(time, order or 0)
     states = zip(time, curve(time), curve(time, 1), curve(time, 2), strict=True)
-    return np.array([space.carrying.robot_at(when).torque(*state) for when, *state in states])
+    return np.array([space.carrying.robot_at(when).effort(*state) for when, *state in states])
 
 
 def _judged_sides(finding: Finding, joint: int, space: JointSpace) -> tuple[float, float]:

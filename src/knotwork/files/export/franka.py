@@ -177,7 +177,7 @@ def _limit_notes(points: Positions, arm: Arm, robot: Robot) -> Iterator[str]:
     yield _line(motion, "jerk", j, arm.jerk, 0)
     unweighted = robot.with_gravity(np.zeros(3))
     torque = np.array(
-        [unweighted.torque(*state) for state in zip(still[2:], v[1:], a, strict=True)]
+        [unweighted.effort(*state) for state in zip(still[2:], v[1:], a, strict=True)]
     )
     yield _line(motion, "torque rate", np.diff(torque, axis=0) / CYCLE, TORQUE_RATE, 0)
 

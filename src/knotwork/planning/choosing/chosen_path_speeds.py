@@ -23,7 +23,7 @@ from knotwork.planning.choosing.path_speed_problem import (
 )
 from knotwork.planning.choosing.segments import TimingTask
 from knotwork.planning.timing import Binding
-from knotwork.task.scenario import change_task
+from knotwork.task.scenario.resolve import change_task
 from knotwork.units import rounded_up
 
 LIMIT_ROUNDING = 1e-9

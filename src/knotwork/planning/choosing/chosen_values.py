@@ -17,8 +17,9 @@ from knotwork.files.documents.yaml_text import to_block_yaml
 from knotwork.planning.choosing.segments import TimingSegment, TimingTask
 from knotwork.planning.timing import TimedMotion
 from knotwork.task import ChosenMotion, Velocity
-from knotwork.task.scenario import JointTarget, Scenario, change_task
+from knotwork.task.scenario import JointTarget, Scenario
 from knotwork.task.scenario.joint_space import by_joint
+from knotwork.task.scenario.resolve import change_task
 from knotwork.task.task_source import with_moved_paths
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 

@@ -19,8 +19,9 @@ from knotwork.errors import FollowingError, InputError, OutOfReachError, TimingE
 from knotwork.planning.choosing.chosen_times import ChosenTimes, choose_times
 from knotwork.planning.timing.timed_motion import Budget
 from knotwork.task import PlainTask
-from knotwork.task.scenario import Scenario, change_task
+from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.free_values_reader import ends_wait
+from knotwork.task.scenario.resolve import change_task
 from knotwork.units import rounded_up
 from knotwork.waypoints import FloatArray
 

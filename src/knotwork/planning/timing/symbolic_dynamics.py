@@ -23,7 +23,7 @@ from knotwork.waypoints import FloatArray
 class Dynamics:
     """Joint efforts and tool speed of a robot, as numbers and as symbols for the solver.
 
-    Payload and `robot.gravity` are included as in `Robot.torque`.
+    Payload and `robot.gravity` are included as in `Robot.effort`.
 
     Attributes:
         robot: The arm, with the joints of the problem in the same order.
@@ -34,7 +34,7 @@ class Dynamics:
 
     >>> arm = Dynamics(kw.load_robot("planar2"))
     >>> still = np.zeros(2)
-    >>> np.allclose(arm.effort(still, still, still), arm.robot.torque(still, still, still))
+    >>> np.allclose(arm.effort(still, still, still), arm.robot.effort(still, still, still))
     True
     """
 

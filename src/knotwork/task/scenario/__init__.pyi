@@ -1,6 +1,5 @@
 from .free_values_reader import FreeValues as FreeValues
 from .requested_timing import RequestedTiming as RequestedTiming
-from .resolve import change_task as change_task
 from .resolve import load_scenario as load_scenario
 from .resolve import resolve_task as resolve_task
 from .scenario import SMALLEST_PATH_TOLERANCE as SMALLEST_PATH_TOLERANCE

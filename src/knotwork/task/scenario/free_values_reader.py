@@ -242,14 +242,17 @@ def _misused(
 ) -> Iterator[tuple[Location, str, str]]:
     """Keys about choices although no value is chosen, and choices that exclude each other."""
     timed, objective = bool(free.duration_is_free.any()), task.objective is not None
+    has_free_times = int(free.duration_is_free.sum()) > len(free.time_dependent)
     weighs_time = free.objective.get("time", 0.0) > 0.0
-    if task.duration is not None and not timed:
+    if task.duration is not None and not has_free_times:
         accepted = "times: fastest, or after: fastest at a waypoint"
         yield ("duration",), "is given, but so is every time", accepted
-    if objective and not (timed or free.knots_are_free or set(free.speed_kinds) - {"given"}):
+    if objective and not (
+        has_free_times or free.knots_are_free or set(free.speed_kinds) - {"given"}
+    ):
         accepted = "times: fastest, after: fastest at a waypoint, or knots: optimal"
         yield ("objective",), "gives an objective, but no time is free", accepted
-    if objective and weighs_time and (not timed or task.duration is not None):
+    if objective and weighs_time and (not has_free_times or task.duration is not None):
         message = "the time is given, so it can't be minimised"
         yield ("objective",), message, "jerk, effort or acceleration"
     if timed and task.duration is None and not weighs_time:

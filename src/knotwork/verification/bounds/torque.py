@@ -24,7 +24,7 @@ def torque_bound(
 
     Between samples h apart a torque is at most the larger of both plus h²/8 times a bound on its
     second derivative, by Newton's and Euler's laws for every link: see "Proved over all time" in
-    the documentation. Gravity, inertias and the inertia of the motors count as in `Robot.torque`.
+    the documentation. Gravity, inertias and the inertia of the motors count as in `Robot.effort`.
 
     Args:
         robot: The arm.

@@ -190,7 +190,7 @@ def squared_effort(robot: Robot, trajectory: JointTrajectory) -> float:
     """
     times, weights = _quadrature(trajectory.breaks, 6)
     states = zip(*(trajectory.polynomial(times, order) for order in range(3)), strict=True)
-    return float(weights @ [(robot.torque(*state) ** 2).sum() for state in states])
+    return float(weights @ [(robot.effort(*state) ** 2).sum() for state in states])
 
 
 def integral_of_square(trajectory: JointTrajectory, order: int) -> float:

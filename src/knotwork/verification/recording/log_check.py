@@ -209,8 +209,8 @@ def _uncertainty(finding: Finding, alignment: Alignment, space: JointSpace) -> f
 def _inertia(robot: Robot, q: FloatArray) -> FloatArray:
     """The mass matrix, from the torques of unit accelerations."""
     still = np.zeros(q.size)
-    static = robot.torque(q, still, still)
-    return np.column_stack([robot.torque(q, still, unit) - static for unit in np.eye(q.size)])
+    static = robot.effort(q, still, still)
+    return np.column_stack([robot.effort(q, still, unit) - static for unit in np.eye(q.size)])
 
 
 def _residual_findings(
