@@ -54,7 +54,7 @@ def check_alone(
     if robot is not None:
         data["robot"] = Path(robot).resolve().as_posix() if Path(robot).is_file() else str(robot)
     if not data.get("robot"):
-        raise InputError(f"{path} needs its robot: give it with --robot or in the scene")
+        raise InputError(f"{path} needs its robot: give it (--robot), or a scene with it")
     locations = surroundings.locations
     # held objects need waypoints, which this task does not have
     data["waypoints"] = [{"joints": "home"}, {"joints": "home", "after": 1}]

@@ -71,7 +71,7 @@ class Task(TaskPart):
     2.0
 
     Raises:
-        DocumentError: A value is missing, unknown or wrong; the message lists all of them.
+        DocumentError: A value is missing, unknown or wrong; `problems` has all of them.
     """
 
     name: Text | None = optional("Name of the task; left out: the file's name")

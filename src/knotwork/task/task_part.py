@@ -24,7 +24,7 @@ class TaskPart(StrictModel):
     NumPy arrays are accepted in place of lists, and a `pin.SE3` in place of a pose.
 
     Raises:
-        DocumentError: A value is missing, unknown or wrong; the message lists all of them.
+        DocumentError: A value is missing, unknown or wrong; `problems` has all of them.
     """
 
     # The schema of files has the first sentence of a docstring.

@@ -63,7 +63,7 @@ def check_continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> I
             )
             yield Finding.at_most(
                 CONTINUITY_GROUP, "joint", space.joint_names[joint], f"{quantity}_jump",
-                f"joint {space.joint_names[joint]!r}: {quantity} changes by {shown} at {time:.6g} "
+                f"joint {space.joint_names[joint]!r}: {quantity} changes at {shown} at {time:.6g} "
                 f"s, which is a jump for any drive (at most {allowed_text})", value, limit,
                 required=required, unit=unit, time=time,
             )  # fmt: skip

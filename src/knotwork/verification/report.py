@@ -74,8 +74,7 @@ def check(
     if scenario.free_values is not None:
         raise InputError(
             f"{scenario.name} leaves times or speeds free, so it does not define the motion over "
-            "time; accepted: scenario.yaml, which plan --out writes next to the trajectory, "
-            "or the output of plan --freeze"
+            "time; accepted: the scenario.yaml saved with the trajectory, or a frozen scenario"
         )
     space = space if space is not None else joint_space(scenario)
     motion = Motion(trajectory, space)

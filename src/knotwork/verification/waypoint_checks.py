@@ -24,6 +24,8 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
 if TYPE_CHECKING:
     from knotwork.task.scenario import ScenarioWaypoint
 
+JOINT_ERRORS = "Joints at the waypoints"
+"""The group of findings on joint values at waypoints."""
 MIN_TOLERANCE = np.finfo(float).tiny
 """Replacement of a tolerance that underflows to zero in SI, by which errors are divided."""
 SAME_JOINTS = 1e-9
@@ -209,7 +211,7 @@ def _joint_finding(
     errors = np.abs(achieved - requested)
     worst = worst_joint(errors, tolerances)
     return _error_finding(
-        "Joints at the waypoints", name, time, quantity, requested=requested, achieved=achieved,
+        JOINT_ERRORS, name, time, quantity, requested=requested, achieved=achieved,
         error=float(errors[worst]), tolerance=float(tolerances[worst]),
         unit=rate_unit(space.joint_units[worst], order), units=scenario.units,
     )  # fmt: skip

@@ -63,7 +63,7 @@ class PageServer(ThreadingHTTPServer):
             is_in_use = error.errno == errno.EADDRINUSE
             why = "is in use" if is_in_use else f"can't be used: {error.strerror}"
             raise InputError(
-                f"port {port} {why}; give another with --port, or leave it out for a free one"
+                f"port {port} {why}; give another (--port), or none for a free one"
             ) from error
         self.address = f"http://{HOST}:{self.server_port}/"
 

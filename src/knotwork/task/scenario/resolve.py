@@ -33,7 +33,7 @@ def load_scenario(reference: str | Path | Mapping[str, Any] | Task) -> Scenario:
         The task in SI units, poses in the base frame.
 
     Raises:
-        DocumentError: The file can't be read or has wrong content; the message lists every problem
+        DocumentError: The file can't be read or has wrong content; `problems` has each problem
             with its line, field, value and the accepted values.
         InputError: The file is missing, or describes a robot.
         UnknownNameError: No scenario of this name is shipped.

@@ -177,7 +177,7 @@ def _choose_topic(
     if len(chosen) > 1:
         raise HeadingError(
             f"{len(chosen)} topics have positions of all joints: {', '.join(chosen)}",
-            "--topic with one of them",
+            "one of them as the topic (--topic)",
         )
     for joint, name in enumerate(names):
         count = topics[chosen[0]].count(joint)

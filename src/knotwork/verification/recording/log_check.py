@@ -28,6 +28,7 @@ from knotwork.verification.recording.alignment import (
     Alignment,
 )
 from knotwork.verification.recording.deviations import LogTolerances, deviation_findings
+from knotwork.verification.waypoint_checks import JOINT_ERRORS
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
@@ -183,7 +184,7 @@ def _uncertainty(finding: Finding, alignment: Alignment, space: JointSpace) -> f
         return float((errors(0) + errors(0, finding.interval[0])).max())
     if quantity in DERIVATIVES and finding.name in names and finding.subject == "joint":
         return float(errors(DERIVATIVES.index(quantity))[names.index(finding.name)])
-    if quantity in DERIVATIVES and finding.group == "Joints at the waypoints":
+    if quantity in DERIVATIVES and finding.group == JOINT_ERRORS:
         return float(errors(DERIVATIVES.index(quantity)).max())
     if robot is None:
         return None
@@ -237,7 +238,9 @@ def _residual_findings(
             times = value / float(curve.sigma[worst, j])
             fact += f", {times:.3g} times the noise: the motion jumps, or the sample is wrong"
             if not curve.noise.stated:
-                fact += f"; if such errors are expected, use --noise {float(sizes.max()):.0e}"
+                fact += (
+                    f"; if such errors are expected, give noise={float(sizes.max()):.0e} (--noise)"
+                )
         yield Finding.at_most(
             CONTINUITY_GROUP, "joint", name, "sample_off_the_curve", fact, value, limit,
             unit=unit, time=time,

@@ -184,6 +184,6 @@ def _refuse_degrees(
                 rows.head,
                 column.index,
                 f"joint {names[j]!r} reaches {largest:.6g} rad, more than two whole turns",
-                "rad; if these are degrees, use --log-unit deg or [deg] in "
-                "the headings, else [rad] there",
+                "rad; if these are degrees, give their unit (--log-unit deg) or "
+                "[deg] in the headings, else [rad] there",
             )
