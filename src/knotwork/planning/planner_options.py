@@ -81,8 +81,8 @@ def supported_options(
 
 
 @dataclass(frozen=True, eq=False)
-class Interpolation:
-    """A scenario's planner and its options.
+class Interpolator:
+    """Interpolates joint waypoints by a scenario's planner, with its options in SI.
 
     Attributes:
         scenario: The task, with the planner that was given instead of its own.
@@ -99,7 +99,7 @@ class Interpolation:
     replaced: bool
 
     @classmethod
-    def read(cls, scenario: Scenario, planner: str | None) -> Interpolation:
+    def read(cls, scenario: Scenario, planner: str | None) -> Interpolator:
         """Read the options of a scenario. `planner` replaces its own, as in `knotwork.plan`.
 
         Raises:

@@ -12,7 +12,7 @@ import numpy as np
 from knotwork.curves.interpolation import PLANNER_SPECS, planner_and_rule
 from knotwork.errors import InputError, NoWayFoundError
 from knotwork.planning.planned_motion import Plan
-from knotwork.planning.scenario_planner import ScenarioPlanner
+from knotwork.planning.sequence_planner import SequencePlanner
 from knotwork.planning.task_to_joint import SequenceStep, TaskSolution
 from knotwork.task import Task
 from knotwork.task.scenario import Scenario, load_scenario
@@ -63,7 +63,7 @@ def plan(
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
     if scenario.free_values is None:
-        return best_of_sequences(ScenarioPlanner(scenario, planner))
+        return best_of_sequences(SequencePlanner(scenario, planner))
     from knotwork.planning.choosing import fix_arrival_times
     from knotwork.planning.timing.timed_motion import Budget
 
@@ -74,10 +74,10 @@ def plan(
     work = Budget(progress, budget)
     if free.time_dependent:
         scenario = fix_arrival_times(scenario, work)
-    return best_of_sequences(ScenarioPlanner(scenario, planner, work, fixed_arrivals))
+    return best_of_sequences(SequencePlanner(scenario, planner, work, fixed_arrivals))
 
 
-def best_of_sequences(planner: ScenarioPlanner) -> Plan:
+def best_of_sequences(planner: SequencePlanner) -> Plan:
     """Plan the best sequence of solutions whose motion is collision-free.
 
     If the motion between two waypoints collides, or no motion is found, the solutions at both ends
@@ -143,7 +143,7 @@ def _colliding_intervals(plan: Plan) -> list[int]:
     return sorted({int(i) for i in np.clip(after - 1, 0, len(times) - 2)})
 
 
-def _with_clear_motion(planner: ScenarioPlanner, best: Plan, tried: int) -> Plan:
+def _with_clear_motion(planner: SequencePlanner, best: Plan, tried: int) -> Plan:
     """A plan around the obstacles that all sequences hit, or the best plan and the attempts."""
     requested, late, notes = planner.scenario, planner.budget.is_over, list[str]()
     free = requested.free_values

@@ -176,7 +176,7 @@ def _set_times(axes: Sequence[Axes], motions: Sequence[ShownMotion]) -> None:
 
 
 def _mark_segments(axes: Axes, motion: ShownMotion) -> None:
-    """Mark tool paths, clear motions, waits and events on the upper edge of a panel."""
+    """Mark tool paths, collision-free motions, waits and events on the upper edge of a panel."""
     start, end = float(motion.curve.x[0]), float(motion.curve.x[-1])
     times = {
         "event": [event.time for event in motion.trajectory.events if start <= event.time <= end]

@@ -21,7 +21,7 @@ from knotwork.planning.choosing.path_speed_problem import (
     PathSpeedProblem,
     round_speed,
 )
-from knotwork.planning.choosing.segments import TimingTask
+from knotwork.planning.choosing.segments import SolvedScenario
 from knotwork.planning.timing import Binding
 from knotwork.task.scenario.resolve import change_task
 from knotwork.units import rounded_up
@@ -30,11 +30,13 @@ LIMIT_ROUNDING = 1e-9
 """Tolerance of limits, as a fraction."""
 
 
-def with_path_speeds(task: TimingTask, problems: Sequence[PathSpeedProblem]) -> TimingTask:
+def with_path_speeds(
+    solved: SolvedScenario, problems: Sequence[PathSpeedProblem]
+) -> SolvedScenario:
     """The task with the chosen speeds along its paths, solved and found to keep the limits there.
 
     Args:
-        task: The task in which these speeds are free.
+        solved: The scenario, in which these speeds are free.
         problems: Its paths with chosen speeds; if the motion along one exceeds a limit, it is
             corrected.
 
@@ -42,17 +44,17 @@ def with_path_speeds(task: TimingTask, problems: Sequence[PathSpeedProblem]) -> 
         NoSpeedsError: A limit is exceeded along a path, or a path can't be followed.
     """
     if not problems:
-        return task
-    scenario, unit = task.scenario, task.scenario.shown_length[0]
-    changes: defaultdict[int, dict[str, Any]] = defaultdict(dict, solutions_near(task))
+        return solved
+    scenario, unit = solved.scenario, solved.scenario.shown_length[0]
+    changes: defaultdict[int, dict[str, Any]] = defaultdict(dict, solutions_near(solved))
     for problem in problems:
         for stretch, speed in problem.speeds.items():
             end = scenario.task_index[problem.path.first + 1 + stretch]
             changes[end]["speed"] = round_speed(unit * speed)
     scenario = change_task(scenario, scenario.given.with_waypoints(changes))
-    free = scenario.free_values or replace(task.free_values, max_path_speeds={})
+    free = scenario.free_values or replace(solved.free_values, max_path_speeds={})
     try:
-        timed = TimingTask.solved(scenario, free)
+        timed = SolvedScenario.solve(scenario, free)
     except (PathError, FollowingError):
         for problem in problems:
             problem.lower_caps(MAX_SLOWDOWN, TOLERANCES)
@@ -64,10 +66,10 @@ def with_path_speeds(task: TimingTask, problems: Sequence[PathSpeedProblem]) -> 
 
 
 def limiting_constraints(
-    task: TimingTask, problems: Sequence[PathSpeedProblem]
+    solved: SolvedScenario, problems: Sequence[PathSpeedProblem]
 ) -> tuple[Binding, ...]:
     """Limiting constraint of each chosen speed along the paths of a task."""
-    names = [waypoint.name for waypoint in task.scenario.waypoints]
+    names = [waypoint.name for waypoint in solved.scenario.waypoints]
     return tuple(
         Binding(names[start], names[start + 1], limit.joint, limit.quantity, None)
         for problem in problems
@@ -76,43 +78,43 @@ def limiting_constraints(
 
 
 def given_speeds_beyond_limits(
-    task: TimingTask, problems: Sequence[PathSpeedProblem]
+    solved: SolvedScenario, problems: Sequence[PathSpeedProblem]
 ) -> list[InputError]:
     """Errors for given speeds that exceed a limit along a path.
 
     Args:
-        task: The task.
+        solved: The scenario and its IK solutions.
         problems: Its paths with a chosen speed, along which given speeds are feasible.
     """
     errors, chosen = list[InputError](), {problem.number for problem in problems}
-    for number, path in enumerate(task.scenario.paths):
+    for number, path in enumerate(solved.scenario.paths):
         if number in chosen:
             continue
-        limits = LimitUtilisation(task, path)
-        utilisations = limits.of_motion(task, path).max(axis=1)
+        limits = LimitUtilisation(solved, path)
+        utilisations = limits.of_motion(solved, path).max(axis=1)
         for stretch in np.flatnonzero((utilisations > 1.0 + LIMIT_ROUNDING).any(axis=1)).tolist():
             limit = limits.limits[int(utilisations[stretch].argmax())]
             worst = float(utilisations[stretch].max())
-            errors.append(path_speed_error(task, NoSpeedsError(path, stretch, limit), worst))
+            errors.append(path_speed_error(solved, NoSpeedsError(path, stretch, limit), worst))
     return errors
 
 
 def path_speed_error(
-    task: TimingTask, fault: NoSpeedsError, utilisation: float | None = None
+    solved: SolvedScenario, fault: NoSpeedsError, utilisation: float | None = None
 ) -> InputError:
     """The error for a stretch of a path without feasible speeds, with accepted changes.
 
     Args:
-        task: The task.
+        solved: The scenario and its IK solutions.
         fault: The stretch and the exceeded limit.
         utilisation: Utilisation of the limit, if known.
     """
     path, stretch, limit = fault.path, fault.stretch, fault.limit
-    scenario, waypoint = task.scenario, path.first + 1 + stretch
+    scenario, waypoint = solved.scenario, path.first + 1 + stretch
     if limit == NOTHING:
         return InputError(
             "nothing bounds the speed along it; accepted: speed: {at_most: a speed}, or limits",
-            where=task.where(waypoint, "speed"),
+            where=solved.where(waypoint, "speed"),
         )
     start, end = (scenario.waypoints[i].name for i in (waypoint - 1, waypoint))
     requested, text = path.requested, scenario.units.text
@@ -141,11 +143,11 @@ def path_speed_error(
     return InputError(
         f"{speed} along the path from {start!r} to {end!r}: {reason}; accepted: {accepted}, or a "
         "higher limit",
-        where=task.where(waypoint, _key(task, waypoint)),
+        where=solved.where(waypoint, _key(solved, waypoint)),
     )
 
 
-def _key(task: TimingTask, waypoint: int) -> str:
+def _key(solved: SolvedScenario, waypoint: int) -> str:
     """The key that gives the speed to a waypoint on a path."""
-    step = task.scenario.given.waypoints[task.scenario.task_index[waypoint]]
+    step = solved.scenario.given.waypoints[solved.scenario.task_index[waypoint]]
     return next(key for key in ("speed", "after", "time") if getattr(step, key) is not None)

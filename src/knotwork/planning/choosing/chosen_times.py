@@ -23,13 +23,13 @@ from knotwork.planning.choosing.path_speed_problem import (
     PathSpeedProblem,
 )
 from knotwork.planning.choosing.segment_motions import (
-    NoMotionsError,
+    SegmentsUnsolvedError,
     located_in_segment,
     solve_segments,
 )
 from knotwork.planning.choosing.segments import (
-    TimingSegment,
-    TimingTask,
+    FreeSegment,
+    SolvedScenario,
     assumed_jerk,
     find_segments,
     timing_problem,
@@ -52,7 +52,7 @@ MIN_GAIN = 0.01
 
 @dataclass(frozen=True, eq=False)
 class ChosenTimes:
-    """The numbers chosen for the free values of a scenario, and how good they are.
+    """Result of `choose_times`: numbers for the free values of a scenario, and their quality.
 
     Attributes:
         requested: The scenario with free values.
@@ -143,9 +143,9 @@ def choose_times(
     Raises:
         InputError: The task can't be solved, or no motion within the limits was found.
     """
-    task = TimingTask.solved(scenario, scenario.required_free_values, solution)
+    solved = SolvedScenario.solve(scenario, scenario.required_free_values, solution)
     paths = [
-        PathSpeedProblem(task, number)
+        PathSpeedProblem(solved, number)
         for number, path in enumerate(scenario.paths)
         if path.requested.at_most
     ]
@@ -157,16 +157,16 @@ def choose_times(
         try:
             duration = sum(path.choose() for path in paths)
         except NoSpeedsError as no_speeds:
-            error = error or path_speed_error(task, no_speeds)
+            error = error or path_speed_error(solved, no_speeds)
             break
         if duration >= longest:
             break
         try:
-            chosen = _choose_motions(scenario, with_path_speeds(task, paths), paths, budget)
+            chosen = _choose_motions(scenario, with_path_speeds(solved, paths), paths, budget)
         except NoSpeedsError as no_speeds:
-            error = path_speed_error(task, no_speeds)
+            error = path_speed_error(solved, no_speeds)
             continue
-        except NoMotionsError as no_motions:
+        except SegmentsUnsolvedError as no_motions:
             error = no_motions.combined_error()
             adjacent |= _adjacent_paths(no_motions.errors, paths)
             if not adjacent:
@@ -189,29 +189,29 @@ def choose_times(
 
 
 def _choose_motions(
-    scenario: Scenario, task: TimingTask, paths: Sequence[PathSpeedProblem], budget: Budget
+    scenario: Scenario, solved: SolvedScenario, paths: Sequence[PathSpeedProblem], budget: Budget
 ) -> ChosenTimes:
     """Choose the motions of all segments, with known speeds along paths.
 
     Raises:
-        NoMotionsError: Some segments have no motion.
+        SegmentsUnsolvedError: Some segments have no motion.
         InputError: A given value is beyond a limit.
     """
-    segments = find_segments(task)
-    _check_given(task, segments, paths)
-    motions = solve_segments(task, segments, budget)
+    segments = find_segments(solved)
+    _check_given(solved, segments, paths)
+    motions = solve_segments(solved, segments, budget)
     return ChosenTimes(
         requested=scenario,
-        scenario=with_chosen_values(task, motions),
-        solution=task.solution,
+        scenario=with_chosen_values(solved, motions),
+        solution=solved.solution,
         segments=tuple(motions.values()),
-        path_limits=limiting_constraints(task, paths),
-        assumed_jerk=assumed_jerk(task.space),
+        path_limits=limiting_constraints(solved, paths),
+        assumed_jerk=assumed_jerk(solved.space),
     )
 
 
 def _adjacent_paths(
-    segments: Iterable[TimingSegment], paths: Iterable[PathSpeedProblem]
+    segments: Iterable[FreeSegment], paths: Iterable[PathSpeedProblem]
 ) -> set[PathSpeedProblem]:
     """The paths with chosen speeds that begin or end where one of some segments does."""
     ends = {segment.waypoints[k] for segment in segments for k in (0, -1)}
@@ -219,7 +219,7 @@ def _adjacent_paths(
 
 
 def _check_given(
-    task: TimingTask, segments: Sequence[TimingSegment], paths: Sequence[PathSpeedProblem]
+    solved: SolvedScenario, segments: Sequence[FreeSegment], paths: Sequence[PathSpeedProblem]
 ) -> None:
     """Refuse given values beyond a limit, and too short times.
 
@@ -228,12 +228,12 @@ def _check_given(
     Raises:
         InputError: A given value is infeasible.
     """
-    errors = given_speeds_beyond_limits(task, paths)
+    errors = given_speeds_beyond_limits(solved, paths)
     if errors:
         raise merge_errors(errors)
     for segment in segments:
-        problem = timing_problem(task, segment, Objective())
-        causes = infeasible_values(problem, direct=segment.way is None)
-        errors += located_in_segment(causes, task, segment)
+        problem = timing_problem(solved, segment, Objective())
+        causes = infeasible_values(problem, direct=segment.way_options is None)
+        errors += located_in_segment(causes, solved, segment)
     if errors:
         raise merge_errors(errors)

@@ -22,7 +22,7 @@ from knotwork.verification.collisions import motion_model
 from knotwork.verification.finding import Verdict
 
 TIMES_GROUP, MOTION_GROUP = "Chosen times", "Chosen motion"
-"""Groups of findings if a time was free, and if only velocities, knots or ways were."""
+"""Groups of findings if a time was free, and if only velocities, knots or solutions were."""
 WAYS_GROUP = "Ways"
 
 SHOWN_CLEARANCE_PRECISION = 1e-5

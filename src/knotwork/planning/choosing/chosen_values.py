@@ -14,7 +14,7 @@ from knotwork.errors import InputError
 from knotwork.files.documents import read, read_text, with_values
 from knotwork.files.documents.edits import differences
 from knotwork.files.documents.yaml_text import to_block_yaml
-from knotwork.planning.choosing.segments import TimingSegment, TimingTask
+from knotwork.planning.choosing.segments import FreeSegment, SolvedScenario
 from knotwork.planning.timing import TimedMotion
 from knotwork.task import ChosenMotion, Velocity
 from knotwork.task.scenario import JointTarget, Scenario
@@ -27,15 +27,17 @@ CHOSEN_STOP_SPEED = 1e-9
 """Chosen speeds below this are stops [m/s]."""
 
 
-def with_chosen_values(task: TimingTask, motions: Mapping[TimingSegment, TimedMotion]) -> Scenario:
+def with_chosen_values(
+    solved: SolvedScenario, motions: Mapping[FreeSegment, TimedMotion]
+) -> Scenario:
     """The scenario with numbers in place of its free values, from the motions of all segments."""
-    scenario, free = task.scenario, task.free_values
+    scenario, free = solved.scenario, solved.free_values
     waypoints: defaultdict[int, dict[str, Any]] = defaultdict(dict)
-    positions = np.array(task.waypoints.position)
+    positions = np.array(solved.waypoints.position)
     for segment, motion in motions.items():
-        if segment.way is not None:  # its end was chosen
+        if segment.way_options is not None:  # its end was chosen
             positions[segment.rows] = motion.trajectory.position(motion.time)
-    waypoints.update(solutions_near(task, positions))
+    waypoints.update(solutions_near(solved, positions))
     for i in free.way_options:
         waypoints[scenario.task_index[i]]["way"] = None
     for segment, motion in motions.items():
@@ -45,7 +47,7 @@ def with_chosen_values(task: TimingTask, motions: Mapping[TimingSegment, TimedMo
                 after = float(motion.time[k] - motion.time[k - 1])
                 changes |= {"time": None, "after": after}
             q = positions[segment.rows[k]]
-            changes |= _chosen_speed(task, i, q, motion.velocity[k])
+            changes |= _chosen_speed(solved, i, q, motion.velocity[k])
     optimal = scenario.given.knots == "optimal"
     numbers = scenario.given.with_waypoints(waypoints).replace(
         times=None, duration=None, objective=None, ways=None, **({"knots": None} if optimal else {})
@@ -53,49 +55,50 @@ def with_chosen_values(task: TimingTask, motions: Mapping[TimingSegment, TimedMo
     timed = change_task(scenario, numbers)
     if not motions:
         return timed
-    sections = [_chosen_motion(task, timed, *pair) for pair in motions.items()]
+    sections = [_chosen_motion(solved, timed, *pair) for pair in motions.items()]
     return replace(timed, given=numbers.replace(chosen=sections))
 
 
 def solutions_near(
-    task: TimingTask, positions: FloatArray | None = None
+    solved: SolvedScenario, positions: FloatArray | None = None
 ) -> dict[int, dict[str, Any]]:
     """Keys `near` of the waypoints, with which planning chooses the same IK solutions again.
 
     Args:
-        task: The task.
+        solved: The scenario and its IK solutions.
         positions: Joint positions of all rows [rad or m], by default those of its solution.
     """
-    positions = task.waypoints.position if positions is None else positions
-    index, paths = task.scenario.task_index, task.scenario.paths
-    units = task.scenario.given.units.in_si
+    positions = solved.waypoints.position if positions is None else positions
+    index, paths = solved.scenario.task_index, solved.scenario.paths
+    units = solved.scenario.given.units.in_si
     # In the task, the end of a path and the end of the wait there are one waypoint. A wait on a
     # moving frame is a path as well. A pose without another path to it has its own solution.
     along = ((path.first, i) for path in paths for i in range(path.first + 1, path.last + 1))
     followed = {index[i] for first, i in along if index[i] != index[first]}
     poses: dict[int, int] = {}
-    for i, waypoint in enumerate(task.scenario.waypoints):
+    for i, waypoint in enumerate(solved.scenario.waypoints):
         if isinstance(waypoint, CartesianWaypoint) and index[i] not in followed:
             poses.setdefault(index[i], i)
     return {
-        k: {"near": by_joint(task.space, positions[task.rows[i]], *units)} for k, i in poses.items()
+        k: {"near": by_joint(solved.space, positions[solved.rows[i]], *units)}
+        for k, i in poses.items()
     }
 
 
-def _chosen_speed(task: TimingTask, i: int, q: FloatArray, v: FloatArray) -> dict[str, Any]:
+def _chosen_speed(solved: SolvedScenario, i: int, q: FloatArray, v: FloatArray) -> dict[str, Any]:
     """Keys for the speed or velocity of a waypoint where it is chosen."""
-    kind, robot = task.free_values.speed_kinds[i], task.space.robot
-    waypoint = task.scenario.waypoints[i]
-    length, angle = task.scenario.given.units.in_si
+    kind, robot = solved.free_values.speed_kinds[i], solved.space.robot
+    waypoint = solved.scenario.waypoints[i]
+    length, angle = solved.scenario.given.units.in_si
     if kind == "given":
         return {}
     if robot is None or isinstance(waypoint, JointTarget):
-        return {"velocity": by_joint(task.space, v, length, angle)}
+        return {"velocity": by_joint(solved.space, v, length, angle)}
     robot, joints = robot.in_frame(in_world_frame=waypoint.in_world_frame)
     twist = robot.twist(q[joints], v[joints])
     if kind == "free":
         twist -= waypoint.twist  # the file gives relative velocities
-        scenario, axes, turn = task.scenario, "base", np.eye(3)
+        scenario, axes, turn = solved.scenario, "base", np.eye(3)
         if scenario.pose_frame_link and not waypoint.in_world_frame:
             # the base of the file moves relative to it
             spec = scenario.given.waypoints[scenario.task_index[i]]
@@ -108,12 +111,12 @@ def _chosen_speed(task: TimingTask, i: int, q: FloatArray, v: FloatArray) -> dic
 
 
 def _chosen_motion(
-    task: TimingTask, timed: Scenario, segment: TimingSegment, motion: TimedMotion
+    solved: SolvedScenario, timed: Scenario, segment: FreeSegment, motion: TimedMotion
 ) -> ChosenMotion:
     """Knots and velocities of a segment, with which the task defines its motion.
 
     Args:
-        task: The task with free values.
+        solved: The scenario with free values.
         timed: The scenario with numbers in their place.
         segment: A segment.
         motion: Its motion.
@@ -122,16 +125,16 @@ def _chosen_motion(
     x = motion.trajectory.breaks
     times = np.interp(x, motion.time, timed.times[list(segment.waypoints)])
     velocities = {
-        timed.waypoints[i].name: by_joint(task.space, motion.velocity[k], length, angle)
+        timed.waypoints[i].name: by_joint(solved.space, motion.velocity[k], length, angle)
         for k, i in enumerate(segment.waypoints)
-        if task.free_values.speed_kinds[i] != "given"
+        if solved.free_values.speed_kinds[i] != "given"
     }
     extra: dict[str, Any] = {"velocities": velocities, "way": motion.tries}
     if motion.extra_clearance is not None:
         extra["room"] = motion.extra_clearance / length
     return ChosenMotion(
         times=times.tolist(),
-        accelerations=by_joint(task.space, motion.trajectory.acceleration(x), length, angle),
+        accelerations=by_joint(solved.space, motion.trajectory.acceleration(x), length, angle),
         **{key: value for key, value in extra.items() if value},
     )
 

@@ -10,7 +10,7 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.curves.retiming import stop_on_path
 from knotwork.errors import InputError, NoWayFoundError
-from knotwork.planning.choosing.segments import TimingSegment, TimingTask
+from knotwork.planning.choosing.segments import FreeSegment, SolvedScenario
 from knotwork.planning.timing import TimedMotion, TimingProblem
 from knotwork.planning.timing.bounds import lower_bound, sufficient_duration
 from knotwork.planning.timing.section_motion import SectionMotion
@@ -37,8 +37,8 @@ STOP_TOLERANCE = 1e-6
 
 
 def plan_clear_segment(
-    task: TimingTask,
-    segment: TimingSegment,
+    solved: SolvedScenario,
+    segment: FreeSegment,
     problem: TimingProblem,
     budget: Budget,
     start: FloatArray | None = None,
@@ -46,7 +46,7 @@ def plan_clear_segment(
     """Find a fast motion for a segment, proved to be collision-free.
 
     Args:
-        task: The task.
+        solved: The scenario and its IK solutions.
         segment: A segment with `way: clear`.
         problem: Its timing problem.
         budget: Budget and progress of all segments.
@@ -55,19 +55,19 @@ def plan_clear_segment(
     Raises:
         NoWayFoundError: No motion was found, or an end is not clear.
     """
-    options, robot = segment.way, task.space.robot
+    options, robot = segment.way_options, solved.space.robot
     if options is None or robot is None:
         raise TypeError("the segment has no way: clear")
     if start is not None:
         problem = replace(problem, position=np.stack((start, *problem.position[1:])))
-    way_problem = ClearMotionProblem(
+    clear_problem = ClearMotionProblem(
         problem,
-        starts=_solutions(task, segment, problem, robot, 0),
-        goals=_solutions(task, segment, problem, robot, -1),
+        starts=_solutions(solved, segment, problem, robot, 0),
+        goals=_solutions(solved, segment, problem, robot, -1),
         arm_model=robot.model,
-        collision_model=_bodies(task, segment),
-        resolution=task.scenario.scene.collisions.resolution,
-        stop=lambda: _stop(task, segment, problem),
+        collision_model=_bodies(solved, segment),
+        resolution=solved.scenario.scene.collisions.resolution,
+        stop=lambda: _stop(solved, segment, problem),
     )
     tries = 0
 
@@ -77,25 +77,28 @@ def plan_clear_segment(
         budget.step(1, seconds, f"way {number} of {options.tries}", (number - 1) / options.tries)
 
     try:
-        way = find_clear_motion(
-            way_problem,
+        motion = find_clear_motion(
+            clear_problem,
             tries=options.tries,
             extra_clearance=options.room,
             is_out_of_time=lambda: budget.is_over,
             report=report,
         )
-    except NoClearMotionError as no_way:
-        single = len(way_problem.starts) == len(way_problem.goals) == 1
-        raise _located_error(no_way, task, segment, single=single) from None
-    budget.solved += 1
-    curve = _stretch_to_time(way, problem, task, segment)
-    motion = _timed_motion(way, curve, problem, way_problem)
-    extra = way.extra_clearance if options.room else None
-    return replace(motion, line=way.line, tries=tries, extra_clearance=extra)
+    except NoClearMotionError as fault:
+        single = len(clear_problem.starts) == len(clear_problem.goals) == 1
+        raise _located_error(fault, solved, segment, single=single) from None
+    budget.finish(1)
+    curve = _stretch_to_time(motion, problem, solved, segment)
+    timed = _timed_motion(motion, curve, problem, clear_problem)
+    extra = motion.extra_clearance if options.room else None
+    return replace(timed, line=motion.line, tries=tries, extra_clearance=extra)
 
 
 def _timed_motion(
-    way: ClearMotion, curve: PiecewisePolynomial, problem: TimingProblem, ends: ClearMotionProblem
+    motion: ClearMotion,
+    curve: PiecewisePolynomial,
+    problem: TimingProblem,
+    ends: ClearMotionProblem,
 ) -> TimedMotion:
     """Convert a collision-free motion to the result that every segment has."""
     least = min(
@@ -103,18 +106,18 @@ def _timed_motion(
         for first in ends.starts
         for last in ends.goals
     )
-    time = way.time * (float(curve.x[-1]) / way.duration)
-    motion = SectionMotion(time, curve, "resting" if way.rests else "optimal")
-    return timed_motion(problem, motion, least, "way")
+    time = motion.time * (float(curve.x[-1]) / motion.duration)
+    section = SectionMotion(time, curve, "resting" if motion.rests else "optimal")
+    return timed_motion(problem, section, least, "way")
 
 
 def _stop(
-    task: TimingTask, segment: TimingSegment, problem: TimingProblem
+    solved: SolvedScenario, segment: FreeSegment, problem: TimingProblem
 ) -> PiecewisePolynomial | None:
     """The motion that the task continues, stopped on its path or at its end; `None` without one."""
-    if task.scenario.continued_motion is None or segment.waypoints[0]:
+    if solved.scenario.continued_motion is None or segment.waypoints[0]:
         return None
-    motion, at = task.scenario.continued_motion
+    motion, at = solved.scenario.continued_motion
     curve, limits = motion.polynomial, problem.limits
     columns = [motion.joint_names.index(name) for name in problem.joint_names]
     curve = cut_curve(PiecewisePolynomial(curve.c[:, :, columns], curve.x), at, float(curve.x[-1]))
@@ -123,33 +126,33 @@ def _stop(
     return curve if stopped is None else stopped[1]
 
 
-def _bodies(task: TimingTask, segment: TimingSegment) -> CollisionModel:
+def _bodies(solved: SolvedScenario, segment: FreeSegment) -> CollisionModel:
     """Bodies that are present during a segment. They must not change.
 
     Raises:
         InputError: The bodies change during the segment, or an obstacle moves.
     """
-    first, *later = (bodies_at(task.collision_model, i + 0.5) for i in segment.waypoints[:-1])
+    first, *later = (bodies_at(solved.collision_model, i + 0.5) for i in segment.waypoints[:-1])
     for model, i in zip(later, segment.waypoints[1:-1], strict=True):
         if model.pairs != first.pairs:
             raise InputError(
                 "the velocity is chosen, but a body comes or goes here; accepted: stop, or a "
                 "velocity",
-                where=task.where(i),
+                where=solved.where(i),
             )
-    joints = task.space.robot.model.njoints if task.space.robot is not None else 0
+    joints = solved.space.robot.model.njoints if solved.space.robot is not None else 0
     bodies = (first.bodies[k] for pair in first.pairs for k in (pair.first, pair.second))
     if moving := dict.fromkeys(body.name.split("/")[0] for body in bodies if body.joint >= joints):
         raise InputError(
             f"does not support moving obstacles ({', '.join(moving)}); "
             "accepted: no way here, and waypoints around them with times or after: fastest",
-            where=task.where(segment.waypoints[-1]),
+            where=solved.where(segment.waypoints[-1], "way"),
         )
     return first
 
 
 def _solutions(
-    task: TimingTask, segment: TimingSegment, problem: TimingProblem, robot: Robot, end: int
+    solved: SolvedScenario, segment: FreeSegment, problem: TimingProblem, robot: Robot, end: int
 ) -> FloatArray:
     """Joint positions at the start, 0, or the end, -1, of a motion, shape (m, d).
 
@@ -157,12 +160,12 @@ def _solutions(
     on the choice. This is so if the arm stops there, no motion precedes the start, and a motion
     after the end is planned collision-free as well.
     """
-    scenario, i = task.scenario, segment.waypoints[end]
+    scenario, i = solved.scenario, segment.waypoints[end]
     chosen, waypoint = problem.position[end], scenario.waypoints[i]
     spec = scenario.given.waypoints[scenario.task_index[i]]
     if not isinstance(waypoint, CartesianWaypoint) or not isinstance(spec, PoseWaypoint):
         return np.array(chosen[None])
-    options, last = task.free_values.way_options, len(scenario.waypoints) - 1
+    options, last = solved.free_values.way_options, len(scenario.waypoints) - 1
     tied = i < last and i + 1 not in options if end else i > 0
     fixed = (
         spec.near is not None
@@ -182,75 +185,76 @@ def _solutions(
 
 
 def _stretch_to_time(
-    way: ClearMotion, problem: TimingProblem, task: TimingTask, segment: TimingSegment
+    motion: ClearMotion, problem: TimingProblem, solved: SolvedScenario, segment: FreeSegment
 ) -> PiecewisePolynomial:
     """Stretch a motion to the given time, if there is one."""
     given_time = float(problem.total or problem.duration.sum())
     least = float(problem.at_least.sum())
-    duration = max(way.duration, least) if np.isnan(given_time) else given_time
-    if duration == way.duration:
-        return way.curve
-    if duration < way.duration:
+    duration = max(motion.duration, least) if np.isnan(given_time) else given_time
+    if duration == motion.duration:
+        return motion.curve
+    if duration < motion.duration:
         message = (
             f"{duration:g} s is shorter than the fastest motion found, which takes "
-            f"{rounded_up(way.duration):.6g} s; accepted: "
-            f"{sufficient_duration(way.duration):.6g} s or more, or no time"
+            f"{rounded_up(motion.duration):.6g} s; accepted: "
+            f"{sufficient_duration(motion.duration):.6g} s or more, or no time"
         )
-    elif (curve := slow_to_duration(way, duration)) is not None:
+    elif (curve := slow_to_duration(motion, duration)) is not None:
         return curve
     else:
         message = (
             f"a motion of {duration:g} s is infeasible with the velocities at its ends; "
             "accepted: no time, or a stop at both ends"
         )
-    raise InputError(message, where=task.where(segment.waypoints[-1]))
+    raise InputError(message, where=solved.where(segment.waypoints[-1]))
 
 
 def _located_error(
-    no_way: NoClearMotionError, task: TimingTask, segment: TimingSegment, *, single: bool
+    fault: NoClearMotionError, solved: SolvedScenario, segment: FreeSegment, *, single: bool
 ) -> NoWayFoundError:
     """Make the error for a missing motion, at the waypoint of the fault, or else at the goal.
 
     Args:
-        no_way: The reason.
-        task: The task.
+        fault: The fault, for which there is no motion.
+        solved: The scenario and its IK solutions.
         segment: The segment without a motion.
         single: Whether only one solution of each end was a candidate.
     """
-    names = [task.scenario.waypoints[i].name for i in segment.waypoints]
-    text, k, end = task.scenario.units.text, no_way.waypoint, ""
+    names = [solved.scenario.waypoints[i].name for i in segment.waypoints]
+    text, k, end = solved.scenario.units.text, fault.waypoint, ""
     bodies: tuple[str, ...] = ()
     if k is None:
-        reason = f" was found among {no_way.checks} configurations; one may exist all the same"
+        reason = f" was found among {fault.checks} configurations; one may exist all the same"
         accepted = "more space, a waypoint in between, or a smaller scene.margin"
     else:
         end, where = {0: "start", -1: "goal"}.get(k, f"{k}"), f"at {names[k]!r}"
-        if no_way.moving or no_way.limit:
-            way = "stopping after" if k == 0 else "coming from rest to"
-            where = f"{way} {names[k]!r}"
-        if no_way.limit:
-            joint, unit = task.space.joint_names[no_way.joint], task.space.joint_units[no_way.joint]
-            excess = f"exceeds its {no_way.limit} limit"
-            if no_way.limit == "position":
-                excess = f"goes {text(no_way.depth, unit, '.4g')} beyond its position limit"
-            elif no_way.limit == "tool_speed":
+        if fault.moving or fault.limit:
+            phase = "stopping after" if k == 0 else "coming from rest to"
+            where = f"{phase} {names[k]!r}"
+        if fault.limit:
+            space = solved.space
+            joint, unit = space.joint_names[fault.joint], space.joint_units[fault.joint]
+            excess = f"exceeds its {fault.limit} limit"
+            if fault.limit == "position":
+                excess = f"goes {text(fault.depth, unit, '.4g')} beyond its position limit"
+            elif fault.limit == "tool_speed":
                 joint, excess = "the tool", "exceeds its speed limit"
             reason = f": {where}, {joint} {excess}"
             accepted = "a lower velocity there, or a stop"
         else:
-            bodies = first, second = no_way.bodies
-            depth = text(no_way.depth, "m", ".4g")
+            bodies = first, second = fault.bodies
+            depth = text(fault.depth, "m", ".4g")
             reason = f": {where}, {second} is {depth} too close to {first}"
-            if no_way.solutions > 1:
-                reason += f", and none of {no_way.solutions} solutions is clear"
-            slower = "a lower velocity or " if no_way.moving else ""
+            if fault.solutions > 1:
+                reason += f", and none of {fault.solutions} solutions is clear"
+            slower = "a lower velocity or " if fault.moving else ""
             accepted = f"{slower}another pose there, a smaller scene.margin, or objects elsewhere"
     return NoWayFoundError(
         f"no collision-free motion from {names[0]!r} to {names[-1]!r}{reason}; "
         f"accepted: {accepted}",
         end=end,
         names=bodies,
-        depth=no_way.depth,
+        depth=fault.depth,
         waypoints=segment.waypoints if single else None,
-        where=task.where(segment.waypoints[-1 if k is None else k]),
+        where=solved.where(segment.waypoints[-1 if k is None else k]),
     )

@@ -15,7 +15,7 @@ from knotwork.curves.interpolation import ModifiedHermiteSpline
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.tool_paths import TimedPath, Timing, speed_profile
 from knotwork.joint_quantities import RATE_QUANTITIES
-from knotwork.planning.choosing.segments import TimingTask
+from knotwork.planning.choosing.segments import SolvedScenario
 from knotwork.planning.task_to_joint import knots_of
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
@@ -60,7 +60,7 @@ class LimitUtilisation:
     """Utilisation of each limit of a task by joint states on a path; 1 is the limit.
 
     Args:
-        task: The task.
+        solved: The scenario and its IK solutions.
         path: The path, whose load the efforts depend on.
 
     Attributes:
@@ -68,12 +68,12 @@ class LimitUtilisation:
         orders: Powers of the speed with which they grow, shape (m,).
     """
 
-    def __init__(self, task: TimingTask, path: ScenarioPath) -> None:
-        space, motion = task.space, task.scenario.motion_limits
+    def __init__(self, solved: SolvedScenario, path: ScenarioPath) -> None:
+        space, motion = solved.space, solved.scenario.motion_limits
         self.robot = robot = cast(Robot, space.robot)  # only robots follow paths
         self._bounds = space.limits
         efforts = bool(np.isfinite(space.limits["effort"]).any())
-        self._effort = task.dynamics(path.first) if efforts else None
+        self._effort = solved.dynamics(path.first) if efforts else None
         orders = dict(zip(RATE_QUANTITIES, (1, 2, 3), strict=True)) | (
             {"effort": 2} if efforts else {}
         )
@@ -131,20 +131,20 @@ class LimitUtilisation:
         """Utilisation of each limit, shape (n, m), from components of shape (n, c)."""
         return np.asarray(np.sqrt(np.add.reduceat(components**2, self.starts, axis=1)))
 
-    def of_motion(self, task: TimingTask, path: ScenarioPath) -> FloatArray:
+    def of_motion(self, solved: SolvedScenario, path: ScenarioPath) -> FloatArray:
         """Largest utilisation by the planned motion on each part of a path, shape (n, 3, m).
 
         Args:
-            task: A task with known speeds along its paths.
-            path: The path in this task.
+            solved: A scenario with known speeds along its paths.
+            path: The path in this scenario.
         """
-        rows, points = task.rows, task.waypoints
+        rows, points = solved.rows, solved.waypoints
         inserted = slice(rows[path.first], rows[path.last] + 1)
         time, q, v, a = (
             np.asarray(values)[inserted]
             for values in (points.time, points.position, points.velocity, points.acceleration)
         )
-        curve = ModifiedHermiteSpline(time, q, v, knots=knots_of(task.scenario), acceleration=a)
+        curve = ModifiedHermiteSpline(time, q, v, knots=knots_of(solved.scenario), acceleration=a)
         t, *states = _states(curve)
         ends = path.motion.start_time + _parts(path.motion.timing)
         return _largest_by_part(self.combine(self.components(*states)), t, ends)
@@ -184,17 +184,19 @@ class PathUtilisation:
     """Utilisation of each limit along a path, at any speeds and without another solution.
 
     Args:
-        task: The task.
+        solved: The scenario and its IK solutions.
         path: One of its paths.
         limits: Utilisation of its limits by states.
     """
 
-    def __init__(self, task: TimingTask, path: ScenarioPath, limits: LimitUtilisation) -> None:
+    def __init__(
+        self, solved: SolvedScenario, path: ScenarioPath, limits: LimitUtilisation
+    ) -> None:
         self._limits, lengths = limits, path.requested.lengths
         # at 1 m/s time is the arc length
         timing = speed_profile(lengths, np.ones(len(lengths)), acceleration=1.0)
         unit = TimedPath(path.motion.path, timing)
-        robot, start, pull = task.solution.starts[path.first]
+        robot, start, pull = solved.solution.starts[path.first]
         self._s, *states = _states(JointsOnPath(robot, unit, start, pull).curve)
         q, d1, d2, d3 = (values[:, : limits.robot.dof] for values in states)
         zero = np.zeros_like(q)

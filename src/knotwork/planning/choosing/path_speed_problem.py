@@ -20,7 +20,7 @@ from knotwork.planning.choosing.path_limit_utilisation import (
     LimitUtilisation,
     PathUtilisation,
 )
-from knotwork.planning.choosing.segments import TimingTask
+from knotwork.planning.choosing.segments import SolvedScenario
 from knotwork.task.scenario import ScenarioPath
 from knotwork.waypoints import FloatArray
 
@@ -75,7 +75,7 @@ class PathSpeedProblem:
     Planned motions correct the expected utilisation of the limits, and lower the caps.
 
     Args:
-        task: The task.
+        solved: The scenario and its IK solutions.
         number: Index of the path among those of the task.
 
     Attributes:
@@ -85,13 +85,13 @@ class PathSpeedProblem:
         limiting: The limit or other bound of each of them.
     """
 
-    def __init__(self, task: TimingTask, number: int) -> None:
-        self.number, self.path = number, task.scenario.paths[number]
+    def __init__(self, solved: SolvedScenario, number: int) -> None:
+        self.number, self.path = number, solved.scenario.paths[number]
         self.requested = self.path.requested
         self.caps = {k: (bound, AT_MOST) for k, bound in self.requested.at_most.items()}
-        self.unit = task.scenario.shown_length[0]
-        self.utilisation = LimitUtilisation(task, self.path)
-        self.along = PathUtilisation(task, self.path, self.utilisation)
+        self.unit = solved.scenario.shown_length[0]
+        self.utilisation = LimitUtilisation(solved, self.path)
+        self.along = PathUtilisation(solved, self.path, self.utilisation)
         self._ratio = np.ones((len(self.path.stretches), 3, len(self.utilisation.limits)))
         self.speeds: dict[int, float] = {}
         self.limiting: dict[int, Limit] = {}
@@ -186,19 +186,19 @@ class PathSpeedProblem:
         """Cap each speed at a fraction of its present value."""
         self.caps = {k: (factor * speed, reason) for k, speed in self.speeds.items()}
 
-    def correct_from_plan(self, task: TimingTask) -> NoSpeedsError | None:
+    def correct_from_plan(self, solved: SolvedScenario) -> NoSpeedsError | None:
         """Correct the expected utilisation by that of a planned motion.
 
         Speeds with which this motion exceeds a limit are capped.
 
         Args:
-            task: The task with the chosen speeds.
+            solved: The scenario with the chosen speeds.
 
         Returns:
             The error for the limit that the motion exceeds, or `None`.
         """
-        path = task.scenario.paths[self.number]
-        planned = self.utilisation.of_motion(task, path)
+        path = solved.scenario.paths[self.number]
+        planned = self.utilisation.of_motion(solved, path)
         expected = self.along.with_timing(path.motion.timing)
         ratio = np.clip(planned / np.maximum(expected, 1e-9), 0.1, 1e3)
         compared = np.maximum(planned, self._ratio * expected) > SIGNIFICANT_UTILISATION

@@ -1,4 +1,4 @@
-"""Segments of a task between waypoints with a known state, and their timing problems."""
+"""The free segments of a scenario, each between known states, and their timing problems."""
 
 from __future__ import annotations
 
@@ -27,20 +27,20 @@ MIN_RAMP_TIME = 0.01
 """Minimum time from zero to the maximum acceleration if there is no jerk limit [s]."""
 
 MAX_JERK = 2e4
-"""Largest jerk if there are no limits of jerk and acceleration [rad/s³ or m/s³]."""
+"""Largest assumed jerk [rad/s³ or m/s³]."""
 
 
 @dataclass(frozen=True, eq=False)
-class TimingTask:
-    """A scenario with free values and the solutions of its poses.
+class SolvedScenario:
+    """A scenario with free values, and the IK solutions of its poses: the input of choosing.
 
     Timing problems need joint positions, loads and bodies, which the scenario alone does not have.
 
     Attributes:
-        scenario: The task.
+        scenario: The scenario.
         free_values: Its free values.
         space: Its joints.
-        solution: Its waypoints at the joints, unknown times as expected.
+        solution: Its waypoints at the joints, free times as expected.
     """
 
     scenario: Scenario
@@ -49,9 +49,9 @@ class TimingTask:
     solution: TaskSolution
 
     @classmethod
-    def solved(
+    def solve(
         cls, scenario: Scenario, free_values: FreeValues, solution: TaskSolution | None = None
-    ) -> TimingTask:
+    ) -> SolvedScenario:
         """A scenario with its joints; its poses are solved unless their solution is given."""
         space = joint_space(scenario)
         solution = solution or solve_task(scenario, space, knots_of(scenario))
@@ -121,64 +121,66 @@ class TimingTask:
 
 
 @dataclass(frozen=True, eq=False)
-class TimingSegment:
-    """Consecutive waypoints of a scenario, without a tool path or wait between them.
+class FreeSegment:
+    """Consecutive waypoints whose free values are chosen together, and apart from all others.
+
+    There is no tool path or wait between them.
 
     Attributes:
         waypoints: Their indices in the scenario.
         rows: Their rows in its joint waypoints, shape (n,).
-        way: Options of a collision-free motion, or `None`.
+        way_options: Options of a collision-free motion, or `None`.
     """
 
     waypoints: range
     rows: IndexArray
-    way: ClearWay | None = None
+    way_options: ClearWay | None = None
 
 
-def find_segments(task: TimingTask) -> list[TimingSegment]:
-    """Split a task into segments with free values, in order of time.
+def find_segments(solved: SolvedScenario) -> list[FreeSegment]:
+    """Find the free segments of a scenario, in order of time.
 
     Raises:
         InputError: Two equal stops have no given time between them, or a free velocity is at a
             waypoint where the motion must be split.
     """
-    scenario, free = task.scenario, task.free_values
-    closed = set(task.space.waits)
+    scenario, free = solved.scenario, solved.free_values
+    closed = set(solved.space.waits)
     for i in closed:
         if free.duration_is_free[i]:
             names = (scenario.waypoints[k].name for k in (i, i + 1))
             raise InputError(
                 f"{' and '.join(map(repr, names))} are the same stop, so the minimum time between "
                 "them is zero; accepted: wait: seconds at the first of them, or after: seconds",
-                where=task.where(i + 1),
+                where=solved.where(i + 1),
             )
-    ends = task.zero_acceleration_points
+    ends = solved.zero_acceleration_points
     for i, why in ends.items():
         if free.speed_kinds[i] != "given":
             accepted = "stop, or a velocity"
             if i in free.way_options and i + 1 in free.way_options:
                 accepted += ", or velocity: free between ways of equal options without times"
             message = f"the velocity is chosen, but {why} here; accepted: {accepted}"
-            raise InputError(message, where=task.where(i))
+            raise InputError(message, where=solved.where(i))
     closed.update(i for path in scenario.paths for i in range(path.first, path.last))
     last = len(scenario.waypoints) - 1
-    segments: list[TimingSegment] = []
+    segments: list[FreeSegment] = []
     first = 0
     for i in range(last + 1):
         if i < last and i not in closed and i not in ends:
             continue
-        if i > first and _has_free_values(task, first, i):
-            rows = task.rows[first : i + 1]
-            segments.append(TimingSegment(range(first, i + 1), rows, free.way_options.get(i)))
+        if i > first and _has_free_values(solved, first, i):
+            rows = solved.rows[first : i + 1]
+            segments.append(FreeSegment(range(first, i + 1), rows, free.way_options.get(i)))
         first = i + 1 if i in closed else i
     return segments
 
 
-def _has_free_values(task: TimingTask, first: int, last: int) -> bool:
+def _has_free_values(solved: SolvedScenario, first: int, last: int) -> bool:
     """Whether anything is chosen between two waypoints."""
-    free = task.free_values
+    free = solved.free_values
     return bool(
-        task.zero_acceleration_points.keys() & {first, last}
+        solved.zero_acceleration_points.keys() & {first, last}
         or free.knots_are_free
         or free.duration_is_free[first:last].any()
         or any(kind != "given" for kind in free.speed_kinds[first : last + 1])
@@ -186,34 +188,34 @@ def _has_free_values(task: TimingTask, first: int, last: int) -> bool:
 
 
 def timing_problem(
-    task: TimingTask, segment: TimingSegment, objective: Objective, total: float | None = None
+    solved: SolvedScenario, segment: FreeSegment, objective: Objective, total: float | None = None
 ) -> TimingProblem:
     """Make the timing problem of a segment from its given and free values.
 
     Args:
-        task: The task.
+        solved: The scenario and its IK solutions.
         segment: The segment.
         objective: Objective to minimise.
         total: Duration of the segment [s], or `None`.
 
     Raises:
-        InputError: A moving joint has neither an acceleration nor an effort limit.
+        InputError: A joint has neither an acceleration nor an effort limit.
     """
-    free, space, waypoints = task.free_values, task.space, task.waypoints
+    free, space, waypoints = solved.free_values, solved.space, solved.waypoints
     rows = segment.rows
-    inner = slice(segment.waypoints[0], segment.waypoints[-1])
+    intervals = slice(segment.waypoints[0], segment.waypoints[-1])
     velocity = waypoints.velocity[rows].copy()
     kinds = [free.speed_kinds[i] for i in segment.waypoints]
     velocity[[kind == "free" for kind in kinds]] = np.nan
     limits = replace(space.limits, jerk=jerk_limits(space))
     if space.robot is None:  # no dynamics are known
         limits = replace(limits, effort=np.full(len(space.joint_names), np.inf))
-    tool_speed = task.scenario.motion_limits.tool_speed or np.inf
-    duration = task.scenario.durations[inner]
+    tool_speed = solved.scenario.motion_limits.tool_speed or np.inf
+    duration = solved.scenario.durations[intervals]
     if np.isnan(duration).any() and total is None:
-        _check_limits(task.scenario, space, limits)
+        _check_limits(solved.scenario, space, limits)
     effort = bool(np.isfinite(limits.effort).any() or objective.effort)
-    moved_by_force = effort or np.isfinite(tool_speed)
+    needs_dynamics = effort or np.isfinite(tool_speed)
     return TimingProblem(
         space.joint_names,
         waypoints.position[rows],
@@ -223,14 +225,14 @@ def timing_problem(
         joint_units=space.joint_units,
         along=np.array([kind == "along" for kind in kinds]),
         max_factor=free.max_speeds[list(segment.waypoints)],
-        acceleration=_accelerations(task, segment),
+        acceleration=_accelerations(solved, segment),
         duration=duration,
-        at_least=free.min_durations[inner],
+        at_least=free.min_durations[intervals],
         total=total,
         tool_speed=tool_speed,
         objective=objective,
-        dynamics=task.dynamics(segment.waypoints[0]) if moved_by_force else None,
-        units=task.scenario.units,
+        dynamics=solved.dynamics(segment.waypoints[0]) if needs_dynamics else None,
+        units=solved.scenario.units,
     )
 
 
@@ -248,13 +250,13 @@ def assumed_jerk(space: JointSpace) -> dict[str, float]:
     return {name: float(bound) for name, has, bound in bounds if not has}
 
 
-def _accelerations(task: TimingTask, segment: TimingSegment) -> FloatArray:
-    """Accelerations at the waypoints of a segment, NaN where unknown, shape (n, d).
+def _accelerations(solved: SolvedScenario, segment: FreeSegment) -> FloatArray:
+    """Accelerations at the waypoints of a segment, NaN where free, shape (n, d).
 
     At the ends of the motion they are as given. Otherwise they are zero there if times are chosen,
-    and unknown if only knots are. They are zero where a collision-free motion begins or ends.
+    and free if only knots are. They are zero where a collision-free motion begins or ends.
     """
-    space, waypoints, rows = task.space, task.waypoints, segment.rows
+    space, waypoints, rows = solved.space, solved.waypoints, segment.rows
     accelerations = np.full((len(rows), len(space.joint_names)), np.nan)
     for end, last in ((0, 0), (-1, len(waypoints.time) - 1)):
         row, given = rows[end], waypoints.acceleration
@@ -262,8 +264,8 @@ def _accelerations(task: TimingTask, segment: TimingSegment) -> FloatArray:
             accelerations[end] = given[row]
         elif row == last and space.end_acceleration is not None:
             accelerations[end] = space.end_acceleration[end]
-        elif segment.waypoints[end] in task.zero_acceleration_points or (
-            row == last and task.free_values.duration_is_free.any()
+        elif segment.waypoints[end] in solved.zero_acceleration_points or (
+            row == last and solved.free_values.duration_is_free.any()
         ):
             accelerations[end] = 0.0
     return accelerations

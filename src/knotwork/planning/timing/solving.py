@@ -46,7 +46,7 @@ def solve(
     budget: float | None = None,
     progress: Callable[[Progress], None] | None = None,
 ) -> TimedMotion:
-    """Minimise the objective of a problem over its unknowns, within all limits.
+    """Minimise the objective of a problem over its free values, within all limits.
 
     Sections between waypoints with known velocity and acceleration are independent and solved
     separately. A long section is solved in windows, each with a few of the following intervals.
@@ -176,7 +176,7 @@ def solve_windows(problem: TimingProblem, budget: Budget) -> SectionMotion | Non
     last = len(problem.position) - 1
     if last <= MAX_INTERVALS or problem.total is not None:
         motion = solve_section(problem, budget)
-        budget.solved += last
+        budget.finish(last)
         return motion
     velocity, acceleration = np.array(problem.velocity), np.array(problem.acceleration)
     along = np.array(problem.along)
@@ -189,9 +189,9 @@ def solve_windows(problem: TimingProblem, budget: Budget) -> SectionMotion | Non
         count = end - first if is_last else WINDOW_INTERVALS
         motion = solve_section(start_known.section(first, end), budget)
         if motion is None or motion.status == "resting":  # the start state may be the reason
-            budget.solved += last - first
+            budget.finish(last - first)
             return solve_section(problem, budget)
-        budget.solved += count
+        budget.finish(count)
         first += count
         seam = motion.time[count]
         velocity[first], acceleration[first] = motion.curve(seam, 1), motion.curve(seam, 2)

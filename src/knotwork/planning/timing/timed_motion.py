@@ -65,7 +65,7 @@ class Progress:
 
 @dataclass(frozen=True, eq=False)
 class TimedMotion(ReadOnlyArrays):
-    """A motion that keeps every limit, with optimised durations.
+    """Solution of a `TimingProblem`: a motion that keeps every limit, with optimised durations.
 
     Attributes:
         trajectory: Joint trajectory: cubic, C2, from time 0 on.
@@ -138,6 +138,14 @@ class Budget:
     def remaining(self) -> float:
         """Remaining time [s]; infinite without a budget."""
         return np.inf if self.seconds is None else self.begun + self.seconds - self.now()
+
+    def begin(self, intervals: int) -> None:
+        """Begin parts with a number of intervals."""
+        self.work, self.solved = intervals, 0
+
+    def finish(self, intervals: int) -> None:
+        """Count the intervals of solved parts."""
+        self.solved += intervals
 
     @property
     def is_over(self) -> bool:

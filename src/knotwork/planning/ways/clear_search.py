@@ -21,7 +21,7 @@ from knotwork.planning.ways.clear_motion_problem import (
     MotionParts,
     NoClearMotionError,
 )
-from knotwork.planning.ways.clearance_proof import contacts_along, contacts_of
+from knotwork.planning.ways.clearance_proof import unproved_pairs, unproved_pairs_along
 from knotwork.planning.ways.configurations import Configurations
 from knotwork.planning.ways.exchange import Exchange
 from knotwork.planning.ways.rrt import connect, shorten_polyline
@@ -212,7 +212,7 @@ class _ClearSearch:
         if beyond.max() > 0.0:
             k = int(beyond.argmax())
             return NoClearMotionError(end, depth=float(beyond[k]), limit="position", joint=k)
-        contacts = contacts_of(self.problem.collision_model, motion, self.problem.resolution)
+        contacts = unproved_pairs(self.problem.collision_model, motion, self.problem.resolution)
         if contacts:
             worst = max(contacts, key=lambda contact: contact.margin - contact.distance)
             names, depth = (worst.first.name, worst.second.name), worst.margin - worst.distance
@@ -270,7 +270,9 @@ class _ClearSearch:
                 if line is None:
                     break
                 for candidate in (shorten_polyline(self.space, line, rng, step, weights), line):
-                    if len(candidate) == 1 or not contacts_along(model, candidate, resolution):
+                    if len(candidate) == 1 or not unproved_pairs_along(
+                        model, candidate, resolution
+                    ):
                         return candidate
             self.stage += 1
         return None
@@ -287,7 +289,7 @@ class _ClearSearch:
             return None
         curve, times, parts = first
         ends = self._timing_problem(line[passed], moving=True)
-        if contacts_of(problem.collision_model, curve, problem.resolution) or not keeps_limits(
+        if unproved_pairs(problem.collision_model, curve, problem.resolution) or not keeps_limits(
             ends, curve
         ):
             return None

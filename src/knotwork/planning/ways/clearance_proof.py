@@ -10,7 +10,7 @@ from knotwork.verification.bounds.clearance import Clearance, clearances
 from knotwork.waypoints import FloatArray
 
 
-def contacts_of(
+def unproved_pairs(
     model: CollisionModel, curve: PiecewisePolynomial, resolution: float
 ) -> list[Clearance]:
     """Pairs that collide over a motion, or are not proved to keep their margin.
@@ -21,11 +21,13 @@ def contacts_of(
     return [clearance for clearance in results if clearance.verdict != "clear"]
 
 
-def contacts_along(model: CollisionModel, line: FloatArray, resolution: float) -> list[Clearance]:
+def unproved_pairs_along(
+    model: CollisionModel, line: FloatArray, resolution: float
+) -> list[Clearance]:
     """Pairs that are not proved to keep their margin along a polyline; corners of shape (n, d)."""
     length = np.linalg.norm(np.diff(line, axis=0), axis=1)
     slope = np.diff(line, axis=0) / length[:, None]
     zero = np.zeros_like(slope)
     along = np.concatenate(([0.0], np.cumsum(length)))
     curve = PiecewisePolynomial(np.stack((zero, zero, slope, line[:-1])), along)
-    return contacts_of(model, curve, resolution)
+    return unproved_pairs(model, curve, resolution)

@@ -21,7 +21,7 @@ from knotwork.planning.timing.robot_limits import inner_state
 from knotwork.planning.timing.section import SectionProgram
 from knotwork.planning.timing.tightening import Tightening, tighten
 from knotwork.planning.timing.timing_problem import TimingProblem
-from knotwork.planning.ways.clearance_proof import contacts_of
+from knotwork.planning.ways.clearance_proof import unproved_pairs
 from knotwork.planning.ways.configurations import Configurations
 from knotwork.verification.bounds.clearance import Clearance
 from knotwork.waypoints import FloatArray
@@ -146,7 +146,7 @@ class Exchange:
             tighter = tighten(self.problem, self.tightening, solution.curve)
             if tighter is not None:
                 self.tightening = tighter
-            contacts = contacts_of(self.space.model, solution.curve, self.resolution)
+            contacts = unproved_pairs(self.space.model, solution.curve, self.resolution)
             if contacts or tighter is not None:
                 planes_found = self._planes_at_contacts(solution, contacts)
                 rejected += bool(contacts)

@@ -1,4 +1,4 @@
-"""Plans of a scenario with a given sequence of IK solutions."""
+"""`SequencePlanner`: a scenario with one sequence of IK solutions, planned and checked."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from knotwork.planning.planned_motion import Plan
-from knotwork.planning.planner_options import Interpolation
+from knotwork.planning.planner_options import Interpolator
 from knotwork.planning.task_to_joint import SequenceStep, TaskSolution, solve_task
 from knotwork.planning.timing.timed_motion import Budget
 from knotwork.task.scenario import Scenario
@@ -23,8 +23,8 @@ FIXED_SEQUENCES, TIMED_SEQUENCES = 12, 4
 
 
 @dataclass(frozen=True, eq=False)
-class ScenarioPlanner:
-    """Plans a scenario with one sequence of IK solutions, after its free values are chosen.
+class SequencePlanner:
+    """Plans one sequence of IK solutions at a time: chooses free values, interpolates, checks.
 
     Attributes:
         scenario: The scenario; its free values are chosen before it is planned.
@@ -44,14 +44,14 @@ class ScenarioPlanner:
         return FIXED_SEQUENCES if self.scenario.free_values is None else TIMED_SEQUENCES
 
     @cached_property
-    def _interpolation(self) -> Interpolation:
-        return Interpolation.read(self.scenario, self.planner)
+    def _interpolator(self) -> Interpolator:
+        return Interpolator.read(self.scenario, self.planner)
 
     def solve(self, avoided: Sequence[SequenceStep] = ()) -> TaskSolution:
         """Find the best sequence of solutions without some steps."""
-        interpolation = self._interpolation
-        scenario, space = interpolation.scenario, interpolation.space
-        return solve_task(scenario, space, interpolation.knots_along_paths, avoided)
+        interpolator = self._interpolator
+        scenario, space = interpolator.scenario, interpolator.space
+        return solve_task(scenario, space, interpolator.knots_along_paths, avoided)
 
     def plan(self, solution: TaskSolution | None = None) -> Plan:
         """Plan a sequence of solutions, by default the best, and check the motion."""
@@ -61,17 +61,17 @@ class ScenarioPlanner:
 
         chosen = choose_times(self.scenario, self.budget, solution)
         chosen = replace(chosen, fixed_arrivals=self.fixed_arrivals)
-        self.budget.solved = self.budget.work
+        self.budget.finish(self.budget.work)
         self.budget.step(0, chosen.duration, "check")
         fixed = replace(self, scenario=chosen.scenario)
         return fixed._interpolate(fixed.solve(), chosen)
 
     def _interpolate(self, solution: TaskSolution, chosen: ChosenTimes | None = None) -> Plan:
         """Interpolate a sequence of solutions, and check the motion."""
-        interpolation, waypoints = self._interpolation, solution.waypoints
-        scenario, space = interpolation.scenario, interpolation.space
-        trajectory = interpolation.trajectory(waypoints)
-        clear_motions = [*find_clear_motions(scenario)] if interpolation.options.chosen else []
+        interpolator, waypoints = self._interpolator, solution.waypoints
+        scenario, space = interpolator.scenario, interpolator.space
+        trajectory = interpolator.trajectory(waypoints)
+        clear_motions = [*find_clear_motions(scenario)] if interpolator.options.chosen else []
         starts = {i for indices, _ in clear_motions for i in indices[:-1]}
         trajectory = replace(
             trajectory,
@@ -99,7 +99,7 @@ class ScenarioPlanner:
             waypoints,
             trajectory,
             report,
-            unsupported_options=interpolation.unsupported,
+            unsupported_options=interpolator.unsupported,
             solution=solution,
             chosen=chosen,
         )
