@@ -57,6 +57,11 @@ def test_the_most_that_the_strip_shows_is_the_most_in_the_verdict(name: str) -> 
     assert shown(plan).max() == pytest.approx(most_used(plan).utilisation, rel=1e-6)
 
 
+def test_limits_far_exceeded_are_shown() -> None:
+    plan = deburring(tool_speed=1e-99)
+    assert 1e6 < shown(plan).max() < np.inf
+
+
 BROKEN = [
     ("tool_speed", "tool_speed", "tool speed", "mm/s"),
     ("tool_acceleration", "tool_acceleration", "tool acceleration", "mm/s²"),
