@@ -89,7 +89,7 @@ def stages(scenario: str) -> list[tuple[str, float]]:
     space = timed("load the robot", lambda: joint_space(task))
     waypoints = timed("inverse kinematics", lambda: solve_task(task, space).waypoints)
     options = planner_options(task, space)
-    trajectory = timed("interpolate", lambda: get_planner(task.task.planner)(waypoints, options))
+    trajectory = timed("interpolate", lambda: get_planner(task.planner)(waypoints, options))
     report = timed("check", lambda: check(trajectory, task, space=space))
     timed("print", lambda: _printed(print_short, report))
     return rows

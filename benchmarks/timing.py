@@ -287,7 +287,7 @@ def shipped() -> list[dict[str, Any]]:
         scenario = load_scenario(name)
         if scenario.free_values is not None:
             rows.append(shipped_row(name, scenario, None))
-        elif scenario.task.planner == "modified-hermite" and not scenario.paths:
+        elif scenario.planner == "modified-hermite" and not scenario.paths:
             rows.append(shipped_row(name, load_scenario(freed(scenario)), np.ptp(scenario.times)))
     return rows
 

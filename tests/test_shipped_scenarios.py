@@ -35,7 +35,7 @@ def test_the_folder_holds_the_scenarios_that_are_shipped() -> None:
         kw.load_scenario("none")
     assert unknown.value.available == tuple(path.stem for path in PATHS)
     assert len(PATHS) == 26
-    robots = {str(kw.load_scenario(path).task.robot) for path in PATHS}
+    robots = {str(kw.load_scenario(path).given.robot) for path in PATHS}
     assert {"ur5", "panda", "kinova", "ur10", "xarm7", "planar2", "None"} <= robots
 
 
@@ -99,7 +99,7 @@ def test_taking_the_nearest_solution_each_time_fails_where_the_plan_passes(name:
     scenario = kw.load_scenario(name)
     waypoints = nearest_by_nearest(scenario)
     options = kw.interpolation.PlannerOptions(end_acceleration="zero")
-    trajectory = kw.interpolation.get_planner(scenario.task.planner)(waypoints, options)
+    trajectory = kw.interpolation.get_planner(scenario.planner)(waypoints, options)
     report = kw.check(trajectory, scenario)
     broken = {found.name for found in report.failures if found.quantity == "velocity"}
     assert len(broken) >= 3

@@ -255,7 +255,7 @@ def test_tool_errors_equal_pinocchio(change: str, deburring_by_waypoints: Plan, 
     trajectory = tampered(deburring.trajectory, change)
     report = check(trajectory, deburring.scenario)
     assert report.ok == (change == "nothing")
-    tolerances = dict(deburring.scenario.task.tolerances)
+    tolerances = dict(deburring.scenario.tolerances)
     checked = 0
     for waypoint in deburring.scenario.waypoints:
         if not isinstance(waypoint, CartesianWaypoint):

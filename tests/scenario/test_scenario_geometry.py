@@ -128,7 +128,7 @@ def test_units_hold_for_velocities_tools_frames_and_tolerances_alike() -> None:
     np.testing.assert_allclose(
         offset.rotation, Rotation.from_euler("x", 90, degrees=True).as_matrix(), atol=1e-15
     )
-    tolerances = scenario.task.tolerances
+    tolerances = scenario.tolerances
     assert tolerances.position == pytest.approx(0.5e-3)
     assert tolerances.orientation == pytest.approx(np.pi / 100)
     assert tolerances.linear_velocity == pytest.approx(2e-3)

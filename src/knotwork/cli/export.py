@@ -227,7 +227,7 @@ def _content(
         if not may_export_points(checked, points, allowed):
             return None
     elif form.tabular and checked is not None:
-        chosen.setdefault("rate", checked.scenario.task.rate)
+        chosen.setdefault("rate", checked.scenario.given.rate)
     robot = checked.space.robot if checked is not None else None
     if form.tabular:
         table = exporting.motion_table(source, robot=robot, **chosen)

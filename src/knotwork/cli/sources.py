@@ -151,7 +151,7 @@ def _plan_all(source: str, options: PlanOptions, planners: list[str]) -> list[Pl
         first = planning.plan(source, progress=progress, **asdict(options))
     plans = [first]
     for name in dict.fromkeys(planners):
-        if name == plans[0].scenario.task.planner:
+        if name == plans[0].scenario.planner:
             continue
         try:
             with show_planning(f"{source}, {name}") as progress:

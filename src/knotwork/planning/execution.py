@@ -267,7 +267,7 @@ def _add_actions(
 
     Signals that are already on are switched on at the first one.
     """
-    outputs, events = plan.scenario.task.outputs, plan.trajectory.events
+    outputs, events = plan.scenario.given.outputs, plan.trajectory.events
     start, end = executed.span
     begin = start + (-SAME_WAYPOINT_TIME if executed.is_on_path else SAME_WAYPOINT_TIME)
     if on := signals_on_at(events, begin):

@@ -155,7 +155,7 @@ class Plan(CheckedMotion):
         """
         from knotwork.files.export import to_csv
 
-        rate = rate if rate is not None else self.scenario.task.rate
+        rate = rate if rate is not None else self.scenario.given.rate
         files = {
             "trajectory.json": storage.to_json(storage.trajectory_to_dict(self.trajectory)),
             "samples.csv": to_csv(self.trajectory, rate=rate),

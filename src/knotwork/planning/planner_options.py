@@ -32,7 +32,7 @@ def planner_options(scenario: Scenario, space: JointSpace) -> PlannerOptions:
     return PlannerOptions(
         knots=knots_of(scenario),
         end_acceleration=ends if isinstance(ends, str) else space.end_acceleration,
-        chosen=space.chosen,
+        chosen=space.chosen_sections,
         accelerations=space.accelerations,
     )
 
@@ -105,21 +105,20 @@ class Interpolator:
         Raises:
             InputError: An option is wrong, or the planner does not support it.
         """
-        original, unsupported = scenario.task.planner, tuple[str, ...]()
+        original, unsupported = scenario.planner, tuple[str, ...]()
         with nullcontext() if planner else scenario.error_context("planner"):
             get_planner(planner or original)
-        task = scenario.task.model_copy(update={"planner": planner or original})
-        scenario = replace(scenario, task=task)  # the task as given stays
+        scenario = replace(scenario, planner=planner or original)
         space = joint_space(scenario)
         options = planner_options(scenario, space)
-        if scenario.task.planner != original:
-            options, unsupported = supported_options(options, original, scenario.task.planner)
+        if scenario.planner != original:
+            options, unsupported = supported_options(options, original, scenario.planner)
         return cls(scenario, space, options, unsupported, planner is not None)
 
     @property
     def knots_along_paths(self) -> Any:
         """Knot positions for inserting waypoints: those of the planner, if it has knots."""
-        base, ruled = planner_and_rule(self.scenario.task.planner)
+        base, ruled = planner_and_rule(self.scenario.planner)
         if "knots" not in PLANNER_SPECS[base].supports:
             return PlannerOptions().knots
         return ruled.get("knots", self.options.knots)
@@ -132,7 +131,7 @@ class Interpolator:
                 or the argument that was given instead.
         """
         try:
-            return get_planner(self.scenario.task.planner)(waypoints, self.options)
+            return get_planner(self.scenario.planner)(waypoints, self.options)
         except InputError as error:
             field: tuple[str, ...] = ("planner",)
             if isinstance(error, KnotError) and error.waypoint is not None:

@@ -67,7 +67,7 @@ def load_other_motion(placed: PlacedRobot) -> OtherMotion:
 @lru_cache(maxsize=8)
 def _load_motion(source: str, motion: Path | None, changed: tuple[int, ...]) -> OtherMotion:
     scenario = load_scenario(source)
-    if scenario.task.robot is None:
+    if scenario.given.robot is None:
         raise InputError(f"{source}: names no robot")
     if motion is None:
         plan = _load_callable("planning", "plan")(scenario)

@@ -61,9 +61,9 @@ class TaskUnits(TaskPart):
 
 
 class Task(TaskPart):
-    """A task for a robot arm: waypoints with times and speeds, and options of plan and check.
+    """A task for a robot arm, in its own `units`: waypoints, and options of plan and check.
 
-    Its fields are the keys of a scenario file; values are in SI unless `units` states otherwise.
+    Its fields are the keys of a scenario file. The default of `units` is SI.
     `kw.plan` and all other functions with a scenario as argument accept a task.
 
     >>> ends = [kw.task.JointWaypoint(joints={"lift": z}, after=z or None) for z in (0.0, 2.0)]
@@ -231,7 +231,7 @@ class Task(TaskPart):
 
 
 class PlainTask(Task):
-    """A task without repeats."""
+    """A task in its own `units`, with repeats written out: `task_index` counts its waypoints."""
 
     waypoints: NonEmpty[Waypoint] = required("At least two in order of time, or one after a start")
 

@@ -36,7 +36,7 @@ def check_continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> I
     `FASTEST_CHANGES` is a jump as well.
     """
     for order, quantity in enumerate(DERIVATIVES[:JUMP_ORDERS]):
-        required = order <= scenario.task.continuity
+        required = order <= scenario.given.continuity
         sizes, allowed = measure_jumps(motion.curve, order)
         if not len(sizes):
             sizes = allowed = np.zeros((1, len(space.joint_names)))

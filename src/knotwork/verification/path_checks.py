@@ -176,7 +176,7 @@ def _follow_paths(
     freedom = paths[0].freedom if first else None
     if freedom is None or not math.isfinite(freedom.turn[1] - freedom.turn[0]):
         return first
-    start, slack = first[0].result.errors.turns[0], scenario.task.tolerances.path_orientation
+    start, slack = first[0].result.errors.turns[0], scenario.tolerances.path_orientation
     low, high = freedom.turn[0] - slack - start, freedom.turn[1] + slack - start
     whole_turns = range(math.ceil(low / math.tau), math.floor(high / math.tau) + 1)
     for count in (0, *whole_turns):
@@ -201,7 +201,7 @@ def _follow_stretches(
     from knotwork.verification.bounds.path_criteria import PathLimits
     from knotwork.verification.bounds.stretch_bounds import path_bounds
 
-    allowed, followed = scenario.task.tolerances, []
+    allowed, followed = scenario.tolerances, []
     for path, ends, stretch in stretches:
         limits = PathLimits(
             position=allowed.path,
@@ -235,7 +235,7 @@ def _executed_stretches(
 def _stretch_findings(scenario: Scenario, followed: _FollowedStretch) -> Iterator[Finding]:
     """Findings on a stretch, one for each criterion."""
     (begin, end), stretch, result = followed.ends, followed.stretch, followed.result
-    tolerances, progress = scenario.task.tolerances, result.progress
+    tolerances, progress = scenario.tolerances, result.progress
     bounds = result.bounds
     bounds["path_progress"] = bounds["path_deviation"]._replace(  # proved if the distance is
         limit=max(tolerances.path, tolerances.position),
@@ -303,7 +303,7 @@ def _text(quantity: str, bound: PathBound, followed: _FollowedStretch, scenario:
             f"{total} {length} and moves back by {backward} {length}, tolerance {limit}"
         )
     speed = f"{scale * stretch.speed:.5g}"
-    within = f"tolerance {100 * scenario.task.tolerances.path_speed:.3g} %"
+    within = f"tolerance {100 * scenario.tolerances.path_speed:.3g} %"
     if quantity == "path_ramp":
         return f"where the speed changes it is {beyond} beyond 0 to {speed}, {within}"
     start, end = (f"{time:.3f} s" for time in stretch.full_speed_interval)

@@ -49,7 +49,7 @@ def check_time_span(motion: Motion, scenario: Scenario, space: JointSpace) -> It
 
 def report_approach(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Report that a motion without a start begins at its first waypoint."""
-    if space.robot is None or scenario.task.start is not None:
+    if space.robot is None or scenario.given.start is not None:
         return
     home = space.robot.configurations.get("home")
     if home is not None and np.allclose(motion.curve(motion.start_time), home, atol=SAME_JOINTS):
@@ -180,7 +180,7 @@ def _tool_findings(
     for quantity, requested, achieved, error, unit in rows:
         yield _error_finding(
             "Tool at the waypoints", waypoint.name, waypoint.time, quantity, requested=requested,
-            achieved=achieved, error=error, tolerance=getattr(scenario.task.tolerances, quantity),
+            achieved=achieved, error=error, tolerance=getattr(scenario.tolerances, quantity),
             unit=unit, units=scenario.units,
         )  # fmt: skip
 

@@ -233,7 +233,7 @@ class ShownMotion:
 def task_without_requirements(name: str) -> Scenario:
     """A task for a motion without one."""
     task = PlainTask.model_construct(waypoints=())
-    return Scenario(name, (), task, task)
+    return Scenario(name, (), task, task.planner, task.tolerances)
 
 
 def nearest_around(findings: Sequence[Finding]) -> Finding | None:

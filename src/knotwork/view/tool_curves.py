@@ -171,7 +171,7 @@ def tool_rows(motions: list[ShownMotion]) -> list[ToolRow]:
     for motion in motions:
         _require_tool(motion)
     scenario = motions[0].scenario
-    allowed, limits = scenario.task.tolerances, scenario.motion_limits
+    allowed, limits = scenario.tolerances, scenario.motion_limits
     off, speed, speed_error = path_deviations, limits.tool_speed, allowed.path_speed
     rows = [
         ToolRow("tool speed", "m/s", speeds, 0, "linear", speed, judged=("tool_speed", "")),

@@ -98,7 +98,7 @@ def _draw_panel(
         given = [factor * float(np.linalg.norm(getattr(pose, row.given))) for pose in poses]
         panel.mark("given", row.title, np.array([pose.time for pose in poses]), np.array(given))
     if row.given == "linear":
-        part = scenario.task.tolerances.path_speed
+        part = scenario.tolerances.path_speed
         for path, stretch, start, end in full_speeds(first):
             if path.motion.carrier is not None:
                 continue  # its speed is relative to a moving frame

@@ -121,7 +121,7 @@ def _chosen_motion(
         segment: A segment.
         motion: Its motion.
     """
-    length, angle = timed.task.units.in_si
+    length, angle = timed.given.units.in_si
     x = motion.trajectory.breaks
     times = np.interp(x, motion.time, timed.times[list(segment.waypoints)])
     velocities = {

@@ -169,7 +169,7 @@ def _solutions(
     tied = i < last and i + 1 not in options if end else i > 0
     fixed = (
         spec.near is not None
-        or scenario.task.near is not None
+        or scenario.given.near is not None
         or scenario.branch != "free"
         or problem.velocity[end].any()
         or tied

@@ -122,15 +122,15 @@ def compare(
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
     with scenario.error_context("planner"):
-        get_planner(scenario.task.planner)
+        get_planner(scenario.planner)
     base = _base(scenario)
     own_options = planner_options(base.scenario, base.space)
     rows: list[Score | Refusal] = []
     trajectories: dict[str, JointTrajectory] = {}
     for name in names:
         options = own_options
-        if name != scenario.task.planner:
-            options, _ = supported_options(own_options, scenario.task.planner, name)
+        if name != scenario.planner:
+            options, _ = supported_options(own_options, scenario.planner, name)
         try:
             trajectory, seconds = _time_planner(name, base.joint_waypoints, options)
         except InputError as error:
@@ -185,7 +185,7 @@ def _score(name: str, trajectory: JointTrajectory, seconds: float, base: Plan) -
     deviations = _values_and_limits(report, "path", "path_deviation")
     speeds = _values_and_limits(report, "path", "path_speed")
     clearances = _values_and_limits(report, "pair", "clearance")
-    speed_tolerance = scenario.task.tolerances.path_speed
+    speed_tolerance = scenario.tolerances.path_speed
     met, required = report.counts
     jerk_bounded = trajectory.continuity.order >= 2
     kinds = ("velocity", "acceleration", "jerk")

@@ -151,7 +151,7 @@ class GroupSolver:
         Raises:
             FollowingError: No candidate can follow a path to its end.
         """
-        rate = self.scenario.task.pull_to_middle
+        rate = self.scenario.given.pull_to_middle
         tracks = [
             PathTrack(path, self.chains.for_freedom(path.freedom), rate)
             for path in self.scenario.paths
@@ -176,7 +176,7 @@ class GroupSolver:
         from knotwork.robot.kinematics.following.ladder import Ladder
 
         moving = [track for track in tracks if not track.path.motion.is_wait]
-        if self.scenario.task.pull_to_middle or len({track.path.freedom for track in moving}) != 1:
+        if self.scenario.given.pull_to_middle or len({track.path.freedom for track in moving}) != 1:
             return None
         chain = moving[0].chain
         if chain.robot.dof <= 6:

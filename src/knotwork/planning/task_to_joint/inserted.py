@@ -131,7 +131,7 @@ def _insert_waypoints(
     from knotwork.planning.task_to_joint.insertion import with_waypoints_inserted
     from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
 
-    ends, tolerances = path.times, scenario.task.tolerances
+    ends, tolerances = path.times, scenario.tolerances
     begin = track.start(start)
     continuation = track.continuation_from(begin.q)
     try:

@@ -205,7 +205,7 @@ class SolutionSearch:
             # and then follow the motion, so that joints do not unwind.
             gap = joint_difference(q, self.near, joint_axes(self.robot).revolute)
             distance = np.linalg.norm(gap / self.joints.scale, axis=1)
-        elif self.scenario.task.prefer == "clearance" and self.obstacles is not None:
+        elif self.scenario.given.prefer == "clearance" and self.obstacles is not None:
             distance = self.obstacles.clearance_cost(index, candidates)[rows]
         if index == 0:
             gap = q - (home(self.space) if self.near is None else self.near)
@@ -249,7 +249,7 @@ def velocity_at(
     Raises:
         SingularityError: The twist is unattainable.
     """
-    target, rate = cast(CartesianWaypoint, scenario.waypoints[index]), scenario.task.pull_to_middle
+    target, rate = cast(CartesianWaypoint, scenario.waypoints[index]), scenario.given.pull_to_middle
     chain = chains.for_waypoint(target) if track is None else track.chain
     robot, q = chain.robot, q[chain.columns]
     if track is not None:

@@ -117,7 +117,7 @@ def _solve_joint_targets(scenario: Scenario, space: JointSpace, knots: Any) -> T
 def _with_chosen_velocities(solution: TaskSolution, space: JointSpace) -> TaskSolution:
     """The solution with the velocities that were chosen."""
     velocity = solution.waypoints.velocity.copy()
-    for section in space.chosen or ():
+    for section in space.chosen_sections or ():
         for i, values in section.velocity.items():
             velocity[solution.waypoints.waypoint_rows[i]] = values
     return replace(solution, waypoints=replace(solution.waypoints, velocity=velocity))
@@ -125,7 +125,7 @@ def _with_chosen_velocities(solution: TaskSolution, space: JointSpace) -> TaskSo
 
 def _check_pull(scenario: Scenario, space: JointSpace) -> None:
     robot = space.robot
-    if scenario.task.pull_to_middle and robot is not None and robot.dof <= 6:
+    if scenario.given.pull_to_middle and robot is not None and robot.dof <= 6:
         raise RobotError(
             robot.name,
             f"is not redundant: it has {robot.dof} joints; leave it out, or use an arm of seven "

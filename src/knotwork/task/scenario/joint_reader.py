@@ -108,7 +108,7 @@ class JointReader:
                 near_by_waypoint[waypoint] = self.array(near, "waypoints", i, "near")
         return near_by_waypoint
 
-    def chosen(self) -> tuple[ChosenSection, ...] | None:
+    def chosen_sections(self) -> tuple[ChosenSection, ...] | None:
         """Sections of waypoints with a chosen motion, or `None`."""
         motions = self.scenario.given.chosen or ()
         return tuple(self._chosen_section(motion, i) for i, motion in enumerate(motions)) or None

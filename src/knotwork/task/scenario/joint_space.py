@@ -19,6 +19,7 @@ from knotwork.task.scenario import JointTarget
 from knotwork.task.scenario.joint_reader import JointReader, JointState, find_waits
 from knotwork.task.scenario.payloads import Carrying, read_payload, robots_with_loads
 from knotwork.task.scenario.scenario import Scenario
+from knotwork.task.si_units import to_si
 from knotwork.units import Units
 from knotwork.waypoints import CartesianWaypoint, ChosenSection, FloatArray
 
@@ -29,10 +30,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class JointSpace:
-    """Joints with their units and limits, their robot, and the requirements on them.
+    """The joints of a scenario and the requirements on them, in SI, by index of its waypoint.
 
-    It has, in SI, all data on joints that planning and check need. Neither reads joint values in
-    the units of a file.
+    It has all data on joints that planning and check need. Neither reads joint values in the units
+    of a file.
 
     Attributes:
         joint_names: Names, length d.
@@ -48,7 +49,7 @@ class JointSpace:
         tolerances: By `"joint_position"`, `"joint_velocity"` and `"joint_acceleration"`, each of
             shape (d,), in the unit of the joint, per second and per second squared.
         waits: Waypoints at which the arm dwells until the next one, by index.
-        chosen: Sections of waypoints with a chosen motion, or `None`.
+        chosen_sections: Sections of waypoints with a chosen motion, or `None`.
         near_by_waypoint: Joint positions near which solutions are chosen at waypoints [rad or m],
             shape (d,), by index of the waypoint.
         shown_in: Units of the scenario, for output.
@@ -65,7 +66,7 @@ class JointSpace:
     accelerations: str | FloatArray | None = None
     tolerances: Mapping[str, FloatArray] = field(default_factory=dict)
     waits: tuple[int, ...] = ()
-    chosen: tuple[ChosenSection, ...] | None = None
+    chosen_sections: tuple[ChosenSection, ...] | None = None
     near_by_waypoint: Mapping[int, FloatArray] = field(default_factory=dict)
     shown_in: Units = field(default_factory=Units)
 
@@ -138,7 +139,7 @@ def _with_requirements(
         accelerations=read.accelerations(),
         tolerances={f"joint_{name}": read.tolerance(name) for name in DERIVATIVES[:3]},
         waits=tuple(find_waits(scenario, targets)),
-        chosen=read.chosen(),
+        chosen_sections=read.chosen_sections(),
         near_by_waypoint=read.near_by_waypoint(),
         shown_in=scenario.units,
     )
@@ -154,24 +155,24 @@ def moved_robot(scenario: Scenario) -> Robot:
     from knotwork.robot import load_robot
     from knotwork.task.scenario.geometry import read_placement
 
-    reference, file = scenario.task.robot, scenario.locations.file
-    if reference is None:
+    given, file = scenario.given, scenario.locations.file
+    if given.robot is None:
         raise InputError(f"{scenario.name} names no robot")
     with scenario.error_context("robot"):
         robot = load_robot(
-            scenario.locations.document(reference, ("robot",))
-            if isinstance(reference, dict)
-            else reference,
+            scenario.locations.document(given.robot, ("robot",))
+            if isinstance(given.robot, dict)
+            else given.robot,
             relative_to=file.parent if file is not None else None,
         )
-    tool = scenario.task.tool or Tool.model_construct()
+    tool = to_si(given.tool or Tool.model_construct(), *given.units.in_si)
     offset = None
     if tool.offset is not None:
         offset = read_placement(tool.offset, scenario.locations, ("tool", "offset"))
     payload = read_payload(tool, scenario.locations, ("tool",))
     with scenario.error_context("tool", "frame"):
         robot = robot.with_tool(frame=tool.frame, offset=offset, payload=payload)
-    for name, frame in scenario.given.frames.items():  # all links that carry frames exist
+    for name, frame in given.frames.items():  # all links that carry frames exist
         if frame.on is not None:
             with scenario.error_context("frames", name, "on"):
                 robot.frame_index(frame.on)

@@ -79,8 +79,9 @@ def resolve_task(
     return Scenario(
         name=given.name or file_name,
         waypoints=waypoints,
-        task=task_in_si,
         given=given,
+        planner=given.planner,
+        tolerances=task_in_si.tolerances,
         task_index=task_index,
         paths=paths,
         units=source.units,

@@ -15,7 +15,7 @@ from knotwork.errors import DocumentError, InputError
 from knotwork.files.documents import Location, Locations
 from knotwork.task.scenario.free_values_reader import FreeValues
 from knotwork.task.scenario.scene_model import Scene
-from knotwork.task.task_options import Balanced
+from knotwork.task.task_options import Balanced, Tolerances
 from knotwork.task.tool_and_limits import Limits
 from knotwork.units import Units
 from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
@@ -136,15 +136,17 @@ SMALLEST_PATH_TOLERANCE = 1e-9
 
 @dataclass(frozen=True)
 class Scenario:
-    """A task for a robot arm, in SI, with poses and velocities in the robot's base frame.
+    """A task for a robot arm, in SI except `given`, with poses in the robot's base frame.
+
+    Its waypoints include the start and the ends of waits; "by waypoint" is by their index.
 
     Attributes:
         name: Name of the scenario.
         waypoints: At least two waypoints, in order of time.
-        task: The task in SI, except joint values. Waits in `do` are moved to `wait`. A planner
-            passed to `plan` replaces the task's own here.
-        given: The task in its own units, its repeats written out, for changing, planning and saving
-            it again.
+        given: The task in its own units, its repeats written out. It has the options of planning
+            and check, and is changed and saved.
+        planner: Name of the planner: the task's own, or the one passed to `plan`.
+        tolerances: Tolerances of the task in SI, except those of joints.
         task_index: Index in the task of each waypoint, -1 for the start; one with a wait appears
             twice.
         units: Units of the file, for output.
@@ -166,8 +168,9 @@ class Scenario:
 
     name: str
     waypoints: tuple[ScenarioWaypoint, ...]
-    task: PlainTask = field(repr=False, compare=False)
     given: PlainTask = field(repr=False, compare=False)
+    planner: str
+    tolerances: Tolerances
     task_index: tuple[int, ...] = ()
     units: Units = field(default_factory=Units)
     frames: Mapping[str, pin.SE3] = field(default_factory=dict)
@@ -216,7 +219,7 @@ class Scenario:
     @property
     def branch(self) -> str | dict[str, str]:
         """`"free"`, `"keep"`, `"fixed"`, or words by `"shoulder"`, `"elbow"` and `"wrist"`."""
-        branch = self.task.branch
+        branch = self.given.branch
         if isinstance(branch, str):
             return branch
         return {part: word for part, word in branch if word is not None}
@@ -224,7 +227,7 @@ class Scenario:
     @property
     def knots(self) -> Any:
         """`"paper"`, `"balanced"`, the constant of balanced knots, or the knot times [s]."""
-        knots = self.task.knots
+        knots = self.given.knots
         if isinstance(knots, Balanced):
             return knots.balanced
         # along tool paths no knots are optimised: the paper's rule is used

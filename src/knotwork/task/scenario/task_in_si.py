@@ -22,12 +22,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class TaskInSI:
-    """A task in SI with its frames: all that the readers of its parts share.
+    """A task in SI except joint values, with its frames; waypoints by `task_index`.
 
-    Moving frames carry poses, and the robot follows them. Waypoints have their index in the task.
+    The readers of its parts share it. Moving frames carry poses, and the robot follows them.
 
     Attributes:
-        task: The task, in SI but for joint values.
+        task: The task; waits in `do` are moved to `wait`.
         locations: Locations of its parts in its file, for errors.
     """
 

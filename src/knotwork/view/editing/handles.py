@@ -16,6 +16,7 @@ from knotwork.task import JointWaypoint, PathWaypoint, Placement, PoseWaypoint, 
 from knotwork.task.poses import ORIENTATIONS
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.geometry import Frames, read_placement
+from knotwork.task.si_units import to_si
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 FORMS = tuple(form for form in ORIENTATIONS if form != "torch")  # which depends on a path
@@ -68,7 +69,7 @@ def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
         scenario: The task.
         robot: Its robot.
     """
-    file = scenario.task
+    file = to_si(scenario.given, *scenario.given.units.in_si)
     frames = Frames(file.frames, scenario.locations)
     moving = frames.moving.items()
     fixed_frames = {
