@@ -14,7 +14,7 @@ import knotwork as kw
 from judged import judged
 from knotwork.errors import InputError, NoWayFoundError
 from knotwork.joint_quantities import JointLimits
-from knotwork.planning.ways.configurations import Configurations
+from knotwork.planning.ways.configuration_space import ConfigurationSpace
 from knotwork.scene.building import build_robot_collision_model
 from walls import DOWN, at, box, past
 
@@ -417,7 +417,7 @@ def test_gap_gradients_match_finite_differences() -> None:
     robot = kw.load_robot("panda")
     limits = robot.lower_position_limit, robot.upper_position_limit
     given = JointLimits(robot.velocity_limit, lower=limits[0], upper=limits[1])
-    space = Configurations(robot.model, build_robot_collision_model(robot), given)
+    space = ConfigurationSpace(robot.model, build_robot_collision_model(robot), given)
     rng, step, compared = np.random.default_rng(5), 1e-5, 0
     for _ in range(20):
         q = rng.uniform(*limits)

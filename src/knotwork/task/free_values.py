@@ -1,4 +1,4 @@
-"""Times, speeds and poses that a task leaves open, and the objective that decides them."""
+"""Times, speeds and poses that a task leaves free, and the objective that decides them."""
 
 from __future__ import annotations
 

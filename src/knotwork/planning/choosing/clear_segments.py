@@ -22,7 +22,7 @@ from knotwork.planning.ways.clear_motion_problem import (
     NoClearMotionError,
 )
 from knotwork.planning.ways.clear_search import find_clear_motion, slow_to_duration
-from knotwork.planning.ways.configurations import bodies_at
+from knotwork.planning.ways.configuration_space import bodies_at
 from knotwork.robot import Robot
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.task import PoseWaypoint

@@ -22,7 +22,7 @@ from knotwork.planning.ways.clear_motion_problem import (
     NoClearMotionError,
 )
 from knotwork.planning.ways.clearance_proof import unproved_pairs, unproved_pairs_along
-from knotwork.planning.ways.configurations import Configurations
+from knotwork.planning.ways.configuration_space import ConfigurationSpace
 from knotwork.planning.ways.exchange import Exchange
 from knotwork.planning.ways.rrt import connect, shorten_polyline
 from knotwork.waypoints import FloatArray, IndexArray
@@ -121,7 +121,7 @@ def slow_to_duration(motion: ClearMotion, duration: float) -> PiecewisePolynomia
 def _with_extra_clearance(problem: ClearMotionProblem, extra: float) -> ClearMotionProblem:
     """The problem with margins increased by a clearance [m]."""
     model, limits = problem.collision_model, problem.timing.limits
-    space = Configurations(problem.arm_model, model, limits)
+    space = ConfigurationSpace(problem.arm_model, model, limits)
     clearance = dict.fromkeys(space.bodies, extra)
     passed = (problem.starts[0], *problem.timing.position[1:-1], problem.goals[0])
     for names, kept in zip(space.bodies, space.extra_clearance(extra, passed), strict=True):
@@ -156,7 +156,7 @@ class _ClearSearch:
         self.problem, self.stages, self.report = problem, stages, report
         self.is_out_of_time = is_out_of_time
         model, limits = problem.collision_model, problem.timing.limits
-        self.space = Configurations(problem.arm_model, model, limits, problem.loaded_arm_model)
+        self.space = ConfigurationSpace(problem.arm_model, model, limits, problem.loaded_arm_model)
         self.inner = problem.timing.position[1:-1]
         starts = self._clear_ends(0, problem.starts)
         for waypoint, q in enumerate(self.inner, 1):
@@ -172,7 +172,7 @@ class _ClearSearch:
 
     def _clear_ends(self, waypoint: int, ends: FloatArray) -> FloatArray:
         """Select the collision-free solutions of a waypoint."""
-        clear = ends[[self.space.is_free(q) for q in ends]]
+        clear = ends[[self.space.is_clear(q) for q in ends]]
         if not len(clear):
             gap, bodies = self.space.worst(ends[0])
             raise NoClearMotionError(waypoint, bodies, -gap, solutions=len(ends))
@@ -212,9 +212,9 @@ class _ClearSearch:
         if beyond.max() > 0.0:
             k = int(beyond.argmax())
             return NoClearMotionError(end, depth=float(beyond[k]), limit="position", joint=k)
-        contacts = unproved_pairs(self.problem.collision_model, motion, self.problem.resolution)
-        if contacts:
-            worst = max(contacts, key=lambda contact: contact.margin - contact.distance)
+        unproved = unproved_pairs(self.problem.collision_model, motion, self.problem.resolution)
+        if unproved:
+            worst = max(unproved, key=lambda pair: pair.margin - pair.distance)
             names, depth = (worst.first.name, worst.second.name), worst.margin - worst.distance
             return NoClearMotionError(end, names, max(depth, 0.0), moving=True)
         if (excess := exceeded_limit(self.problem.timing, motion)) is None:

@@ -22,7 +22,7 @@ from knotwork.planning.timing.section import SectionProgram
 from knotwork.planning.timing.tightening import Tightening, tighten
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.planning.ways.clearance_proof import unproved_pairs
-from knotwork.planning.ways.configurations import Configurations
+from knotwork.planning.ways.configuration_space import ConfigurationSpace
 from knotwork.verification.bounds.clearance import Clearance
 from knotwork.waypoints import FloatArray
 
@@ -104,7 +104,7 @@ class Exchange:
 
     def __init__(
         self,
-        space: Configurations,
+        space: ConfigurationSpace,
         problem: TimingProblem,
         first: PiecewisePolynomial,
         times: FloatArray,
@@ -146,10 +146,10 @@ class Exchange:
             tighter = tighten(self.problem, self.tightening, solution.curve)
             if tighter is not None:
                 self.tightening = tighter
-            contacts = unproved_pairs(self.space.model, solution.curve, self.resolution)
-            if contacts or tighter is not None:
-                planes_found = self._planes_at_contacts(solution, contacts)
-                rejected += bool(contacts)
+            unproved = unproved_pairs(self.space.model, solution.curve, self.resolution)
+            if unproved or tighter is not None:
+                planes_found = self._planes_at_contacts(solution, unproved)
+                rejected += bool(unproved)
                 contact_planes, guess = contact_planes + planes_found, solution
                 if rejected == MAX_REJECTED:
                     radius, contact_planes, rejected = 0.5 * radius, planes_found, 0
@@ -223,11 +223,11 @@ class Exchange:
         """`CLEARANCE_RESERVE`, or for a nearer pair half of its clearance."""
         return min(CLEARANCE_RESERVE, 0.5 * gap) if gap > 0.0 else CLEARANCE_RESERVE
 
-    def _planes_at_contacts(self, states: States, contacts: Sequence[Clearance]) -> list[Plane]:
-        """Planes where the proof finds contacts: at the worst time, and across each contact."""
-        times = {contact.time for contact in contacts}
-        for contact in contacts:
-            for low, high in contact.contacts or ([contact.interval] if contact.interval else []):
+    def _planes_at_contacts(self, states: States, unproved: Sequence[Clearance]) -> list[Plane]:
+        """Planes where the proof fails: at the worst time of each pair, and across its contacts."""
+        times = {pair.time for pair in unproved}
+        for pair in unproved:
+            for low, high in pair.contacts or ([pair.interval] if pair.interval else []):
                 count = 3 if high - low > 1e-3 else 1
                 times.update(np.linspace(low, high, count + 2)[1:-1].tolist())
         chosen = sorted(times)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from knotwork.planning.ways.configurations import Configurations
+from knotwork.planning.ways.configuration_space import ConfigurationSpace
 from knotwork.waypoints import FloatArray
 
 EXTENSION_LENGTH = 1.0
@@ -58,7 +58,7 @@ class _Tree:
 
 
 def connect(
-    space: Configurations,
+    space: ConfigurationSpace,
     starts: FloatArray,
     goals: FloatArray,
     rng: np.random.Generator,
@@ -81,7 +81,7 @@ def connect(
     length = np.linalg.norm(starts[:, None] - goals, axis=2)
     for k in length.argsort(axis=None, kind="stable")[:MAX_DIRECT_EDGES]:
         i, j = divmod(int(k), len(goals))
-        if space.is_free_edge(starts[i], goals[j], step):
+        if space.is_clear_edge(starts[i], goals[j], step):
             return np.stack((starts[i], goals[j]))
     ends = np.concatenate((starts, goals))
     lower = np.maximum(space.lower, ends.min(axis=0) - SAMPLING_RANGE)
@@ -102,20 +102,24 @@ def connect(
 
 
 def _extend_tree(
-    space: Configurations, tree: _Tree, target: FloatArray, step: float, parent: int | None = None
+    space: ConfigurationSpace,
+    tree: _Tree,
+    target: FloatArray,
+    step: float,
+    parent: int | None = None,
 ) -> int | None:
     """Add a configuration towards a target, from the nearest one or a given one of a tree."""
     near = tree.nearest(target) if parent is None else parent
     move = target - tree[near]
     length = float(np.linalg.norm(move))
     q = target if length <= EXTENSION_LENGTH else tree[near] + move * (EXTENSION_LENGTH / length)
-    if space.is_free(q) and space.is_free_edge(tree[near], q, step):
+    if space.is_clear(q) and space.is_clear_edge(tree[near], q, step):
         return tree.add(q, near)
     return None
 
 
 def _connect_tree(
-    space: Configurations, tree: _Tree, target: FloatArray, step: float
+    space: ConfigurationSpace, tree: _Tree, target: FloatArray, step: float
 ) -> tuple[int, bool]:
     """Extend a tree towards a target until a collision.
 
@@ -132,7 +136,7 @@ def _connect_tree(
 
 
 def shorten_polyline(
-    space: Configurations,
+    space: ConfigurationSpace,
     line: FloatArray,
     rng: np.random.Generator,
     step: float,
@@ -162,7 +166,7 @@ def shorten_polyline(
             for k, s in zip((i, j), cuts.tolist(), strict=True)
         )
         shorter = np.linalg.norm((end - start) * weights) < 0.999 * (cuts[1] - cuts[0])
-        if shorter and space.is_free_edge(start, end, step):
+        if shorter and space.is_clear_edge(start, end, step):
             points[i + 1 : j + 1] = [start, end]
             failed = 0
         else:
@@ -171,14 +175,14 @@ def shorten_polyline(
 
 
 def _remove_corners(
-    space: Configurations, points: list[FloatArray], step: float
+    space: ConfigurationSpace, points: list[FloatArray], step: float
 ) -> list[FloatArray]:
     """Remove corners while the straight edges past them are collision-free."""
     moved = np.linalg.norm(np.diff(points, axis=0), axis=1) > 1e-9
     points = [points[0], *(q for q, far in zip(points[1:], moved, strict=True) if far)]
     k = 1
     while k < len(points) - 1:
-        if space.is_free_edge(points[k - 1], points[k + 1], step):
+        if space.is_clear_edge(points[k - 1], points[k + 1], step):
             del points[k]
             k = max(k - 1, 1)
         else:

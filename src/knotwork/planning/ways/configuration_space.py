@@ -42,8 +42,8 @@ def bodies_at(model: CollisionModel, time: float) -> CollisionModel:
     )
 
 
-class Configurations:
-    """Collision tests and distances of configurations.
+class ConfigurationSpace:
+    """The configuration space of an arm: collision tests and distances at configurations.
 
     Only single configurations are tested. `clearance_proof` proves the motions between them. A
     configuration that the arm can't hold against gravity counts as a collision.
@@ -101,11 +101,11 @@ class Configurations:
         self.keep_away(0.0)
 
     def keep_away(self, extra: float, ends: Sequence[FloatArray] = ()) -> None:
-        """Require more clearance than the margins in `is_free`.
+        """Require more clearance than the margins in `is_clear`.
 
         Args:
             extra: Additional clearance [m].
-            ends: Configurations that must be free, see `extra_clearance`.
+            ends: Configurations that must be clear, see `extra_clearance`.
         """
         limits = self.margin + self.extra_clearance(extra, ends) + DISTANCE_ERROR
         for request, distance in zip(self._found.collisionRequests, limits.tolist(), strict=True):
@@ -116,15 +116,15 @@ class Configurations:
 
         Args:
             extra: The required one [m].
-            ends: Configurations that must be free, shape (d,) each. A pair with less than twice the
-                required clearance there must keep half of its gap.
+            ends: Configurations that must be clear, shape (d,) each. A pair with less than twice
+                the required clearance there must keep half of its gap.
         """
         clearances = np.full(len(self._pairs), extra)
         for q in ends:
             clearances = np.minimum(clearances, 0.5 * np.maximum(self.gaps(q), 0.0))
         return clearances
 
-    def is_free(self, q: FloatArray) -> bool:
+    def is_clear(self, q: FloatArray) -> bool:
         """Whether a configuration keeps every margin and the clearance of `keep_away`."""
         self.checks += 1
         return self._holds_arm(q) and not pin.computeCollisions(
@@ -138,10 +138,10 @@ class Configurations:
         gravity = pin.computeGeneralizedGravity(self.loaded_arm_model, self._loaded_data, q)
         return bool((np.abs(gravity) <= self.effort).all())
 
-    def is_free_edge(self, start: FloatArray, end: FloatArray, step: float) -> bool:
-        """Whether samples between two configurations, at most a step apart, are free."""
+    def is_clear_edge(self, start: FloatArray, end: FloatArray, step: float) -> bool:
+        """Whether samples between two configurations, at most a step apart, are clear."""
         count = math.ceil(float(np.linalg.norm(end - start)) / step)
-        return all(self.is_free(start + k / count * (end - start)) for k in _coarse_first(count))
+        return all(self.is_clear(start + k / count * (end - start)) for k in _coarse_first(count))
 
     def gaps(self, q: FloatArray) -> FloatArray:
         """Distances of all pairs of solids minus their margins [m]."""
