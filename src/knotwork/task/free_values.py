@@ -23,14 +23,14 @@ from knotwork.task.task_part import TaskPart
 
 
 class Fastest(TaskPart):
-    """A duration to be chosen: the minimum within the limits."""
+    """A free duration: the minimum within the limits is chosen."""
 
     fastest: Literal[True] = required("The minimum time that the limits allow")
     at_least: Positive | None = optional("Lower bound", unit="s")
 
 
 class AtMost(TaskPart):
-    """A speed to be chosen, with an upper bound."""
+    """A free speed with an upper bound."""
 
     at_most: Positive = required("Upper bound of the chosen speed", unit="length/s")
 

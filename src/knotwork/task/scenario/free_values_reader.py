@@ -96,8 +96,8 @@ def ends_wait(task_index: Sequence[int], waypoint: int) -> bool:
     return waypoint > 0 and task_index[waypoint] == task_index[waypoint - 1]
 
 
-def min_time(task: PlainTask, i: int) -> float | None:
-    """Lower bound of the chosen time to a waypoint [s], 0 without one; `None` for a given time."""
+def min_duration(task: PlainTask, i: int) -> float | None:
+    """Lower bound of a free time to a waypoint [s], 0 without one; `None` for a given time."""
     waypoint = task.waypoints[i]
     if isinstance(waypoint, PathWaypoint):
         return None
@@ -105,8 +105,8 @@ def min_time(task: PlainTask, i: int) -> float | None:
         return waypoint.after.at_least or 0.0
     first = i == 0 and task.start is None
     unstated = waypoint.after is None and waypoint.time is None and not first
-    chosen = task.times is not None or clear_way(task, i) is not None
-    return 0.0 if waypoint.after == "fastest" or (unstated and chosen) else None
+    left_free = task.times is not None or clear_way(task, i) is not None
+    return 0.0 if waypoint.after == "fastest" or (unstated and left_free) else None
 
 
 def clear_way(task: PlainTask, i: int) -> ClearWay | None:
@@ -119,7 +119,7 @@ def clear_way(task: PlainTask, i: int) -> ClearWay | None:
 
 
 def max_speed(speed: float | str | AtMost | None) -> float | None:
-    """Upper bound of a chosen speed, infinite without one; `None` for a given speed."""
+    """Upper bound of a free speed, infinite without one; `None` for a given speed."""
     if isinstance(speed, AtMost):
         return speed.at_most
     return math.inf if isinstance(speed, str) else None
@@ -136,8 +136,7 @@ def read_free_values(
         task_index: Index in the task of each waypoint of the scenario; -1 for the start.
 
     Raises:
-        DocumentError: A key is about choices although no value is chosen, or the value can't be
-            chosen.
+        DocumentError: A key is about free values although none is free, or a value can't be free.
     """
     n = len(task_index)
     duration_is_free, min_durations = np.zeros(n - 1, dtype=bool), np.zeros(n - 1)
@@ -149,7 +148,7 @@ def read_free_values(
     for waypoint, i in enumerate(task_index):
         if i < 0 or ends_wait(task_index, waypoint):  # i < 0 is the start
             continue
-        step, minimum, way = task.waypoints[i], min_time(task, i), clear_way(task, i)
+        step, minimum, way = task.waypoints[i], min_duration(task, i), clear_way(task, i)
         if waypoint and minimum is not None:
             duration_is_free[waypoint - 1], min_durations[waypoint - 1] = True, minimum
         maximum = max_speed(getattr(step, "speed", None))
@@ -198,21 +197,21 @@ def check_free_values(task: PlainTask, locations: Locations) -> None:
     Raises:
         DocumentError: One of these is given.
     """
-    is_chosen = False
+    is_free = False
     for i, waypoint in enumerate(task.waypoints):
-        for key, message, accepted in _misplaced(task, i, after_chosen=is_chosen):
+        for key, message, accepted in _misplaced(task, i, after_free=is_free):
             raise locations.error(("waypoints", i, key), message, accepted)
-        is_chosen |= min_time(task, i) is not None
-        is_chosen |= isinstance(waypoint, PathWaypoint) and max_speed(waypoint.speed) is not None
+        is_free |= min_duration(task, i) is not None
+        is_free |= isinstance(waypoint, PathWaypoint) and max_speed(waypoint.speed) is not None
 
 
-def _misplaced(task: PlainTask, i: int, *, after_chosen: bool) -> Iterator[tuple[str, str, str]]:
+def _misplaced(task: PlainTask, i: int, *, after_free: bool) -> Iterator[tuple[str, str, str]]:
     """Misplaced keys of a waypoint: the key, its fault and the accepted keys.
 
     Args:
         task: The task, in SI.
         i: Index of the waypoint.
-        after_chosen: Whether an earlier time is chosen.
+        after_free: Whether an earlier time is free.
     """
     waypoint, at_start = task.waypoints[i], i == 0 and task.start is None
     fastest = isinstance(waypoint.after, str | Fastest)
@@ -227,7 +226,7 @@ def _misplaced(task: PlainTask, i: int, *, after_chosen: bool) -> Iterator[tuple
         yield "velocity", message, "a velocity, or none: the arm is at rest there"
     if not isinstance(waypoint, PathWaypoint):
         return
-    if waypoint.time is not None and after_chosen:
+    if waypoint.time is not None and after_free:
         message = "the time since 0 can't be given, because an earlier time is chosen"
         yield "time", message, "speed, or after: the time since the previous waypoint [s]"
     if waypoint.way is not None:
@@ -240,7 +239,7 @@ def _misplaced(task: PlainTask, i: int, *, after_chosen: bool) -> Iterator[tuple
 def _misused(
     task: PlainTask, free: FreeValues, task_index: Sequence[int]
 ) -> Iterator[tuple[Location, str, str]]:
-    """Keys about choices although no value is chosen, and choices that exclude each other."""
+    """Keys about free values although none is free, and free values that exclude each other."""
     timed, objective = bool(free.duration_is_free.any()), task.objective is not None
     has_free_times = int(free.duration_is_free.sum()) > len(free.time_dependent)
     weighs_time = free.objective.get("time", 0.0) > 0.0

@@ -18,7 +18,7 @@ from knotwork.task.scenario.carriers import (
     check_smooth,
     neighbours_in_frame,
 )
-from knotwork.task.scenario.free_values_reader import check_free_values, max_speed, min_time
+from knotwork.task.scenario.free_values_reader import check_free_values, max_speed, min_duration
 from knotwork.task.scenario.freedoms_reader import Freedoms, freedom_of, read_freedoms
 from knotwork.task.scenario.scenario import JointTarget, ScenarioPath, ScenarioWaypoint
 from knotwork.task.scenario.task_in_si import TaskInSI
@@ -178,7 +178,7 @@ def _read_arrivals(
     before = 0.0 if source.task.start is not None else None
     is_chosen = False
     for i, waypoint in enumerate(source.task.waypoints):
-        is_chosen |= min_time(source.task, i) is not None
+        is_chosen |= min_duration(source.task, i) is not None
         if isinstance(waypoint, PathWaypoint):
             is_chosen |= max_speed(waypoint.speed) is not None
             if not arrivals.paths or arrivals.paths[-1].last < i:
@@ -209,7 +209,7 @@ def _arrival(
         expected: Its expected time if it is chosen [s], or `None`.
         is_chosen: Whether this or an earlier time is chosen.
     """
-    waypoint, at_least = source.task.waypoints[i], min_time(source.task, i)
+    waypoint, at_least = source.task.waypoints[i], min_duration(source.task, i)
     location: Location = ("waypoints", i)
     if waypoint.time is not None:
         time = waypoint.time
