@@ -196,7 +196,7 @@ def _avoidable_ends(plan: Plan) -> list[int]:
     scenario = plan.scenario
     requested = scenario if plan.chosen is None else plan.chosen.requested
     free = requested.free_values
-    planner, _ = planner_and_rule(requested.planner)
+    planner, _ = planner_and_rule(scenario.planner)
     if "chosen" not in PLANNER_SPECS[planner].supports or requested.given.chosen:
         return []
     fixed = {i for path in scenario.paths for i in range(path.first, path.last)}
