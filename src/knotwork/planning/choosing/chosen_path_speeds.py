@@ -52,7 +52,8 @@ def with_path_speeds(
             end = scenario.task_index[problem.path.first + 1 + stretch]
             changes[end]["speed"] = round_speed(unit * speed)
     scenario = change_task(scenario, scenario.given.with_waypoints(changes))
-    free = scenario.free_values or replace(solved.free_values, max_path_speeds={})
+    given = np.zeros_like(solved.free_values.path_speed_is_free)
+    free = scenario.free_values or replace(solved.free_values, path_speed_is_free=given)
     try:
         timed = SolvedScenario.solve(scenario, free)
     except (PathError, FollowingError):

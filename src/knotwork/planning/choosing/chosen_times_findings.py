@@ -104,7 +104,7 @@ def _conditions(chosen: ChosenTimes) -> str:
     """Text of the chosen speeds along paths and fixed arrivals, on which the bound depends."""
     times = {waypoint.name: waypoint.time for waypoint in chosen.scenario.waypoints}
     conditions = [f"{name!r} met at {times[name]:.6g} s" for name in chosen.fixed_arrivals]
-    if chosen.requested.required_free_values.max_path_speeds:
+    if chosen.requested.required_free_values.path_speed_is_free.any():
         conditions.insert(0, "these speeds along its paths")
     return f" with {', '.join(conditions)}" if conditions else ""
 

@@ -118,7 +118,7 @@ def _with_speeds_before(scenario: Scenario, budget: Budget) -> Scenario:
     """
     free, task = scenario.required_free_values, scenario.given
     first = free.time_dependent[0]
-    if not any(i < first for i in free.max_path_speeds):
+    if not free.path_speed_is_free[: first - 1].any():
         return scenario
     try:
         part = task.replace(waypoints=task.waypoints[: scenario.task_index[first]])
@@ -132,7 +132,7 @@ def _speeds(scenario: Scenario, chosen: ChosenTimes) -> dict[int, Any]:
     """Chosen speeds along paths up to the last moving frame, for the task."""
     free, timed = scenario.required_free_values, chosen.scenario.given.waypoints
     last = free.time_dependent[-1]
-    ends = [scenario.task_index[waypoint] for waypoint in free.max_path_speeds if waypoint <= last]
+    ends = [scenario.task_index[i + 1] for i in np.flatnonzero(free.path_speed_is_free[:last])]
     # a part of the task has its first waypoints only
     return {k: {"speed": timed[k].speed} for k in ends if k < len(timed)}  # type: ignore[union-attr]
 

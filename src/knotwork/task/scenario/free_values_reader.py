@@ -26,8 +26,8 @@ class FreeValues:
         speed_kinds: For each waypoint `"given"`; `"along"` for a given direction of the velocity
             with a free speed; or `"free"` for a free velocity.
         max_speeds: Upper bounds of the tool speed [m/s], shape (n,), infinite without one.
-        max_path_speeds: Upper bound [m/s] by the waypoint at the end of each path stretch whose
-            constant speed is free, infinite without one.
+        path_speed_is_free: Whether the constant speed along a path is free between each waypoint
+            and the next, shape (n - 1,).
         way_options: Options of collision-free motions, by the waypoint where they end.
         objective: Weights of `"time"`, `"jerk"`, `"effort"` and `"acceleration"`.
         total_duration: Given duration of the whole motion [s], or `None`.
@@ -45,7 +45,7 @@ class FreeValues:
     min_durations: FloatArray
     speed_kinds: tuple[SpeedKind, ...]
     max_speeds: FloatArray
-    max_path_speeds: Mapping[int, float] = field(default_factory=dict)
+    path_speed_is_free: BoolArray
     way_options: Mapping[int, ClearWay] = field(default_factory=dict)
     objective: Mapping[str, float] = field(default_factory=dict)
     total_duration: float | None = None
@@ -58,7 +58,7 @@ class FreeValues:
         return bool(
             self.duration_is_free.any()
             or set(self.speed_kinds) != {"given"}
-            or self.max_path_speeds
+            or self.path_speed_is_free.any()
             or self.way_options
             or self.knots_are_free
         )
@@ -66,8 +66,7 @@ class FreeValues:
     @property
     def duration_is_chosen(self) -> BoolArray:
         """Whether each duration is chosen, itself or by the speed of a path, shape (n - 1,)."""
-        chosen = self.duration_is_free.copy()
-        chosen[[i - 1 for i in self.max_path_speeds]] = True
+        chosen: BoolArray = self.duration_is_free | self.path_speed_is_free
         return chosen
 
     @property
@@ -139,10 +138,10 @@ def read_free_values(
         DocumentError: A key is about free values although none is free, or a value can't be free.
     """
     n = len(task_index)
-    duration_is_free, min_durations = np.zeros(n - 1, dtype=bool), np.zeros(n - 1)
+    duration_is_free, path_speed_is_free = np.zeros((2, n - 1), dtype=bool)
+    min_durations = np.zeros(n - 1)
     speed_kinds: list[SpeedKind] = ["given"] * n
     max_speeds = np.full(n, np.inf)
-    max_path_speeds: dict[int, float] = {}
     way_options: dict[int, ClearWay] = {}
     time_dependent: list[int] = []
     for waypoint, i in enumerate(task_index):
@@ -153,14 +152,14 @@ def read_free_values(
             duration_is_free[waypoint - 1], min_durations[waypoint - 1] = True, minimum
         maximum = max_speed(getattr(step, "speed", None))
         if isinstance(step, PathWaypoint) and maximum is not None:
-            max_path_speeds[waypoint] = maximum
+            path_speed_is_free[waypoint - 1] = True
         elif maximum is not None:
             speed_kinds[waypoint], max_speeds[waypoint] = "along", maximum
         elif getattr(step, "velocity", None) == "free":
             speed_kinds[waypoint] = "free"
         if way is not None:
             way_options[waypoint] = way
-        if step.time is not None and (duration_is_free.any() or max_path_speeds):
+        if step.time is not None and (duration_is_free | path_speed_is_free).any():
             time_dependent.append(waypoint)  # the time since the waypoint before is free
             duration_is_free[waypoint - 1] = True
     has_free_times = bool(duration_is_free.any())
@@ -170,7 +169,7 @@ def read_free_values(
         min_durations=min_durations,
         speed_kinds=tuple(speed_kinds),
         max_speeds=max_speeds,
-        max_path_speeds=max_path_speeds,
+        path_speed_is_free=path_speed_is_free,
         way_options=way_options,
         objective=_objective(task, has_free_times=has_free_times),
         total_duration=task.duration,
