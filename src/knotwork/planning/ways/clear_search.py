@@ -21,7 +21,7 @@ from knotwork.planning.ways.clear_motion_problem import (
     MotionParts,
     NoClearMotionError,
 )
-from knotwork.planning.ways.clearance_proof import unproved_pairs, unproved_pairs_along
+from knotwork.planning.ways.clearance_proof import unproved_pairs
 from knotwork.planning.ways.configuration_space import ConfigurationSpace
 from knotwork.planning.ways.exchange import Exchange
 from knotwork.planning.ways.rrt import connect, shorten_polyline

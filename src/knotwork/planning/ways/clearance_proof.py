@@ -21,13 +21,10 @@ def unproved_pairs(
     return [clearance for clearance in results if clearance.verdict != "clear"]
 
 
-def unproved_pairs_along(
-    model: CollisionModel, line: FloatArray, resolution: float
-) -> list[Clearance]:
-    """Pairs that are not proved to keep their margin along a polyline; corners of shape (n, d)."""
+def polyline_curve(line: FloatArray) -> PiecewisePolynomial:
+    """A polyline over its length [rad or m]; corners of shape (n, d)."""
     length = np.linalg.norm(np.diff(line, axis=0), axis=1)
     slope = np.diff(line, axis=0) / length[:, None]
     zero = np.zeros_like(slope)
     along = np.concatenate(([0.0], np.cumsum(length)))
-    curve = PiecewisePolynomial(np.stack((zero, zero, slope, line[:-1])), along)
-    return unproved_pairs(model, curve, resolution)
+    return PiecewisePolynomial(np.stack((zero, zero, slope, line[:-1])), along)

@@ -26,9 +26,16 @@ MAX_FAILURES = 40
 
 
 class _Tree:
-    """A tree of configurations. Each has the index of its parent, or -1 for a root."""
+    """A tree of configurations. Each has the index of its parent, or -1 for a root.
 
-    def __init__(self, roots: FloatArray) -> None:
+    Args:
+        space: Collision tests.
+        roots: Its roots [rad or m], shape (m, d).
+        step: Step of samples on edges [rad or m].
+    """
+
+    def __init__(self, space: ConfigurationSpace, roots: FloatArray, step: float) -> None:
+        self.space, self.step = space, step
         self.parent: list[int] = []
         self._q = np.empty((256, roots.shape[1]))
         for root in roots:
@@ -55,6 +62,34 @@ class _Tree:
             nodes.append(self[i].copy())
             i = self.parent[i]
         return nodes
+
+    def extend(self, target: FloatArray, parent: int | None = None) -> int | None:
+        """Add a configuration towards a target, from the nearest one or a given one."""
+        near = self.nearest(target) if parent is None else parent
+        move = target - self[near]
+        length = float(np.linalg.norm(move))
+        q = (
+            target
+            if length <= EXTENSION_LENGTH
+            else self[near] + move * (EXTENSION_LENGTH / length)
+        )
+        if self.space.is_clear(q) and self.space.is_clear_edge(self[near], q, self.step):
+            return self.add(q, near)
+        return None
+
+    def connect(self, target: FloatArray) -> tuple[int, bool]:
+        """Extend the tree towards a target until a collision.
+
+        Returns:
+            The last node, and whether it is the target.
+        """
+        node: int | None = self.nearest(target)
+        while node is not None:
+            last = node
+            if np.array_equal(self[last], target):
+                return last, True
+            node = self.extend(target, last)
+        return last, False
 
 
 def connect(
@@ -86,53 +121,19 @@ def connect(
     ends = np.concatenate((starts, goals))
     lower = np.maximum(space.lower, ends.min(axis=0) - SAMPLING_RANGE)
     upper = np.minimum(space.upper, ends.max(axis=0) + SAMPLING_RANGE)
-    tree, other_tree = _Tree(starts), _Tree(goals)
+    tree, other_tree = _Tree(space, starts, step), _Tree(space, goals, step)
     swapped, end = False, space.checks + max_checks
     while space.checks < end:
-        reached = _extend_tree(space, tree, rng.uniform(lower, upper), step)
+        reached = tree.extend(rng.uniform(lower, upper))
         if reached is not None:
             target = tree[reached]
-            node, met = _connect_tree(space, other_tree, target, step)
+            node, met = other_tree.connect(target)
             if met:
                 line = tree.branch(reached)[::-1] + other_tree.branch(node)[1:]
                 return np.array(line[::-1] if swapped else line)
         if len(tree.parent) > len(other_tree.parent):
             tree, other_tree, swapped = other_tree, tree, not swapped
     return None
-
-
-def _extend_tree(
-    space: ConfigurationSpace,
-    tree: _Tree,
-    target: FloatArray,
-    step: float,
-    parent: int | None = None,
-) -> int | None:
-    """Add a configuration towards a target, from the nearest one or a given one of a tree."""
-    near = tree.nearest(target) if parent is None else parent
-    move = target - tree[near]
-    length = float(np.linalg.norm(move))
-    q = target if length <= EXTENSION_LENGTH else tree[near] + move * (EXTENSION_LENGTH / length)
-    if space.is_clear(q) and space.is_clear_edge(tree[near], q, step):
-        return tree.add(q, near)
-    return None
-
-
-def _connect_tree(
-    space: ConfigurationSpace, tree: _Tree, target: FloatArray, step: float
-) -> tuple[int, bool]:
-    """Extend a tree towards a target until a collision.
-
-    Returns:
-        The last node, and whether it is the target.
-    """
-    node: int | None = tree.nearest(target)
-    while node is not None:
-        last = node
-        if np.array_equal(tree[last], target):
-            return last, True
-        node = _extend_tree(space, tree, target, step, last)
-    return last, False
 
 
 def shorten_polyline(
