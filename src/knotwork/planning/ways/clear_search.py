@@ -257,7 +257,6 @@ class _ClearSearch:
         """A polyline from a start to a goal, proved clear, or `None`."""
         weights = 1.0 / self.problem.timing.limits.velocity
         weights = weights / weights.mean()
-        model, resolution = self.problem.collision_model, self.problem.resolution
         while self.stage < len(self.stages):
             step, extra, checks = self.stages[self.stage]
             # the chosen solutions come first, because the trees connect distant ones too early
@@ -270,12 +269,15 @@ class _ClearSearch:
                 if line is None:
                     break
                 for candidate in (shorten_polyline(self.space, line, rng, step, weights), line):
-                    if len(candidate) == 1 or not unproved_pairs_along(
-                        model, candidate, resolution
-                    ):
+                    if self._is_proved(candidate):
                         return candidate
             self.stage += 1
         return None
+
+    def _is_proved(self, line: FloatArray) -> bool:
+        """Whether a polyline is proved clear."""
+        model, resolution = self.problem.collision_model, self.problem.resolution
+        return len(line) == 1 or not unproved_pairs(model, polyline_curve(line), resolution)
 
     def _optimised_motion(
         self, lines: list[FloatArray], best: ClearMotion | None, number: int
