@@ -21,10 +21,11 @@ from knotwork.planning.ways.clear_motion_problem import (
     MotionParts,
     NoClearMotionError,
 )
-from knotwork.planning.ways.clearance_proof import unproved_pairs
+from knotwork.planning.ways.clearance_proof import polyline_curve, unproved_pairs
 from knotwork.planning.ways.configuration_space import ConfigurationSpace
 from knotwork.planning.ways.exchange import Exchange
 from knotwork.planning.ways.rrt import connect, shorten_polyline
+from knotwork.verification.bounds.clearance import Clearance
 from knotwork.waypoints import FloatArray, IndexArray
 
 
@@ -212,8 +213,7 @@ class _ClearSearch:
         if beyond.max() > 0.0:
             k = int(beyond.argmax())
             return NoClearMotionError(end, depth=float(beyond[k]), limit="position", joint=k)
-        unproved = unproved_pairs(self.problem.collision_model, motion, self.problem.resolution)
-        if unproved:
+        if unproved := self._unproved_pairs(motion):
             worst = max(unproved, key=lambda pair: pair.margin - pair.distance)
             names, depth = (worst.first.name, worst.second.name), worst.margin - worst.distance
             return NoClearMotionError(end, names, max(depth, 0.0), moving=True)
@@ -269,15 +269,13 @@ class _ClearSearch:
                 if line is None:
                     break
                 for candidate in (shorten_polyline(self.space, line, rng, step, weights), line):
-                    if self._is_proved(candidate):
+                    if len(candidate) == 1 or not self._unproved_pairs(polyline_curve(candidate)):
                         return candidate
             self.stage += 1
         return None
 
-    def _is_proved(self, line: FloatArray) -> bool:
-        """Whether a polyline is proved clear."""
-        model, resolution = self.problem.collision_model, self.problem.resolution
-        return len(line) == 1 or not unproved_pairs(model, polyline_curve(line), resolution)
+    def _unproved_pairs(self, curve: PiecewisePolynomial) -> list[Clearance]:
+        return unproved_pairs(self.problem.collision_model, curve, self.problem.resolution)
 
     def _optimised_motion(
         self, lines: list[FloatArray], best: ClearMotion | None, number: int
@@ -291,9 +289,7 @@ class _ClearSearch:
             return None
         curve, times, parts = first
         ends = self._timing_problem(line[passed], moving=True)
-        if unproved_pairs(problem.collision_model, curve, problem.resolution) or not keeps_limits(
-            ends, curve
-        ):
+        if self._unproved_pairs(curve) or not keeps_limits(ends, curve):
             return None
         motion = ClearMotion(curve, times, line, parts, rests=len(line) > len(passed))
         if best is None:
