@@ -18,16 +18,17 @@ from knotwork.task import OtherRobot, Task
 from knotwork.task.scenario import Scenario, resolve_task
 from knotwork.task.scenario.joint_space import JointSpace, by_joint, joint_space, moved_robot
 from knotwork.task.task_source import read_document
-from knotwork.verification import Finding, Report, check
+from knotwork.verification import Finding, check
 from knotwork.verification.collisions import nearest_to
+from knotwork.verification.report import CheckedMotion
 
 
-def check_alone(
+def check_without_task(
     path: str | Path,
     robot: str | Path | None = None,
     scene: str | Path | None = None,
     limits: Mapping[str, Any] | str | Path | None = None,
-) -> tuple[JointTrajectory, Scenario, JointSpace, Report]:
+) -> CheckedMotion:
     """Read a trajectory of any tool and check it for limits, collisions and continuity.
 
     Args:
@@ -80,7 +81,7 @@ def check_alone(
         if finding.subject not in ("waypoint", "segment")
         and finding.quantity not in ("time_span", "no_start")
     )
-    return motion, scenario, space, replace(report, findings=findings)
+    return CheckedMotion(scenario, space, None, motion, replace(report, findings=findings))
 
 
 def _ends(motion: JointTrajectory, task: Task) -> list[dict[str, Any]]:
