@@ -114,7 +114,7 @@ class FrameMotion(TaskPart):
     ONE_OR_MORE = ("linear", "angular", "file")
 
     linear: Vector3 | None = optional("Constant velocity", unit="length/s")
-    angular: Vector3 | None = optional("Constant angular velocity x, y, z, about the frame's origin", unit="angle/s")
+    angular: Vector3 | None = optional("Constant angular velocity about its origin", unit="angle/s")
     file: Text | None = optional(
         "Path of a trajectory, relative to this file, of joints named x, y, z [m], "
         "yaw, pitch, roll [rad], or some of them, in SI: translation, then rotation "
