@@ -64,17 +64,20 @@ def plan(
         scenario = load_scenario(scenario)
     if scenario.free_values is None:
         return best_of_sequences(SequencePlanner(scenario, planner))
-    from knotwork.planning.choosing import fix_arrival_times
+    from knotwork.planning.choosing import ChosenTimes, fix_arrival_times
     from knotwork.planning.timing.timed_motion import Budget
 
-    free = scenario.free_values
+    requested, free = scenario, scenario.free_values
     fixed_arrivals = tuple(
         scenario.waypoints[i].name for i in free.time_dependent if free.duration_is_free[i - 1]
     )
     work = Budget(progress, budget)
     if free.time_dependent:
         scenario = fix_arrival_times(scenario, work)
-    return best_of_sequences(SequencePlanner(scenario, planner, work, fixed_arrivals))
+    best = best_of_sequences(SequencePlanner(scenario, planner, work, fixed_arrivals))
+    if best.chosen is None and best.solution is not None:  # nothing was free any more
+        best = replace(best, chosen=ChosenTimes(requested, scenario, best.solution))
+    return best
 
 
 def best_of_sequences(planner: SequencePlanner) -> Plan:
