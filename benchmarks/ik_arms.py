@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from knotwork.arrays import FloatArray
 from knotwork.robot import Robot, load_robot
-from knotwork.waypoints import FloatArray
 
 ARMS = ("ur3", "ur5", "ur10", "panda", "kinova", "xarm7", "z1", "talos_arm", "bravo7", "baxter")
 BAXTER = {

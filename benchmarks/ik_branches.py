@@ -15,8 +15,8 @@ import pinocchio as pin
 
 import knotwork as kw
 from ik_arms import arm
+from knotwork.arrays import FloatArray
 from knotwork.robot import Robot, load_robot
-from knotwork.waypoints import FloatArray
 
 BENT = (1e-2, 1e-4, 1e-6)
 """How far from straight the wrist is [rad]."""

@@ -15,10 +15,10 @@ import pinocchio as pin
 
 import knotwork as kw
 from ik_arms import TOLERANCE, Solver, box
+from knotwork.arrays import FloatArray
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import JointAxes
 from knotwork.robot.joint_tree import joint_tree
-from knotwork.waypoints import FloatArray
 
 
 def knotwork_first(robot: Robot) -> Solver:

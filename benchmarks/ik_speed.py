@@ -10,8 +10,8 @@ import numpy as np
 import knotwork as kw
 from ik_arms import LOOSE, TOLERANCE, Solver, arm, box, misses
 from ik_peers import PEERS
+from knotwork.arrays import FloatArray
 from knotwork.robot import Robot
-from knotwork.waypoints import FloatArray
 
 
 def speed(poses: int) -> dict[str, Any]:

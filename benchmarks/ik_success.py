@@ -9,10 +9,10 @@ import pinocchio as pin
 
 import knotwork as kw
 from ik_arms import ARMS, TOLERANCE, arm, box, misses
+from knotwork.arrays import FloatArray
 from knotwork.errors import KnotworkError, UnreachablePoseError
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import JointAxes
-from knotwork.waypoints import FloatArray
 
 
 def success(poses: int) -> dict[str, Any]:

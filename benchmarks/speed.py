@@ -31,7 +31,7 @@ from results import Table
 
 if TYPE_CHECKING:  # its import is measured
     from knotwork import Robot
-    from knotwork.waypoints import FloatArray
+    from knotwork.arrays import FloatArray
 
 ROOT = Path(__file__).parents[1]
 WAYPOINTS = 10

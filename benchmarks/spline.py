@@ -24,8 +24,8 @@ from rich.console import Console
 from rich.table import Table
 from scipy.interpolate import CubicHermiteSpline, CubicSpline, make_interp_spline
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.interpolation import ModifiedHermiteSpline
-from knotwork.waypoints import FloatArray
 
 JOINTS = 6
 OURS = "ModifiedHermiteSpline"

@@ -46,6 +46,7 @@ from rich.progress import track
 
 import knotwork as kw
 import results
+from knotwork.arrays import FloatArray
 from knotwork.curves.interpolation.modified_hermite_spline import ModifiedHermiteSpline
 from knotwork.errors import InputError
 from knotwork.files.documents import resources
@@ -58,7 +59,6 @@ from knotwork.planning.timing import (
     solving,
 )
 from knotwork.task.scenario import Scenario, load_scenario
-from knotwork.waypoints import FloatArray
 from results import Table
 from toppra_peer import toppra_duration
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.waypoints import FloatArray
+from knotwork.arrays import FloatArray
 
 
 def toppra_duration(

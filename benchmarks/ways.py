@@ -40,9 +40,9 @@ from rich.progress import track
 
 import knotwork as kw
 import results
+from knotwork.arrays import FloatArray
 from knotwork.errors import InputError
 from knotwork.planning.timing import Progress
-from knotwork.waypoints import FloatArray
 from motion_bench import FOLDER, KINDS, Problem, problems
 from toppra_peer import toppra_duration
 from ways_tables import tables

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from knotwork.arrays import FloatArray, ReadOnlyArrays, read_numbers
 from knotwork.errors import WaypointDataError
 from knotwork.errors.arguments import require_number
 from knotwork.units import Units
-from knotwork.waypoints import FloatArray, ReadOnlyArrays, read_numbers
 
 
 @dataclass(frozen=True)

@@ -2,152 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
+from knotwork.arrays import (
+    FloatArray,
+    ReadOnlyArrays,
+    checked_array,
+    checked_joints,
+    checked_times,
+    known_rows,
+    rotation_error,
+)
 from knotwork.errors import WaypointDataError
-from knotwork.errors.plain_text import default_waypoint_name
 
 if TYPE_CHECKING:
     import pinocchio as pin
-
-FloatArray = NDArray[np.float64]
-IndexArray = NDArray[np.intp]
-BoolArray = NDArray[np.bool_]
-
-
-def read_numbers(
-    values: ArrayLike, shape: tuple[int, ...], subject: str, kind: type = float
-) -> Any:
-    """Copy values into a read-only array of the given shape and type; infinity and NaN are numbers.
-
-    Raises:
-        WaypointDataError: The values are not numbers or have a wrong shape.
-    """
-    try:
-        array: NDArray[Any] = np.array(values, dtype=kind)
-    except (TypeError, ValueError) as error:
-        message = f"{subject} must be numbers, not {values!r}"
-        raise WaypointDataError(message, value=values) from error
-    if array.shape != shape:
-        message = f"{subject} must have shape {shape}, not {array.shape}"
-        raise WaypointDataError(message, value=array)
-    array.setflags(write=False)
-    return array
-
-
-def checked_array(
-    values: ArrayLike, shape: tuple[int, ...], subject: str, *, unknown: bool = False
-) -> FloatArray:
-    """Copy values into a read-only array of finite floats of the given shape.
-
-    Args:
-        values: Numbers, as for NumPy.
-        shape: Required shape.
-        subject: Description of the values, for the error.
-        unknown: Whether NaN is accepted, for unknown values.
-
-    Raises:
-        WaypointDataError: The values are not numbers, not finite or have a wrong shape.
-    """
-    array: FloatArray = read_numbers(values, shape, subject)
-    wrong = np.isinf(array) if unknown else ~np.isfinite(array)
-    if wrong.any():
-        index = tuple(int(i) for i in np.argwhere(wrong)[0])
-        where = f"{subject}{list(index)}" if index else subject
-        raise WaypointDataError(
-            f"{where} is {array[index]}; every value must be finite",
-            waypoint=index[0] if index else None,
-            value=array[index],
-        )
-    return array
-
-
-def checked_times(times: ArrayLike, names: Sequence[str] | None = None) -> FloatArray:
-    """Copy waypoint times [s], shape (n,), n >= 2, into a read-only array, strictly increasing.
-
-    Raises:
-        WaypointDataError: There are fewer than two times, or they are not finite or increasing.
-    """
-    array = np.array(times, dtype=float)
-    if array.ndim != 1 or array.size < 2:
-        raise WaypointDataError(
-            f"a motion needs at least two waypoint times in one dimension, not shape {array.shape}"
-        )
-    array = checked_array(array, array.shape, "time")
-    late = np.flatnonzero(np.diff(array) <= 0)
-    if late.size:
-        i = int(late[0]) + 1
-        name = f" ({names[i]!r})" if names is not None else ""
-        raise WaypointDataError(
-            f"time of {default_waypoint_name(i)}{name} is {array[i]:.15g} s; "
-            f"it must be later than {array[i - 1]:.15g} s, the time of the previous waypoint",
-            waypoint=i,
-            value=float(array[i]),
-        )
-    return array
-
-
-def known_rows(
-    values: FloatArray, names: Sequence[str] = (), subject: str = "acceleration"
-) -> BoolArray:
-    """Find the waypoints at which values (n, d) are known, shape (n,); NaN is unknown.
-
-    Raises:
-        WaypointDataError: Values are known for some joints only.
-    """
-    missing = np.isnan(values)
-    partly = np.flatnonzero(missing.any(axis=1) & ~missing.all(axis=1))
-    if partly.size:
-        i = int(partly[0])
-        where = repr(names[i]) if names else default_waypoint_name(i)
-        raise WaypointDataError(
-            f"{subject} at {where} is known for some joints only; give all of them, or NaN for all",
-            waypoint=i,
-        )
-    return np.asarray(~missing.any(axis=1))
-
-
-def checked_joints(
-    names: Sequence[str], units: Sequence[str] | None
-) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return names and units of joints as tuples; without units all are `"rad"`.
-
-    Raises:
-        WaypointDataError: There are no names, a name is repeated, or a unit is missing or unknown.
-    """
-    names = tuple(names)
-    units = tuple(units or ()) or ("rad",) * len(names)
-    if not names or len(set(names)) != len(names):
-        raise WaypointDataError(f"joint names must be given, each once; got {list(names)}")
-    if len(units) != len(names) or not set(units) <= {"rad", "m"}:
-        raise WaypointDataError(
-            f"joint units are {units}; give 'rad' or 'm' for each of {len(names)}"
-        )
-    return names, units
-
-
-def rotation_error(matrix: FloatArray, tolerance: float) -> str:
-    """Describe how a matrix (3, 3) differs from a rotation, or give "" within the tolerance."""
-    error = float(np.abs(matrix.T @ matrix - np.eye(3)).max())
-    determinant = float(np.linalg.det(matrix))
-    if error <= tolerance and determinant > 0.0:
-        return ""
-    return f"R'R differs from I by {error:.3g}, det R = {determinant:.3g}"
-
-
-class ReadOnlyArrays:
-    """Base class of objects with read-only arrays, which stay read-only in copies."""
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        for value in state.values():
-            if isinstance(value, np.ndarray):
-                value.setflags(write=False)
-        self.__dict__.update(state)
 
 
 class TorchRanges(NamedTuple):

@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
+from knotwork.arrays import FloatArray, checked_array
 from knotwork.curves.interpolation import get_planner
 from knotwork.curves.tool_paths import Curve, OrientationCurve, TimedPath, ToolPath, speed_profile
 from knotwork.curves.trajectory import JointTrajectory
@@ -19,7 +20,7 @@ from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
 from knotwork.robot.kinematics.solutions.pose import solve_pose_ik
 from knotwork.task import Tolerances
 from knotwork.task.scenario import SMALLEST_PATH_TOLERANCE
-from knotwork.waypoints import FloatArray, JointWaypoints, checked_array
+from knotwork.waypoints import JointWaypoints
 
 START_TOLERANCE = 1e-6
 """Tolerance of the tool's pose at the start of the path [m, rad]."""

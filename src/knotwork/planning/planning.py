@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.interpolation import PLANNER_SPECS, planner_and_rule
 from knotwork.errors import InputError, NoWayFoundError
 from knotwork.planning.planned_motion import Plan
@@ -20,7 +21,6 @@ from knotwork.task.scenario.resolve import change_task
 from knotwork.verification.collisions import COLLISIONS, failed_pairs
 from knotwork.verification.finding import TRIED, Finding
 from knotwork.verification.motion import AT_WAYPOINT
-from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
     from knotwork.planning.timing import Progress

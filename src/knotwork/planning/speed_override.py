@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.monotone import first_times
 from knotwork.curves.retiming import (
@@ -17,7 +18,6 @@ from knotwork.curves.retiming import (
 )
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.verification import Finding
-from knotwork.waypoints import FloatArray
 
 PATH_TOLERANCE = 1e-6
 """Largest deviation of a joint from the planned path [rad or m]."""

@@ -10,11 +10,11 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
+from knotwork.arrays import FloatArray, checked_array
 from knotwork.errors import RobotError, UnknownNameError
 from knotwork.robot.description import Description
 from knotwork.robot.joint_chain import select_chain
 from knotwork.robot.planned_joints import PlannedJoints
-from knotwork.waypoints import FloatArray, checked_array
 
 _TCP = "knotwork: tool centre point"
 _VIRTUAL = {

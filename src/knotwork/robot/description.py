@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from knotwork.arrays import FloatArray
 from knotwork.errors import RobotError, UnknownNameError
 from knotwork.errors.arguments import require_number, require_type
 from knotwork.files.documents import Document, validate
 from knotwork.files.documents.values import LimitsFile
 from knotwork.robot.payload import Payload
 from knotwork.robot.urdf import Urdf
-from knotwork.waypoints import FloatArray
 
 # Limits that override the URDF's: by quantity and joint, in SI; a pair for "position".
 LimitTables = Mapping[str, Mapping[str, Any]]

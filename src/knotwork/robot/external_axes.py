@@ -15,11 +15,11 @@ from xml.dom.minidom import Element
 import numpy as np
 from pydantic import model_validator
 
+from knotwork.arrays import FloatArray
 from knotwork.errors import InputError
 from knotwork.files.documents import StrictModel, Text
 from knotwork.files.documents.values import Positive, Range, Vector3, optional
 from knotwork.robot.urdf_rules import append_element, child_elements, elements_by_name, read_link
-from knotwork.waypoints import FloatArray
 
 CELL = "cell"
 """Name of the root link of a robot with external axes."""

@@ -9,10 +9,10 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.errors import RobotError
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import joint_tree
-from knotwork.waypoints import FloatArray
 
 
 class JointAxes:

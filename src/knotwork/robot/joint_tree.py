@@ -14,8 +14,8 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from knotwork.arrays import FloatArray
 from knotwork.errors import InputError
-from knotwork.waypoints import FloatArray
 
 
 @dataclass(frozen=True, eq=False)

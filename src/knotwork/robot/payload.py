@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from knotwork.arrays import FloatArray, ReadOnlyArrays, checked_array
 from knotwork.errors import InputError
-from knotwork.waypoints import FloatArray, ReadOnlyArrays, checked_array
 
 INERTIA_TOLERANCE = 1e-3
 """Tolerance of the triangle inequality of moments of inertia, which are often rounded, relative to

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from knotwork.arrays import FloatArray, checked_array
 from knotwork.errors import RobotError
 from knotwork.joint_quantities import JointLimits
 from knotwork.robot.description import Description
-from knotwork.waypoints import FloatArray, checked_array
 
 
 class PlannedJoints:

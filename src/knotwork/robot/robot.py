@@ -10,11 +10,11 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
+from knotwork.arrays import FloatArray, checked_array
 from knotwork.robot.chain_model import ChainModel
 from knotwork.robot.description import Description, VirtualJoint
 from knotwork.robot.payload import Payload
 from knotwork.robot.urdf import carrying_joints, read_urdf
-from knotwork.waypoints import FloatArray, checked_array
 
 
 class Robot(ChainModel):

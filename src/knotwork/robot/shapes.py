@@ -14,12 +14,12 @@ from xml.dom.minidom import Element
 import numpy as np
 import pinocchio as pin
 
+from knotwork.arrays import FloatArray
 from knotwork.errors import InputError, format_value
 from knotwork.files.documents import read_text
 from knotwork.robot.external_axes import UrdfFile
 from knotwork.robot.urdf import MAX_URDF_BYTES, parse_root
 from knotwork.robot.urdf_rules import child_elements
-from knotwork.waypoints import FloatArray
 
 LARGEST_LENGTH = 1e6
 """Maximum length of a shape [m], factor of a mesh and angle [rad]."""

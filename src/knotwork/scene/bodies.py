@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from knotwork.arrays import FloatArray
 from knotwork.scene.solids import Placed, Solid
-from knotwork.waypoints import FloatArray
 
 
 @dataclass(frozen=True, eq=False)

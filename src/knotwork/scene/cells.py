@@ -11,8 +11,8 @@ import coal
 import numpy as np
 from numpy.typing import NDArray
 
+from knotwork.arrays import FloatArray
 from knotwork.errors import InputError
-from knotwork.waypoints import FloatArray
 
 MAX_CLOUD_CELLS = 100_000
 """Maximum number of cells; a distance to them takes about 10 ms."""

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pinocchio as pin
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.extended_curve import ExtendedCurve, stack_curves
 from knotwork.curves.tool_paths.moving_frame import KnownJoints, MovingFrame
@@ -17,7 +18,6 @@ from knotwork.robot import Robot
 from knotwork.robot.joint_tree import JointTree, place_joints
 from knotwork.scene.bodies import Body
 from knotwork.scene.distances import DistanceMeter
-from knotwork.waypoints import FloatArray
 
 TOOL_BODY = "tool"
 

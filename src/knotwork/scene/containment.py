@@ -7,8 +7,8 @@ import itertools
 import coal
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.scene.solids import Placed, Solid
-from knotwork.waypoints import FloatArray
 
 
 def is_one_inside_other(first: Placed, second: Placed) -> bool:

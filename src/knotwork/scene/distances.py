@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 import coal
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.scene.bodies import Body, place_solids
 from knotwork.scene.containment import is_one_inside_other
 from knotwork.scene.solids import Placed, Solid
-from knotwork.waypoints import FloatArray
 
 NEAREST_POINT_TOLERANCE = 1e-9
 """Tolerance of the search for the nearest points."""

@@ -11,8 +11,8 @@ from typing import Any
 import coal
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.errors import InputError
-from knotwork.waypoints import FloatArray
 
 MAX_COAL_POINTS = 1000
 """Maximum number of points of a hull by Coal, which takes minutes for 20,000 points."""

@@ -7,11 +7,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from knotwork.arrays import FloatArray, IndexArray
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.scene.containment import is_one_inside_other
 from knotwork.scene.distances import DISTANCE_ERROR, DistanceMeter
 from knotwork.scene.solids import Placed, support_values
-from knotwork.waypoints import FloatArray, IndexArray
 
 
 class SolidPairs:

@@ -11,12 +11,12 @@ import coal
 import numpy as np
 from numpy.typing import NDArray
 
+from knotwork.arrays import FloatArray
 from knotwork.errors import InputError
 from knotwork.scene.cells import Cells, read_cells
 from knotwork.scene.hulls import make_convex_hull
 from knotwork.scene.meshes.mesh_files import read_mesh, read_points
 from knotwork.task.scenario import PlacedShape
-from knotwork.waypoints import FloatArray
 
 _CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
 

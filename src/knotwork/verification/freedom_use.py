@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.task.scenario import Scenario, ScenarioPath
 from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.units import Units
@@ -14,7 +15,7 @@ from knotwork.verification.bounds.free_turn import free_angles, open_ranges
 from knotwork.verification.finding import Finding, Subject
 from knotwork.verification.motion import Motion
 from knotwork.verification.path_checks import join_paths
-from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
+from knotwork.waypoints import CartesianWaypoint, PoseFreedom
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot

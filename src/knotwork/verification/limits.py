@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.jumps import measure_jumps
 from knotwork.joint_quantities import DERIVATIVES, JOINT_QUANTITIES, MAGNITUDES, rate_unit
@@ -20,7 +21,6 @@ from knotwork.units import Units, rounded_up
 from knotwork.verification.continuity import CONTINUITY_GROUP
 from knotwork.verification.finding import Finding, Proof, Subject, verdict_on
 from knotwork.verification.motion import Motion, describe_time
-from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
     from knotwork.verification.bounds import Bound

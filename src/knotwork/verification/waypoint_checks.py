@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.errors.plain_text import waypoint_text
@@ -19,7 +20,7 @@ from knotwork.units import Units
 from knotwork.verification.bounds.free_turn import turned_beyond
 from knotwork.verification.finding import Finding, verdict_on
 from knotwork.verification.motion import Execution, Motion
-from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
+from knotwork.waypoints import CartesianWaypoint, PoseFreedom
 
 if TYPE_CHECKING:
     from knotwork.task.scenario import ScenarioWaypoint

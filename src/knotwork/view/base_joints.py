@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from knotwork.arrays import FloatArray
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import JointTree, invert_chain, joint_tree, place_joints
-from knotwork.waypoints import FloatArray
 
 
 def drawn_joints(joints: JointTree, names: Iterable[str], first: int = 1) -> list[dict[str, Any]]:

@@ -7,12 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.scene.collision_model import CollisionModel, Pair
 from knotwork.scene.solid_pairs import SolidPairs
 from knotwork.verification import Motion
 from knotwork.verification.collisions import motion_model
 from knotwork.view.shown_motion import ShownMotion, nearest_around
-from knotwork.waypoints import FloatArray
 
 CLEARANCE_SAMPLES = 200
 # Interval of the samples that test whether a pair moves, and motion [m] below which it is at rest.

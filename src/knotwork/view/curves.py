@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.critical_points import find_critical_points, horner
 from knotwork.curves.polynomial.jumps import measure_jumps
-from knotwork.waypoints import FloatArray
 
 # Number of points of a whole curve, and the minimum and maximum number of one piece.
 CURVE_POINTS, MIN_POINTS, MAX_POINTS = 3000, 12, 400

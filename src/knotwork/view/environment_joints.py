@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.scene.other_robots import load_other_motion
 from knotwork.view.base_joints import drawn_joints
@@ -14,7 +15,6 @@ from knotwork.view.mesh import merge_meshes
 from knotwork.view.scene_parts import SceneParts
 from knotwork.view.shown_motion import ShownMotion
 from knotwork.view.surroundings import HELD_COLOUR, TOOL_COLOUR, solid_mesh
-from knotwork.waypoints import FloatArray
 
 
 def environment_joints(shown: ShownMotion) -> list[dict[str, Any]]:

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
+from knotwork.arrays import FloatArray
 from knotwork.errors import InputError
 from knotwork.robot import Robot
 from knotwork.robot.shapes import LinkShape, UrdfShapes
@@ -17,7 +18,6 @@ from knotwork.scene.meshes.locating import find_mesh
 from knotwork.scene.meshes.mesh_files import read_mesh
 from knotwork.view.mesh import GREY, Mesh, drawable, merge_meshes
 from knotwork.view.primitive_meshes import rod, solid, sphere
-from knotwork.waypoints import FloatArray
 
 LINE_RADIUS = 0.012
 JOINT_COLOUR = (0.9, 0.45, 0.1, 1.0)

@@ -9,8 +9,8 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
+from knotwork.arrays import FloatArray, IndexArray
 from knotwork.scene.meshes.mesh_part import Colour, MeshPart
-from knotwork.waypoints import FloatArray, IndexArray
 
 GREY: Colour = (0.75, 0.75, 0.75, 1.0)
 CREASE = np.radians(35.0)

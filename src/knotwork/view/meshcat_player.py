@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
+from knotwork.arrays import FloatArray
 from knotwork.errors import InputError
 from knotwork.view.mesh import Mesh
 from knotwork.view.scene_parts import unpack_mesh, unpack_numbers
-from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
     from meshcat import Visualizer

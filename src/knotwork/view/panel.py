@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.view.style import DARK, MARK_LOOKS, SMALL, WRONG, colour, dashes
-from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

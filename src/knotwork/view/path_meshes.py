@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from knotwork.arrays import FloatArray
 from knotwork.robot import Robot
 from knotwork.view.mesh import Mesh, merge_meshes
 from knotwork.view.primitive_meshes import rod, sphere, triad, tube
@@ -17,7 +18,6 @@ from knotwork.view.targets import given_velocities
 from knotwork.view.task_marks import RED
 from knotwork.view.tool_curves import full_speeds
 from knotwork.view.tool_trace import ToolTrace, tool_trace
-from knotwork.waypoints import FloatArray
 
 # Slow to fast: dark violet, blue, green, yellow. The lightness increases evenly, so that the scale
 # is readable in grey.

@@ -7,6 +7,7 @@ from functools import cache, partial
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.joint_quantities import JOINT_QUANTITIES
 from knotwork.robot import Robot
@@ -15,7 +16,6 @@ from knotwork.verification import Finding
 from knotwork.verification.bounds.tool_motion import speed_quantity
 from knotwork.verification.limits import LIMIT_SLACK, LIMITS, SMALLEST_SINGULAR_VALUE, TOOL_ORDERS
 from knotwork.view.shown_motion import ShownMotion
-from knotwork.waypoints import FloatArray
 
 
 def sample_utilisation(

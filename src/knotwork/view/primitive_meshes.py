@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from knotwork.arrays import FloatArray
 from knotwork.robot.joint_tree import frame_along
 from knotwork.view.mesh import Mesh, from_triangles, merge_meshes, normalise_rows
-from knotwork.waypoints import FloatArray
 
 
 def solid(kind: str, size: Sequence[float], colour: Sequence[float], sides: int = 32) -> Mesh:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.curves.trajectory.sampling import make_sample_times
 from knotwork.robot import Robot
@@ -34,7 +35,6 @@ from knotwork.view.targets import tool_targets
 from knotwork.view.task_marks import draw_frames, draw_marks
 from knotwork.view.time_strip import time_strip
 from knotwork.view.tool_trace import tool_speeds, tool_trace
-from knotwork.waypoints import FloatArray
 
 ROBOT_PARTS = ("joints", "shapes")
 """Parts of a scene that depend only on the robot: most of the data."""

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.errors import InputError
 from knotwork.view.mesh import Mesh
-from knotwork.waypoints import FloatArray
 
 
 def pack_mesh(mesh: Mesh) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
@@ -27,7 +28,7 @@ from knotwork.verification.finding import unite_intervals
 from knotwork.verification.limits import LIMITS, check_derivative_limits
 from knotwork.verification.report import CheckedMotion
 from knotwork.view.links import LinkShapes, link_shapes
-from knotwork.waypoints import FloatArray, JointWaypoints
+from knotwork.waypoints import JointWaypoints
 
 CACHED_MOTIONS = 4
 """Number of motions whose tool trace is kept: two side by side, and these before a change."""

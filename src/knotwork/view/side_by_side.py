@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.robot import Robot
@@ -15,7 +16,6 @@ from knotwork.view.page import Page, asset, iframe, json_in_html, render_templat
 from knotwork.view.path_meshes import max_speed
 from knotwork.view.scene_data import make_scene
 from knotwork.view.shown_motion import ShownMotion
-from knotwork.waypoints import FloatArray
 
 DIFFERENCE_SAMPLES = 400
 """Number of samples of the difference."""

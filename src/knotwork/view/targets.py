@@ -9,10 +9,11 @@ from functools import lru_cache
 import numpy as np
 import pinocchio as pin
 
+from knotwork.arrays import FloatArray
 from knotwork.view.mesh import Mesh, merge_meshes
 from knotwork.view.primitive_meshes import arrow
 from knotwork.view.shown_motion import CACHED_MOTIONS, ShownMotion
-from knotwork.waypoints import CartesianWaypoint, FloatArray
+from knotwork.waypoints import CartesianWaypoint
 
 ARROW_COLOUR = (0.9, 0.35, 0.0, 1.0)
 # Longest motion that an arrow may represent [s].

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.trajectory import Segment
 from knotwork.verification import Finding, Motion
 from knotwork.verification.finding import unite_intervals
@@ -16,7 +17,6 @@ from knotwork.view.plotted_utilisation import frame_values, sample_utilisation
 from knotwork.view.scene_parts import pack_numbers
 from knotwork.view.shown_motion import ShownMotion
 from knotwork.view.tool_curves import full_speeds
-from knotwork.waypoints import FloatArray
 
 STRIP_SAMPLES = 800
 # Maximum shown use of a limit, which a page can store.

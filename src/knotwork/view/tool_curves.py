@@ -8,6 +8,7 @@ from functools import partial
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.errors import InputError
 from knotwork.joint_quantities import rate_unit
@@ -17,7 +18,6 @@ from knotwork.verification.limits import SMALLEST_SINGULAR_VALUE
 from knotwork.view.clearance_curve import clearance_curve
 from knotwork.view.plotted_utilisation import frame_values, smallest_singular_values
 from knotwork.view.shown_motion import ShownMotion
-from knotwork.waypoints import FloatArray
 
 SAMPLES = 1500
 """Number of samples of a motion."""

@@ -7,11 +7,11 @@ from functools import lru_cache
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.verification.limits import LIMIT_SLACK, LIMITS
 from knotwork.view.plotted_utilisation import sample_utilisation
 from knotwork.view.shown_motion import CACHED_MOTIONS, ShownMotion
 from knotwork.view.targets import tool_targets
-from knotwork.waypoints import FloatArray
 
 TRACE_SAMPLES = 1200
 

@@ -26,7 +26,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from knotwork.waypoints import FloatArray
+from knotwork.arrays import FloatArray
 
 
 class SplineData(NamedTuple):

@@ -12,6 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from knotwork.arrays import FloatArray, IndexArray
 from knotwork.curves.interpolation.joining import join_pieces
 from knotwork.curves.interpolation.modified_hermite_spline import (
     ModifiedHermiteSpline,
@@ -24,7 +25,7 @@ from knotwork.curves.polynomial.from_accelerations import (
     cubics_from_accelerations,
 )
 from knotwork.errors import OptionError
-from knotwork.waypoints import ChosenSection, FloatArray, IndexArray, JointWaypoints
+from knotwork.waypoints import ChosenSection, JointWaypoints
 
 SAME_KNOT_TIME = 1e-9
 """Difference relative to the largest time below which times are equal."""

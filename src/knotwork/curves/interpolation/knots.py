@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from knotwork.arrays import FloatArray
 from knotwork.errors import InputError, KnotError, UnknownNameError
-from knotwork.waypoints import FloatArray
 
 PAPER_INNER = (0.25, 0.75)
 """Fractions of an interval at which its two knots are: Eqs. (35), (36)."""

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from knotwork.arrays import FloatArray, checked_array, checked_times, known_rows
 from knotwork.curves.interpolation.accelerations import SplineData, solve_knot_accelerations
 from knotwork.curves.interpolation.knots import BalancedKnots, place_knots
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.errors import InputError, OptionError, WaypointDataError
-from knotwork.waypoints import FloatArray, checked_array, checked_times, known_rows
 
 EndAccelerationLike = str | tuple[ArrayLike, ArrayLike] | None
 """`None`, `"zero"`, or the accelerations at start and end."""

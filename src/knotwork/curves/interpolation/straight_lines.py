@@ -11,11 +11,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.interpolation.joining import join_pieces
 from knotwork.curves.interpolation.options import PlannerOptions
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.errors import InputError
-from knotwork.waypoints import FloatArray, JointWaypoints
+from knotwork.waypoints import JointWaypoints
 
 FRACTION = 1.0 / 3.0
 """Duration of a change of speed, relative to the interval or the shorter neighbouring interval."""

@@ -31,13 +31,14 @@ from typing import Any
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.interpolation.joining import join_pieces
 from knotwork.curves.interpolation.modified_hermite_spline import end_accelerations
 from knotwork.curves.interpolation.options import ACCELERATION_RULES, PlannerOptions
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.two_point import two_point_coefficients
 from knotwork.errors import InputError, OptionError
-from knotwork.waypoints import FloatArray, JointWaypoints
+from knotwork.waypoints import JointWaypoints
 
 
 def plan_cubic(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynomial:

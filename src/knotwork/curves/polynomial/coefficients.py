@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial.critical_points import horner
 from knotwork.errors import InputError
-from knotwork.waypoints import FloatArray
 
 MAX_DEGREE = 30
 """Degree above which a curve is refused.

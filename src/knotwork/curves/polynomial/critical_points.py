@@ -13,7 +13,7 @@ from math import comb
 import numpy as np
 from numpy.typing import NDArray
 
-from knotwork.waypoints import FloatArray
+from knotwork.arrays import FloatArray
 
 NEWTON_STEPS = 128
 """Maximum number of safeguarded Newton steps.

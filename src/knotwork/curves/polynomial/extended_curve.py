@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.curves.polynomial.piecewise import PiecewisePolynomial
 from knotwork.curves.polynomial.splitting import cut_curve, split_at
-from knotwork.waypoints import FloatArray
 
 
 @dataclass(frozen=True, eq=False)

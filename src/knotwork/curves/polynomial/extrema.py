@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial.critical_points import find_critical_points, horner
-from knotwork.waypoints import FloatArray
 
 BLOCK_PIECES = 8192
 """Pieces times components per block, to limit memory."""

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from knotwork.waypoints import FloatArray
+from knotwork.arrays import FloatArray
 
 
 def correct_accelerations(

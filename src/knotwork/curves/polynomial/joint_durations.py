@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from knotwork.waypoints import FloatArray
+from knotwork.arrays import FloatArray
 
 
 def feasible_durations(

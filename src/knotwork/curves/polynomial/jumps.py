@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial.critical_points import horner
 from knotwork.curves.polynomial.piecewise import PiecewisePolynomial
-from knotwork.waypoints import FloatArray
 
 CONTINUITY_TOLERANCE = 1e-9
 """Jump relative to the peak below which a derivative counts as continuous.

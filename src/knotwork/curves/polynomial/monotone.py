@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial.piecewise import PiecewisePolynomial
-from knotwork.waypoints import FloatArray
 
 BISECTIONS = 60
 """Number of halvings of a piece, which exhaust the digits of its times."""

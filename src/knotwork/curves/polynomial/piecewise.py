@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from knotwork.arrays import FloatArray, ReadOnlyArrays, checked_times
 from knotwork.curves.polynomial.coefficients import checked_coefficients, checked_order
 from knotwork.curves.polynomial.critical_points import horner
 from knotwork.curves.polynomial.extrema import Extrema, find_extrema
 from knotwork.errors import InputError, TimeRangeError
-from knotwork.waypoints import FloatArray, ReadOnlyArrays, checked_times
 
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly

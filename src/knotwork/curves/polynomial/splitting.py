@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.curves.polynomial.piecewise import PiecewisePolynomial
-from knotwork.waypoints import FloatArray
 
 
 def split_at(curve: PiecewisePolynomial, times: FloatArray) -> PiecewisePolynomial:

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from knotwork.waypoints import FloatArray
+from knotwork.arrays import FloatArray
 
 
 def two_point_coefficients(t: FloatArray, derivatives: tuple[FloatArray, ...]) -> FloatArray:

@@ -10,12 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.monotone import first_times
 from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.errors import InputError
 from knotwork.errors.arguments import require_number, require_type
-from knotwork.waypoints import FloatArray
 
 SAME_TIME = 1e-12
 """Relative difference of times within rounding."""

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.interpolation import ModifiedHermiteSpline
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.distinct import sort_distinct
@@ -13,7 +14,6 @@ from knotwork.curves.polynomial.monotone import first_times
 from knotwork.curves.polynomial.splitting import split_at
 from knotwork.curves.polynomial.two_point import raise_degree
 from knotwork.errors import InputError
-from knotwork.waypoints import FloatArray
 
 MAX_STEP_HALVINGS = 8
 """Maximum number of halvings of the steps of cubics."""

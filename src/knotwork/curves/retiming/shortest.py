@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.curves.polynomial.monotone import first_times
-from knotwork.waypoints import FloatArray
 
 STOP_BREAKS = np.concatenate(((0.0, 0.006, 0.014, 0.025, 0.04, 0.06), np.linspace(0.09, 1.0, 25)))
 """Ends of the parts of a stop in [0, 1]: shorter at first, where the motion may be at limits."""

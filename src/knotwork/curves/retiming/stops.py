@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.curves.retiming.composition import approximate_by_cubics, compose
 from knotwork.curves.retiming.shortest import find_shortest_stop
-from knotwork.waypoints import FloatArray
 
 LIMIT_SHARES = (0.999, 0.99, 0.95)
 """Candidate fractions of the limits at samples, in order, until the limits are kept between

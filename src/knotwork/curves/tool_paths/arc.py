@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
+from knotwork.arrays import FloatArray, checked_array
 from knotwork.curves.tool_paths.curve import (
     SAME_POINT,
     Curve,
@@ -16,7 +17,6 @@ from knotwork.curves.tool_paths.curve import (
 )
 from knotwork.errors import PathError
 from knotwork.errors.arguments import require_count, require_number
-from knotwork.waypoints import FloatArray, checked_array
 
 PARALLEL_SINE = 1e-6
 """Sine of the angle below which two directions count as parallel."""

@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from knotwork.waypoints import FloatArray
+from knotwork.arrays import FloatArray
 
 
 def bernstein_values(degree: int, u: FloatArray) -> FloatArray:

@@ -7,10 +7,10 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
+from knotwork.arrays import FloatArray, checked_array
 from knotwork.curves.tool_paths.curve import SAME_POINT, geometry_error
 from knotwork.curves.tool_paths.polynomial_curve import PolynomialCurve
 from knotwork.errors.arguments import require_number
-from knotwork.waypoints import FloatArray, checked_array
 
 CONTROL_SPACING = 0.44, 0.75
 """Distances of the second and third control point from the first, relative to the blend distance

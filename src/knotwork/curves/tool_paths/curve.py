@@ -7,8 +7,8 @@ from abc import ABC, abstractmethod
 import numpy as np
 from numpy.typing import ArrayLike
 
+from knotwork.arrays import FloatArray, checked_array
 from knotwork.errors import PathError
-from knotwork.waypoints import FloatArray, checked_array
 
 SAME_POINT = 1e-9
 """Points within this distance count as one [m]."""

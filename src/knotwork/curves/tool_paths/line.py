@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from knotwork.arrays import FloatArray, checked_array
 from knotwork.curves.tool_paths.curve import SAME_POINT, Curve, checked_curve_order, geometry_error
-from knotwork.waypoints import FloatArray, checked_array
 
 
 class Line(Curve):

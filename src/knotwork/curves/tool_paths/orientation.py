@@ -20,6 +20,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from knotwork.arrays import FloatArray, IndexArray, checked_array
 from knotwork.curves.tool_paths.bernstein import TurnBounds, bernstein_sums, bernstein_values
 from knotwork.curves.tool_paths.curve import (
     checked_curve_order,
@@ -35,7 +36,6 @@ from knotwork.curves.tool_paths.rotations import (
 )
 from knotwork.curves.tool_paths.stretch_joining import RATE_TOLERANCE, join_arrays
 from knotwork.errors import PathError
-from knotwork.waypoints import FloatArray, IndexArray, checked_array
 
 HALF_TURN = math.pi - 1e-6
 """Maximum rotation between neighbours [rad]. Beyond it the direction is ambiguous."""

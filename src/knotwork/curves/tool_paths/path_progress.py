@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.tool_paths.tool_path import ToolPath
-from knotwork.waypoints import FloatArray
 
 BRANCH_JUMP_RATIO = 3.0
 """Ratio of a step along the path to the step in space above which the branch may have changed."""

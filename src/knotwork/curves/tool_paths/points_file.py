@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.tool_paths.curve import SAME_POINT
 from knotwork.errors import DocumentError, Problem, suggest_name
 from knotwork.files.documents.csv_rows import Rows, is_number, read_rows
-from knotwork.waypoints import FloatArray
 
 POSITION_COLUMNS = ("x", "y", "z")
 QUATERNION_COLUMNS = ("qx", "qy", "qz", "qw")

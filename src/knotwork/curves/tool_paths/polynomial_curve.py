@@ -9,11 +9,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.critical_points import differentiate, horner, to_bernstein
 from knotwork.curves.polynomial.splitting import split_at
 from knotwork.curves.tool_paths.curve import Curve, checked_curve_order, geometry_error, sort_ends
-from knotwork.waypoints import FloatArray
 
 NODES, WEIGHTS = (array for array in np.polynomial.legendre.leggauss(8))
 NODES, WEIGHTS = 0.5 * (NODES + 1.0), 0.5 * WEIGHTS

@@ -6,8 +6,8 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
+from knotwork.arrays import FloatArray, checked_array
 from knotwork.errors import PathError
-from knotwork.waypoints import FloatArray, checked_array
 
 HALF_TURN_GAP = np.sqrt(8.0)
 """Frobenius norm of the difference of two rotations half a turn apart."""

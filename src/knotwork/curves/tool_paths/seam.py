@@ -8,8 +8,8 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
+from knotwork.arrays import FloatArray
 from knotwork.errors import PathError
-from knotwork.waypoints import FloatArray
 
 MIN_NORMAL_ANGLE = 1e-3
 """Minimum angle of a normal to the seam's direction [rad]."""

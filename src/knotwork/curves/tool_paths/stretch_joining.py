@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.tool_paths.rotations import rotation_vector
 from knotwork.errors import PathError
-from knotwork.waypoints import FloatArray
 
 TRANSITION_SHARE = 0.25
 """Length of a transition, relative to the shorter of the two stretches."""

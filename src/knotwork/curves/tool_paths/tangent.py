@@ -7,12 +7,12 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.tool_paths.arc import Arc
 from knotwork.curves.tool_paths.curve import Curve, geometry_error
 from knotwork.curves.tool_paths.orientation import OrientationCurve
 from knotwork.curves.tool_paths.polynomial_curve import PolynomialCurve
 from knotwork.curves.tool_paths.rotations import checked_rotations, rotation_matrices
-from knotwork.waypoints import FloatArray
 
 DIRECTION_TOLERANCE = 1e-6
 """Tolerance of the curve's direction in tool axes [rad]."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from knotwork.arrays import FloatArray, checked_array
 from knotwork.curves.tool_paths.curve import SAME_POINT, geometry_error
 from knotwork.curves.tool_paths.polynomial_curve import PolynomialCurve
 from knotwork.errors import PathError
-from knotwork.waypoints import FloatArray, checked_array
 
 
 class ThroughPoints(PolynomialCurve):

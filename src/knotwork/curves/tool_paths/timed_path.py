@@ -6,12 +6,12 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial.extended_curve import ExtendedCurve
 from knotwork.curves.tool_paths.moving_frame import MovingFrame, ToolMotion, add_weave
 from knotwork.curves.tool_paths.timing_profile import Timing
 from knotwork.curves.tool_paths.tool_path import LENGTH_MISMATCH, ToolPath
 from knotwork.errors import PathError, TimeRangeError
-from knotwork.waypoints import FloatArray
 
 STOP_SPEED_SHARE = 1e-6
 """Maximum speed at a stop, relative to the path's mean speed."""

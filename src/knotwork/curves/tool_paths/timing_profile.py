@@ -15,12 +15,12 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
+from knotwork.arrays import FloatArray, checked_array
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.critical_points import horner
 from knotwork.curves.polynomial.monotone import first_times
 from knotwork.errors import PathError, RampError
 from knotwork.errors.arguments import require_number
-from knotwork.waypoints import FloatArray, checked_array
 
 RAMP_TOLERANCE = 1e-9
 """Relative excess of ramps over the length of their stretch up to which they are shortened."""

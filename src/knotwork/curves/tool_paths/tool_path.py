@@ -11,6 +11,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.curves.tool_paths.curve import (
     Curve,
@@ -21,7 +22,6 @@ from knotwork.curves.tool_paths.curve import (
 )
 from knotwork.curves.tool_paths.orientation import OrientationCurve
 from knotwork.errors import CornerError, PathError
-from knotwork.waypoints import FloatArray
 
 JUNCTION_GAP = 1e-9
 """Tolerance of gaps between consecutive curves [m]."""

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.curves.tool_paths.curve import Curve
 from knotwork.curves.tool_paths.orientation import OrientationCurve
@@ -22,7 +23,6 @@ from knotwork.curves.tool_paths.seam import seam_frames
 from knotwork.curves.tool_paths.tangent import tangent_orientation
 from knotwork.curves.tool_paths.timing_profile import Timing
 from knotwork.curves.tool_paths.tool_path import ToolPath
-from knotwork.waypoints import FloatArray
 
 HARMONICS = {
     "sine": ((1.0, 1, 0.0),),

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
+from knotwork.arrays import FloatArray, ReadOnlyArrays, checked_array, checked_joints, checked_times
 from knotwork.curves.polynomial import Extrema, PiecewisePolynomial
 from knotwork.curves.polynomial.jumps import measure_jumps
 from knotwork.curves.polynomial.two_point import two_point_coefficients
@@ -17,13 +18,6 @@ from knotwork.curves.trajectory.motion_events import Event, Load, Segment
 from knotwork.curves.trajectory.sampling import MAX_SAMPLES, Knots, Samples, make_sample_times
 from knotwork.errors import InputError, UnknownNameError
 from knotwork.joint_quantities import DERIVATIVES
-from knotwork.waypoints import (
-    FloatArray,
-    ReadOnlyArrays,
-    checked_array,
-    checked_joints,
-    checked_times,
-)
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.errors import InputError
 from knotwork.errors.arguments import require_number
-from knotwork.waypoints import FloatArray
 
 SAMPLE_COINCIDENCE = 1e-6
 """Minimum last step, relative to a period. The end replaces a sample that is closer."""

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.curves.trajectory.sampling import make_sample_times
 from knotwork.errors import InputError
 from knotwork.errors.arguments import require_number
 from knotwork.files.export.table import DEFAULT_RATE
-from knotwork.waypoints import FloatArray
 
 MOST_KEYFRAMES = 1_000_000
 """Largest number of keyframes."""

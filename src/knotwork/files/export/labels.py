@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.trajectory import Event, JointTrajectory
 from knotwork.errors import ExportError
 from knotwork.errors.plain_text import waypoint_text
 from knotwork.files.storage import to_json
-from knotwork.waypoints import FloatArray
 
 SAME_ROW_TIME = 1e-9
 """Time before an event within which a row is at the event [s]."""

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from knotwork.arrays import FloatArray, IndexArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.critical_points import differentiate
 from knotwork.curves.polynomial.extrema import locate_extremum_candidates
@@ -20,7 +21,6 @@ from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import ExportError, InputError
 from knotwork.errors.arguments import require_flag, require_number
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
-from knotwork.waypoints import FloatArray, IndexArray
 
 LOSSLESS = 1e-12
 """Error of the curve below which points are lossless, relative to the largest term of the motion's

@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.trajectory import Event, JointTrajectory
 from knotwork.errors import ExportError
 from knotwork.files.export.labels import one_ascii_line, unsupported_event
@@ -38,7 +39,6 @@ from knotwork.files.export.straight import (
     from_horizontal,
     straight_points,
 )
-from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot

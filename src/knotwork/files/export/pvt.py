@@ -10,12 +10,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError, UnknownNameError
 from knotwork.errors.arguments import require_flag, require_number
 from knotwork.files.export.lossless import Points, motion_points
 from knotwork.files.storage import to_csv
-from knotwork.waypoints import FloatArray
 
 DEGREES = 180.0 / math.pi
 

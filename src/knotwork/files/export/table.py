@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.curves.trajectory.sampling import make_sample_times
 from knotwork.errors import InputError
@@ -15,7 +16,6 @@ from knotwork.errors.arguments import require_flag
 from knotwork.files.export.labels import labels_at
 from knotwork.files.export.lossless import Points, motion_points
 from knotwork.joint_quantities import DERIVATIVES
-from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot

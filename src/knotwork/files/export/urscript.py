@@ -19,13 +19,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.trajectory import Event, JointTrajectory, Load
 from knotwork.errors import ExportError
 from knotwork.files.export.labels import one_ascii_line, unsupported_event
 from knotwork.files.export.lossless import Points, motion_points
 from knotwork.files.export.pvt import increments
 from knotwork.files.export.straight import bound_text, refuse_moving
-from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.errors import DocumentError, Problem
 from knotwork.files.documents.csv_rows import Rows, is_number, read_rows
 from knotwork.files.foreign.header import Column, HeadingError, column
 from knotwork.files.foreign.point_table import QUANTITIES, Joints, PointTable
-from knotwork.waypoints import FloatArray
 
 
 def read_csv(path: Path, joints: Joints, start_time: float) -> PointTable:

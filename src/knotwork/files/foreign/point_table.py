@@ -9,12 +9,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.two_point import two_point_coefficients
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import DocumentError
 from knotwork.joint_quantities import DERIVATIVES
-from knotwork.waypoints import FloatArray
 
 ErrorAt = Callable[[int, str, str, str], DocumentError]
 """Makes the error for a row and quantity of a file, from a message and the accepted input."""

@@ -12,13 +12,13 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.trajectory import Event, JointTrajectory, Load, Segment
 from knotwork.errors import DocumentError, InputError, Problem
 from knotwork.files import documents
 from knotwork.files.documents import Document, Finite, StrictModel, Text
 from knotwork.files.storage.writing import KNOT_FIELDS, TRAJECTORY_FORMAT
-from knotwork.waypoints import FloatArray
 
 # Stored knots and coefficients agree within this, relative to the scale of the values: both are
 # written with all their digits.

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.trajectory import JointTrajectory
-from knotwork.waypoints import FloatArray
 
 PRODUCT = "knotwork"
 TRAJECTORY_FORMAT = f"{PRODUCT}.trajectory"

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.errors import InputError
 from knotwork.files.documents import read, read_text, with_values
 from knotwork.files.documents.edits import differences
@@ -21,7 +22,7 @@ from knotwork.task.scenario import JointTarget, Scenario
 from knotwork.task.scenario.joint_space import by_joint
 from knotwork.task.scenario.resolve import change_task
 from knotwork.task.task_source import with_moved_paths
-from knotwork.waypoints import CartesianWaypoint, FloatArray
+from knotwork.waypoints import CartesianWaypoint
 
 CHOSEN_STOP_SPEED = 1e-9
 """Chosen speeds below this are stops [m/s]."""

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.curves.retiming import stop_on_path
@@ -27,7 +28,7 @@ from knotwork.robot import Robot
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.task import PoseWaypoint
 from knotwork.units import rounded_up
-from knotwork.waypoints import CartesianWaypoint, FloatArray
+from knotwork.waypoints import CartesianWaypoint
 
 MAX_SOLUTIONS = 12
 """Largest number of solutions of a pose at either end of a motion."""

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.errors import FollowingError, InputError, OutOfReachError, TimingError
 from knotwork.planning.choosing.chosen_times import ChosenTimes, choose_times
 from knotwork.planning.timing.timed_motion import Budget
@@ -23,7 +24,6 @@ from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.free_values_reader import ends_wait
 from knotwork.task.scenario.resolve import change_task
 from knotwork.units import rounded_up
-from knotwork.waypoints import FloatArray
 
 MAX_ARRIVAL_ROUNDS = 20
 """Largest number of iterations."""

@@ -11,6 +11,7 @@ from typing import NamedTuple, cast
 import numpy as np
 import pinocchio as pin
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.interpolation import ModifiedHermiteSpline
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.tool_paths import TimedPath, Timing, speed_profile
@@ -20,7 +21,6 @@ from knotwork.planning.task_to_joint import knots_of
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
 from knotwork.task.scenario import ScenarioPath
-from knotwork.waypoints import FloatArray
 
 PIECE_FRACTIONS = np.array([1e-6, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0 - 1e-6])
 """Evaluation points in each piece of a curve: both ends, where it may jump, and points between

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.tool_paths import Timing
 from knotwork.errors import PathError
 from knotwork.planning.choosing.path_limit_utilisation import (
@@ -22,7 +23,6 @@ from knotwork.planning.choosing.path_limit_utilisation import (
 )
 from knotwork.planning.choosing.segments import SolvedScenario
 from knotwork.task.scenario import ScenarioPath
-from knotwork.waypoints import FloatArray
 
 SPEED_DIGITS = 4
 """Number of digits to which speeds are rounded down."""

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from knotwork.arrays import FloatArray, IndexArray
 from knotwork.errors import InputError
 from knotwork.joint_quantities import JointLimits
 from knotwork.planning.task_to_joint import TaskSolution, knots_of, solve_task
@@ -17,7 +18,7 @@ from knotwork.planning.timing import Objective, TimingProblem
 from knotwork.task import ClearWay
 from knotwork.task.scenario import FreeValues, Scenario
 from knotwork.task.scenario.joint_space import JointSpace, joint_space
-from knotwork.waypoints import FloatArray, IndexArray, JointWaypoints
+from knotwork.waypoints import JointWaypoints
 
 if TYPE_CHECKING:
     from knotwork.planning.timing import Dynamics

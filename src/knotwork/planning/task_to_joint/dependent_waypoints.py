@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from knotwork.arrays import BoolArray, FloatArray, IndexArray
 from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.errors import FollowingError, LimitingConstraint
 from knotwork.planning.task_to_joint.free_poses import FreedomChain, FreedomChains
@@ -23,7 +24,6 @@ from knotwork.robot.kinematics.geometry.configuration_flags import configuration
 from knotwork.robot.kinematics.sequence.candidates import Candidates
 from knotwork.robot.kinematics.sequence.nearness import limit_nearness
 from knotwork.task.scenario import Scenario, ScenarioPath
-from knotwork.waypoints import BoolArray, FloatArray, IndexArray
 
 SAME_START = 1e-9
 """Starts within this distance belong to the same continuation [rad or m]."""

@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.errors.plain_text import to_one_line
 from knotwork.planning.task_to_joint.solution import FEASIBILITY, Choice
 from knotwork.planning.task_to_joint.solution_search import ChosenSequence, SolutionSearch
@@ -18,7 +19,6 @@ from knotwork.robot.kinematics.sequence.step_costs import OVERSPEED_FACTOR
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.scenario import ScenarioWaypoint
 from knotwork.verification import Finding
-from knotwork.waypoints import FloatArray
 
 
 def describe_choices(search: SolutionSearch, chosen: ChosenSequence) -> tuple[Choice, ...]:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.tool_paths.rotations import rotation_matrices
 from knotwork.errors import BranchError
 from knotwork.planning.task_to_joint.solution import TaskSolution
@@ -24,7 +25,7 @@ from knotwork.robot.kinematics.sequence.candidates import Candidates
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_reader import JointState
 from knotwork.task.scenario.joint_space import JointSpace
-from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom, TorchRanges
+from knotwork.waypoints import CartesianWaypoint, PoseFreedom, TorchRanges
 
 if TYPE_CHECKING:
     import pinocchio as pin

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from knotwork.arrays import BoolArray, FloatArray
 from knotwork.curves.interpolation import BalancedKnots
 from knotwork.errors import PathError
 from knotwork.task.scenario import Scenario, ScenarioPath
 from knotwork.task.scenario.joint_space import JointSpace
-from knotwork.waypoints import BoolArray, CartesianWaypoint, FloatArray, JointWaypoints
+from knotwork.waypoints import CartesianWaypoint, JointWaypoints
 
 if TYPE_CHECKING:
     from knotwork.planning.task_to_joint.dependent_waypoints import PathTrack

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.interpolation import ModifiedHermiteSpline
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.distinct import sort_distinct
@@ -21,7 +22,6 @@ from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
 from knotwork.task import Tolerances
 from knotwork.verification.bounds.path_criteria import PathLimits
 from knotwork.verification.bounds.stretch_bounds import path_bounds, path_rounding
-from knotwork.waypoints import FloatArray
 
 FOLLOWING_SAMPLES = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
 """Fractions of each interval at which the curve is compared with the path, where errors are

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.errors import CollisionError, LimitingConstraint
 from knotwork.robot import Robot
@@ -15,7 +16,7 @@ from knotwork.robot.kinematics.following.continuation import Continuation
 from knotwork.robot.kinematics.sequence.candidates import Candidates
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
-from knotwork.waypoints import CartesianWaypoint, FloatArray
+from knotwork.waypoints import CartesianWaypoint
 
 if TYPE_CHECKING:
     from knotwork.scene.bodies import Body

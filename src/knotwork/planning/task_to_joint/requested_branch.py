@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from knotwork.arrays import IndexArray
 from knotwork.errors import BranchError
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.geometry.configuration_flags import (
@@ -14,7 +15,7 @@ from knotwork.robot.kinematics.geometry.configuration_flags import (
 )
 from knotwork.robot.kinematics.sequence.candidates import Candidates
 from knotwork.task.scenario import Scenario
-from knotwork.waypoints import CartesianWaypoint, IndexArray
+from knotwork.waypoints import CartesianWaypoint
 
 
 def check_branch(scenario: Scenario, robot: Robot) -> None:

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
-from knotwork.waypoints import FloatArray, JointWaypoints
+from knotwork.arrays import FloatArray
+from knotwork.waypoints import JointWaypoints
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot

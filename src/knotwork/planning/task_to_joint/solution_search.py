@@ -7,6 +7,7 @@ from typing import NamedTuple, cast
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.planning.task_to_joint.dependent_waypoints import (
     GroupSolver,
     PathTrack,
@@ -38,7 +39,7 @@ from knotwork.robot.kinematics.sequence.shortest_sequence import choose_sequence
 from knotwork.robot.kinematics.sequence.step_costs import Layer
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
-from knotwork.waypoints import CartesianWaypoint, FloatArray
+from knotwork.waypoints import CartesianWaypoint
 
 HOME_CONFIGURATION = "home"
 

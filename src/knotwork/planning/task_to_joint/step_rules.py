@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.planning.task_to_joint.free_poses import FreedomChains
 from knotwork.planning.task_to_joint.solution import SequenceStep
 from knotwork.robot import Robot
@@ -19,7 +20,7 @@ from knotwork.robot.kinematics.sequence.step_costs import (
 )
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_reader import JointState
-from knotwork.waypoints import CartesianWaypoint, FloatArray
+from knotwork.waypoints import CartesianWaypoint
 
 COLLISION_DISTANCE = 0.3
 """For a redundant arm, steps within this distance of a colliding step are avoided [rad or m]."""

@@ -12,10 +12,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial.joint_durations import feasible_durations
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.units import rounded_up
-from knotwork.waypoints import FloatArray
 
 DURATION_RESERVE = 1e-4
 """Relative margin of a reported duration over a sufficient one."""

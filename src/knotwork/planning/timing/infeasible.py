@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from knotwork.arrays import BoolArray
 from knotwork.errors import TimingError
 from knotwork.errors.plain_text import waypoint_text
 from knotwork.joint_quantities import JOINT_QUANTITIES, rate_unit
@@ -25,7 +26,6 @@ from knotwork.planning.timing.section_motion import resting_motion
 from knotwork.planning.timing.stop_to_stop import with_longer
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.units import rounded_down, rounded_up
-from knotwork.waypoints import BoolArray
 
 NO_MOTION = "no motion was found that keeps all limits"
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.from_accelerations import (
     correct_accelerations,
     cubics_from_accelerations,
 )
-from knotwork.waypoints import FloatArray
 
 
 def exact_curve(

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.waypoints import FloatArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.waypoints import FloatArray, IndexArray
+from knotwork.arrays import FloatArray, IndexArray
 
 IPOPT_OPTIONS: dict[str, Any] = {
     "print_time": False,

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from knotwork.arrays import BoolArray, FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.planning.timing.motion_curves import exact_curve
 from knotwork.planning.timing.motion_states import States
@@ -20,7 +21,6 @@ from knotwork.planning.timing.spline import (
 )
 from knotwork.planning.timing.tightening import Tightening
 from knotwork.planning.timing.timing_problem import TimingProblem
-from knotwork.waypoints import BoolArray, FloatArray
 
 EVENNESS_WEIGHT = 3e-4
 """Weight of the differences between the pieces of an interval, for durations that are not

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.two_point import two_point_coefficients
 from knotwork.planning.timing.motion_curves import concatenate
@@ -17,7 +18,6 @@ from knotwork.planning.timing.stop_to_stop import SLOWDOWN_FACTORS, resting_inte
 from knotwork.planning.timing.tightening import first_tightening, keeps_limits, tighten
 from knotwork.planning.timing.timed_motion import Budget, Status
 from knotwork.planning.timing.timing_problem import TimingProblem
-from knotwork.waypoints import FloatArray
 
 MAX_TIGHTENINGS = 12
 """Maximum number of solutions from a start, each with more tightening."""

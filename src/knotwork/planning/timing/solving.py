@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import TimingError, merge_errors
@@ -20,7 +21,6 @@ from knotwork.planning.timing.section_motion import SectionMotion, solve_section
 from knotwork.planning.timing.timed_motion import Binding, Budget, Progress, TimedMotion, status_of
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.verification import metrics
-from knotwork.waypoints import FloatArray
 
 WINDOW_INTERVALS = 8
 """Number of intervals of each window that are kept."""

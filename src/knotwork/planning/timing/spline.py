@@ -19,8 +19,8 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
+from knotwork.arrays import FloatArray, IndexArray
 from knotwork.planning.timing.nonlinear_program import Kernel
-from knotwork.waypoints import FloatArray, IndexArray
 
 INTERVAL_PIECES = 5
 """Cubic pieces per interval. More pieces gain less than 1 % of the duration."""

@@ -7,13 +7,13 @@ from itertools import pairwise
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.from_accelerations import cubics_from_accelerations
 from knotwork.curves.retiming.stops import stop_joints
 from knotwork.joint_quantities import JointLimits
 from knotwork.planning.timing.motion_curves import concatenate, reverse, slow_down
 from knotwork.planning.timing.timing_problem import Objective, TimingProblem
-from knotwork.waypoints import FloatArray
 
 MIN_RAMP_SHARE = 1e-3
 """Minimum duration of a change of the acceleration between rests, relative to a lower bound on the

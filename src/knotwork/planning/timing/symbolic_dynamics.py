@@ -13,10 +13,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import pinocchio as pin
 
+from knotwork.arrays import FloatArray
 from knotwork.errors import InputError
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import JointTree, joint_tree
-from knotwork.waypoints import FloatArray
 
 
 @dataclass(frozen=True, eq=False)

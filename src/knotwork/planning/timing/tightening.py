@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.joint_quantities import RATE_QUANTITIES
 from knotwork.planning.timing.robot_limits import (
@@ -16,7 +17,6 @@ from knotwork.planning.timing.robot_limits import (
 )
 from knotwork.planning.timing.spline import pieces_each
 from knotwork.planning.timing.timing_problem import TimingProblem
-from knotwork.waypoints import FloatArray
 
 SAMPLE_MARGIN = 1e-4
 """Relative margin of effort and tool speed for values between the samples."""

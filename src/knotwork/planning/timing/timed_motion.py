@@ -9,9 +9,9 @@ from typing import Literal
 
 import numpy as np
 
+from knotwork.arrays import FloatArray, ReadOnlyArrays
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors.arguments import require_number
-from knotwork.waypoints import FloatArray, ReadOnlyArrays
 
 Status = Literal["optimal", "resting", "stopped"]
 

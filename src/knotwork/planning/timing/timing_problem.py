@@ -7,12 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knotwork.curves.polynomial.joint_durations import feasible_durations
-from knotwork.errors import InputError, WaypointDataError
-from knotwork.errors.arguments import require_number
-from knotwork.joint_quantities import JointLimits
-from knotwork.units import SI, Units
-from knotwork.waypoints import (
+from knotwork.arrays import (
     BoolArray,
     FloatArray,
     ReadOnlyArrays,
@@ -21,6 +16,11 @@ from knotwork.waypoints import (
     known_rows,
     read_numbers,
 )
+from knotwork.curves.polynomial.joint_durations import feasible_durations
+from knotwork.errors import InputError, WaypointDataError
+from knotwork.errors.arguments import require_number
+from knotwork.joint_quantities import JointLimits
+from knotwork.units import SI, Units
 
 if TYPE_CHECKING:
     from knotwork.planning.timing.symbolic_dynamics import Dynamics

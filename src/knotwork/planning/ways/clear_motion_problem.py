@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.scene.collision_model import CollisionModel
-from knotwork.waypoints import FloatArray
 
 MotionParts = tuple[
     PiecewisePolynomial | None, PiecewisePolynomial | None, PiecewisePolynomial | None

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from knotwork.arrays import FloatArray, IndexArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.retiming.stops import stop_joints
 from knotwork.planning.timing.motion_curves import concatenate, reverse, slow_down
@@ -26,7 +27,6 @@ from knotwork.planning.ways.configuration_space import ConfigurationSpace
 from knotwork.planning.ways.exchange import Exchange
 from knotwork.planning.ways.rrt import connect, shorten_polyline
 from knotwork.verification.bounds.clearance import Clearance
-from knotwork.waypoints import FloatArray, IndexArray
 
 
 class Stage(NamedTuple):

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.verification.bounds.clearance import Clearance, clearances
-from knotwork.waypoints import FloatArray
 
 
 def unproved_pairs(

@@ -11,10 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import pinocchio as pin
 
+from knotwork.arrays import FloatArray
 from knotwork.joint_quantities import JointLimits
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.scene.distances import DISTANCE_ERROR, NEAREST_POINT_TOLERANCE
-from knotwork.waypoints import FloatArray
 
 SURFACE_DISTANCE = 1e-9
 """Below this distance [m] two bodies have no nearest points, and Coal's normal is used."""

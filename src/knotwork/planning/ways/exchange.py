@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.planning.timing.motion_states import States, states_of
 from knotwork.planning.timing.nonlinear_program import Block, Kernel, solve_program
@@ -24,7 +25,6 @@ from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.planning.ways.clearance_proof import unproved_pairs
 from knotwork.planning.ways.configuration_space import ConfigurationSpace
 from knotwork.verification.bounds.clearance import Clearance
-from knotwork.waypoints import FloatArray
 
 PLANE_FRACTIONS = (0.0, 1 / 3, 2 / 3)
 """Points with distance constraints in each piece, as fractions of its duration."""

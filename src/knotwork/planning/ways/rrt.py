@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.planning.ways.configuration_space import ConfigurationSpace
-from knotwork.waypoints import FloatArray
 
 EXTENSION_LENGTH = 1.0
 """Length of an extension of a tree [rad or m]."""

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.errors import InputError
 from knotwork.files.documents.csv_rows import read_rows
 from knotwork.scene.meshes.mesh_part import FARTHEST_POINT, read_bounded
 from knotwork.scene.meshes.plain_formats import read_ply
-from knotwork.waypoints import FloatArray
 
 COORDINATES = ("x", "y", "z")
 

@@ -15,6 +15,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.errors import InputError, format_value
 from knotwork.files.documents import check_xml
 from knotwork.scene.meshes.mesh_part import (
@@ -23,7 +24,6 @@ from knotwork.scene.meshes.mesh_part import (
     check_triangles,
     require_whole,
 )
-from knotwork.waypoints import FloatArray
 
 MAX_COLLADA_ELEMENTS = 100_000
 """XML elements of a COLLADA file; few of them hold its numbers."""

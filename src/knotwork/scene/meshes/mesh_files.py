@@ -11,11 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.errors import InputError
 from knotwork.scene.meshes.mesh_part import FARTHEST_POINT, MeshPart, check_triangles, read_bounded
 from knotwork.scene.meshes.plain_formats import read_obj, read_ply, read_stl
-from knotwork.waypoints import FloatArray
 
 MESH_SUFFIXES = (".dae", ".stl", ".obj", ".ply")
 

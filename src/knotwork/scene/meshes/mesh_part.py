@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
+from knotwork.arrays import FloatArray, IndexArray
 from knotwork.errors import InputError
-from knotwork.waypoints import FloatArray, IndexArray
 
 MAX_MESH_BYTES = 64_000_000
 MAX_MESH_TRIANGLES = 1_000_000

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.files.documents import Location
 from knotwork.task import AtMost, PathWaypoint, PoseWaypoint
 from knotwork.task.scenario.free_values_reader import FreeValues
 from knotwork.task.scenario.task_in_si import TaskInSI, link_text
-from knotwork.waypoints import FloatArray
 
 MAX_SPEED_JUMP = 1e-3
 """The largest speed jump of a frame that an arm can follow [m/s, rad/s]."""

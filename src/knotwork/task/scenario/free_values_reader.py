@@ -9,9 +9,9 @@ from typing import Literal
 
 import numpy as np
 
+from knotwork.arrays import BoolArray, FloatArray
 from knotwork.files.documents import Location, Locations
 from knotwork.task import AtMost, ClearWay, Fastest, PathWaypoint, PlainTask, Weights
-from knotwork.waypoints import BoolArray, FloatArray
 
 SpeedKind = Literal["given", "along", "free"]
 

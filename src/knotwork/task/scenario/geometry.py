@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
+from knotwork.arrays import FloatArray, rotation_error
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.extended_curve import ExtendedCurve
 from knotwork.curves.tool_paths.moving_frame import MovingFrame
@@ -19,7 +20,6 @@ from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError, PathError, suggest_name
 from knotwork.files.documents import Location, Locations
 from knotwork.task import Frame, FrameMotion, Placement, SeamTorch
-from knotwork.waypoints import FloatArray, rotation_error
 
 # Tolerance for values in a file, which are often rounded to four digits. A larger deviation from a
 # rotation is a mistake.

@@ -9,12 +9,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.errors import suggest_name
 from knotwork.joint_quantities import JOINT_QUANTITIES
 from knotwork.task import ChosenMotion
 from knotwork.task.scenario import JointTarget
 from knotwork.task.scenario.scenario import Scenario
-from knotwork.waypoints import CartesianWaypoint, ChosenSection, FloatArray
+from knotwork.waypoints import CartesianWaypoint, ChosenSection
 
 SAME_STATE_TOLERANCE = 1e-12
 """Distance within which poses and joint positions are equal [m, rad]."""

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.errors import InputError, RobotError, UnknownNameError
 from knotwork.joint_quantities import DERIVATIVES, JointLimits
 from knotwork.task import Tool
@@ -21,7 +22,7 @@ from knotwork.task.scenario.payloads import Carrying, read_payload, robots_with_
 from knotwork.task.scenario.scenario import Scenario
 from knotwork.task.si_units import to_si
 from knotwork.units import Units
-from knotwork.waypoints import CartesianWaypoint, ChosenSection, FloatArray
+from knotwork.waypoints import CartesianWaypoint, ChosenSection
 
 if TYPE_CHECKING:
     from knotwork.curves.trajectory import JointTrajectory

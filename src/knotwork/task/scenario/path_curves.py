@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple, cast
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves import tool_paths
 from knotwork.curves.tool_paths import Curve, OrientationCurve
 from knotwork.curves.tool_paths.curve import SAME_POINT
@@ -20,7 +21,6 @@ from knotwork.errors import InputError, PathError
 from knotwork.files.documents import Location
 from knotwork.task import AlongArc, AlongPoints, Arc, PathWaypoint, PoseWaypoint, Torch
 from knotwork.task.scenario.task_in_si import TaskInSI
-from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
     import pinocchio as pin

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import pinocchio as pin
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.tool_paths import Curve, Line, OrientationCurve, TimedPath, Timing, ToolPath
 from knotwork.curves.tool_paths.moving_frame import MovingFrame
 from knotwork.curves.tool_paths.timing_profile import make_wait
@@ -23,7 +24,7 @@ from knotwork.task.scenario.path_curves import PathCurves, StretchGeometry, resc
 from knotwork.task.scenario.requested_timing import RequestedTiming
 from knotwork.task.scenario.scenario import ScenarioPath, Stretch
 from knotwork.task.scenario.task_in_si import TaskInSI
-from knotwork.waypoints import CartesianWaypoint, FloatArray
+from knotwork.waypoints import CartesianWaypoint
 
 if TYPE_CHECKING:
     from knotwork.curves.tool_paths.weave import WeavePattern

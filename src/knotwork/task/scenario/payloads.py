@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.curves.trajectory import Load
 from knotwork.files.documents import Location, Locations
 from knotwork.robot.payload import Payload, find_payload_fault
 from knotwork.task import HeldObject, Tool
 from knotwork.task.scenario.scenario import Scenario
-from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
     from knotwork.curves.trajectory import JointTrajectory

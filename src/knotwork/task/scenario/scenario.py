@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.trajectory.motion_events import Event
 from knotwork.errors import DocumentError, InputError
 from knotwork.files.documents import Location, Locations
@@ -18,7 +19,7 @@ from knotwork.task.scenario.scene_model import Scene
 from knotwork.task.task_options import Balanced, Tolerances
 from knotwork.task.tool_and_limits import Limits
 from knotwork.units import Units
-from knotwork.waypoints import CartesianWaypoint, FloatArray, PoseFreedom
+from knotwork.waypoints import CartesianWaypoint, PoseFreedom
 
 if TYPE_CHECKING:
     import pinocchio as pin

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
+from knotwork.arrays import FloatArray
 from knotwork.files.documents import Locations
-from knotwork.waypoints import FloatArray
 
 # Minimum distance of waypoints that define a direction [m].
 SMALLEST_CHORD = 1e-9

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.files.documents import Location, Locations
 from knotwork.task import JointWaypoint, Placement, PlainTask
 from knotwork.units import Units
-from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
     import pinocchio as pin

@@ -8,6 +8,7 @@ from itertools import groupby
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.extended_curve import ExtendedCurve
 from knotwork.curves.polynomial.two_point import two_point_coefficients
@@ -22,7 +23,6 @@ from knotwork.errors import DocumentError
 from knotwork.task import PathWaypoint, Weave
 from knotwork.task.scenario.free_values_reader import max_speed
 from knotwork.task.scenario.path_curves import PathCurves
-from knotwork.waypoints import FloatArray
 
 MIN_PERIODS, MAX_PERIODS = 2, 10_000
 """Minimum and maximum number of periods.

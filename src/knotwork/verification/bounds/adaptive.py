@@ -17,13 +17,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.critical_points import differentiate, horner
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors.arguments import require_number
 from knotwork.robot import Robot
 from knotwork.verification.bounds.rate_bounds import Intervals, first_intervals, joint_rates
-from knotwork.waypoints import FloatArray
 
 FIRST_INTERVALS = 500
 """Approximate number of intervals of the first division, which is also at every break."""

@@ -24,6 +24,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from knotwork.arrays import FloatArray, IndexArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.robot.joint_tree import place_joints
 from knotwork.scene.bodies import Body
@@ -34,7 +35,6 @@ from knotwork.scene.solid_pairs import SolidPairs
 from knotwork.verification.bounds.contacts import contact_intervals
 from knotwork.verification.bounds.rate_bounds import Intervals, first_intervals
 from knotwork.verification.bounds.relative_motion import RelativeMotion
-from knotwork.waypoints import FloatArray, IndexArray
 
 CLEARANCE_INTERVALS = 24
 """Approximate number of intervals of the first division, which is also at every break."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.robot.joint_tree import place_joints
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.scene.distances import are_nearer_than
-from knotwork.waypoints import FloatArray
 
 CONTACT_STEPS = 200
 """Number of time steps at which a colliding pair is tested for contacts."""

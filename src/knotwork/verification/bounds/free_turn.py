@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from knotwork.waypoints import FloatArray, PoseFreedom, TorchRanges
+from knotwork.arrays import FloatArray
+from knotwork.waypoints import PoseFreedom, TorchRanges
 
 
 def open_ranges(freedom: PoseFreedom) -> dict[tuple[str, str], tuple[float, float]]:

@@ -17,8 +17,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.robot.joint_tree import JointTree
-from knotwork.waypoints import FloatArray
 
 RATE_ORDERS = 5
 """Number of bounds on derivatives of joint positions, of orders 0 … 4: two are for torque, and two

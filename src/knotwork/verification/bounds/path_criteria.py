@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from knotwork.arrays import BoolArray, FloatArray
 from knotwork.curves.tool_paths.rotations import rotation_angle
 from knotwork.curves.tool_paths.tool_path import CORNER_ANGLE
 from knotwork.verification.bounds.free_turn import continue_turns, excess_over_ranges, nearest_turns
 from knotwork.verification.bounds.path_samples import PathSamples, PathSizes
-from knotwork.waypoints import BoolArray, FloatArray, PoseFreedom
+from knotwork.waypoints import PoseFreedom
 
 if TYPE_CHECKING:
     from knotwork.curves.tool_paths import ToolPath

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import pinocchio as pin
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.extended_curve import stack_curves
 from knotwork.curves.tool_paths.moving_frame import KnownJoints
@@ -21,7 +22,7 @@ from knotwork.verification.bounds.adaptive import VALUE_ROUNDING
 from knotwork.verification.bounds.free_turn import free_angles
 from knotwork.verification.bounds.link_motion import carrier_of, tree_motion
 from knotwork.verification.bounds.rate_bounds import Intervals, joint_rates
-from knotwork.waypoints import FloatArray, PoseFreedom
+from knotwork.waypoints import PoseFreedom
 
 if TYPE_CHECKING:
     from knotwork.curves.tool_paths import TimedPath

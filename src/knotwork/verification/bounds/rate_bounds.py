@@ -14,12 +14,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.critical_points import to_bernstein
 from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.curves.polynomial.splitting import shift_origin
 from knotwork.verification.bounds.link_motion import RATE_ORDERS
-from knotwork.waypoints import FloatArray
 
 EVALUATION_ROUNDING = 2.0**-10
 """Increase of the bounds, relative to the degree times the sum of the magnitudes of all terms.

@@ -17,12 +17,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from knotwork.arrays import FloatArray, IndexArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.critical_points import differentiate, horner
 from knotwork.robot.joint_tree import place_joints
 from knotwork.scene.solid_pairs import SolidPairs
 from knotwork.verification.bounds.rate_bounds import Intervals, joint_rates
-from knotwork.waypoints import FloatArray, IndexArray
 
 
 class RelativeMotion:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.curves.tool_paths.rotations import rotation_gap
@@ -26,7 +27,7 @@ from knotwork.verification.bounds.path_criteria import (
 )
 from knotwork.verification.bounds.path_samples import PathStretch
 from knotwork.verification.bounds.rate_bounds import divide_intervals
-from knotwork.waypoints import FloatArray, PoseFreedom
+from knotwork.waypoints import PoseFreedom
 
 if TYPE_CHECKING:
     from knotwork.curves.tool_paths import TimedPath

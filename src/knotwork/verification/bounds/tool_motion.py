@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import JointTree, joint_tree
@@ -20,7 +21,6 @@ from knotwork.verification.bounds.adaptive import (
     upper_bounds,
 )
 from knotwork.verification.bounds.link_motion import TreeMotion, carrier_of, product, tree_motion
-from knotwork.waypoints import FloatArray
 
 SINGULAR_PRECISION = 1e-2
 """Tightness of the bound on a singular value without a limit, relative to the value."""

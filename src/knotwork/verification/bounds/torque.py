@@ -8,13 +8,13 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import joint_tree
 from knotwork.verification.bounds.adaptive import Bound, Quantity, curve_of, upper_bounds
 from knotwork.verification.bounds.link_motion import TreeMotion, product, tree_motion, unit_bounds
-from knotwork.waypoints import FloatArray
 
 
 def torque_bound(

@@ -9,10 +9,11 @@ from itertools import pairwise
 import numpy as np
 import pinocchio as pin
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.robot import Robot
 from knotwork.task.scenario import ScenarioPath
-from knotwork.waypoints import CartesianWaypoint, FloatArray
+from knotwork.waypoints import CartesianWaypoint
 
 DEVIATION_SAMPLES = 40
 """Number of intervals between two waypoints at whose ends the deviation is measured."""

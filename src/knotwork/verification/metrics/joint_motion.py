@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial.extrema import locate_extremum_candidates
 from knotwork.curves.polynomial.splitting import split_at
 from knotwork.curves.trajectory import JointTrajectory
-from knotwork.waypoints import FloatArray, JointWaypoints
+from knotwork.waypoints import JointWaypoints
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot

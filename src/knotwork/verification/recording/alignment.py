@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.curves.trajectory import JointTrajectory
@@ -14,7 +15,6 @@ from knotwork.errors import InputError
 from knotwork.verification.recording.log_delays import Delay, estimate_delays, fit_delay, plan_at
 from knotwork.verification.recording.noise import largest_near
 from knotwork.verification.recording.smoothing import ERROR_ORDERS, Smoothed
-from knotwork.waypoints import FloatArray
 
 COARSE_STEPS = 2000
 """Number of steps of a plan in the search for the shift."""

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.errors import InputError, UnknownNameError
@@ -29,7 +30,6 @@ from knotwork.verification.recording.alignment import (
 )
 from knotwork.verification.recording.deviations import LogTolerances, deviation_findings
 from knotwork.verification.waypoint_checks import JOINT_ERRORS
-from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
     from knotwork.curves.trajectory import JointTrajectory

@@ -14,9 +14,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.verification.recording.smoothing import Smoothed
-from knotwork.waypoints import FloatArray
 
 MAX_PLAN_STEPS = 1000
 """Largest number of steps of the plan."""

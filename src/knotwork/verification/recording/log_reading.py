@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.files.documents.csv_rows import Rows, read_rows
 from knotwork.files.foreign.header import HeadingError
 from knotwork.verification.recording.columns import LogColumns, PositionColumn, log_columns
-from knotwork.waypoints import FloatArray
 
 MIN_SAMPLES = 16
 """Smallest number of samples for an estimate of the noise."""

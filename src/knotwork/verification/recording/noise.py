@@ -19,9 +19,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+from knotwork.arrays import FloatArray
 from knotwork.errors.arguments import require_number
 from knotwork.verification.recording.log_reading import Recording
-from knotwork.waypoints import FloatArray
 
 SPEED_GROUPS = 8
 """Maximum number of groups of samples of a joint by speed."""

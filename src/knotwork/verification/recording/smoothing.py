@@ -15,12 +15,12 @@ from typing import Any
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.two_point import two_point_coefficients
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.verification.recording.log_reading import Recording
 from knotwork.verification.recording.noise import Noise, largest_near, noise_of, slopes_of
-from knotwork.waypoints import FloatArray
 
 NOISE_SLACK = 1.1
 """Tolerated ratio of true and estimated noise."""

@@ -8,6 +8,7 @@ from typing import Any, cast
 import numpy as np
 import pinocchio as pin
 
+from knotwork.arrays import FloatArray
 from knotwork.errors import InputError
 from knotwork.errors.plain_text import default_waypoint_name
 from knotwork.robot import Robot
@@ -20,7 +21,7 @@ from knotwork.view.editing.handles import (
     file_values,
     orientation_value,
 )
-from knotwork.waypoints import CartesianWaypoint, FloatArray
+from knotwork.waypoints import CartesianWaypoint
 
 Change = Mapping[str, Any]
 CORNER_BLEND = 0.01

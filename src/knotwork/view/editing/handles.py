@@ -10,6 +10,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
+from knotwork.arrays import FloatArray
 from knotwork.files.documents import Location
 from knotwork.robot import Robot
 from knotwork.task import JointWaypoint, PathWaypoint, Placement, PoseWaypoint, Task
@@ -17,7 +18,7 @@ from knotwork.task.poses import ORIENTATIONS
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.geometry import Frames, read_placement
 from knotwork.task.si_units import to_si
-from knotwork.waypoints import CartesianWaypoint, FloatArray
+from knotwork.waypoints import CartesianWaypoint
 
 FORMS = tuple(form for form in ORIENTATIONS if form != "torch")  # which depends on a path
 """Keys of the orientations that can be edited."""

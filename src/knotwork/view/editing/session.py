@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from knotwork.arrays import FloatArray, checked_array
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError, KnotworkError
 from knotwork.files import storage
@@ -31,7 +32,6 @@ from knotwork.view.editing.handles import Handle, handles, move_handle
 from knotwork.view.live_server import LiveServer
 from knotwork.view.scene_data import make_scene, scene_of
 from knotwork.view.shown_motion import ShownMotion
-from knotwork.waypoints import FloatArray, checked_array
 
 Request = Mapping[str, Any]
 Answer = dict[str, Any]

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes, pose_errors
 from knotwork.robot.kinematics.chain.joint_ranges import (
@@ -24,7 +25,6 @@ from knotwork.robot.kinematics.chain.levenberg_marquardt import (
     MAX_STEP,
     SearchBudget,
 )
-from knotwork.waypoints import FloatArray
 
 # Enumerations need every solution, so a search may halve its error in more steps than a single one:
 # with twelve, one of three solutions of an arm without a closed form was missed.

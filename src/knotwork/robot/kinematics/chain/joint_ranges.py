@@ -12,9 +12,9 @@ from typing import TypeAlias
 
 import numpy as np
 
+from knotwork.arrays import BoolArray, FloatArray
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
-from knotwork.waypoints import BoolArray, FloatArray
 
 Limits: TypeAlias = tuple[FloatArray, FloatArray]
 

@@ -9,9 +9,9 @@ import numpy as np
 import pinocchio as pin
 from eigenpy import LDLT  # type: ignore[import-untyped]
 
+from knotwork.arrays import FloatArray
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.chain.joint_ranges import Limits, find_blocked_joints
-from knotwork.waypoints import FloatArray
 
 # Largest motion of a joint in a step. Beyond it the linearisation is not valid, and the search
 # leaves the neighbourhood of the start.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from eigenpy import LDLT  # type: ignore[import-untyped]
 
+from knotwork.arrays import FloatArray
 from knotwork.robot.kinematics.chain.joint_ranges import (
     Limits,
     clip_to_limits,
@@ -12,7 +13,6 @@ from knotwork.robot.kinematics.chain.joint_ranges import (
     position_limits,
 )
 from knotwork.robot.kinematics.chain.levenberg_marquardt import PoseSearch, SearchBudget
-from knotwork.waypoints import FloatArray
 
 MAX_NULL_SPACE_STEPS = 30
 # Shorter steps end the motion [rad or m].

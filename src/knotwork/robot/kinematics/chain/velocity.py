@@ -10,13 +10,13 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
+from knotwork.arrays import FloatArray, checked_array
 from knotwork.errors import FastJoint, SingularityError
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import cache_per_robot
 from knotwork.robot.kinematics.chain.joint_ranges import position_limits, range_middles
 from knotwork.robot.kinematics.pose_arguments import check_tolerance
 from knotwork.units import SI, Units
-from knotwork.waypoints import FloatArray, checked_array
 
 # Singular value below which the joint velocities are checked against plausible limits. There a
 # joint at 3 rad/s moves the tool by less than 3 mm/s in the lost direction.

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.curves.polynomial.two_point import two_point_coefficients
@@ -24,7 +25,6 @@ from knotwork.robot.kinematics.chain.velocity import plausible_speeds
 from knotwork.robot.kinematics.following.joint_field import JointField, Pull
 from knotwork.robot.kinematics.following.limiting_constraint import find_limiting_constraint
 from knotwork.robot.kinematics.following.steps import Stages, take_step
-from knotwork.waypoints import FloatArray
 
 # Largest motion of a joint in one step [rad or m].
 JOINT_STEP = 0.1

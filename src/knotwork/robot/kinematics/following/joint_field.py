@@ -7,13 +7,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.tool_paths import TimedPath
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes, pose_errors
 from knotwork.robot.kinematics.chain.joint_ranges import position_limits, range_middles
 from knotwork.robot.kinematics.chain.velocity import joint_scales, solve_velocities
-from knotwork.waypoints import FloatArray
 
 # Tolerance of the projection onto the path [m, rad].
 PROJECTION_TOLERANCE = 1e-11

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from knotwork.arrays import BoolArray, FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.curves.tool_paths import TimedPath
@@ -22,7 +23,6 @@ from knotwork.robot.kinematics.following.limiting_constraint import (
     make_following_error,
 )
 from knotwork.robot.kinematics.following.steps import MAX_CORRECTION, PATH_ERROR
-from knotwork.waypoints import BoolArray, FloatArray
 
 # Largest motion of a joint in a step with self-motion [rad or m]. The projection onto the path does
 # not correct self-motion. With this step it is exact to about 1e-9.

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from knotwork.arrays import BoolArray, FloatArray, IndexArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.tool_paths import TimedPath
 from knotwork.curves.tool_paths.rotations import rotation_angle
@@ -29,7 +30,6 @@ from knotwork.robot.kinematics.solutions.self_motion import (
     choose_farthest_apart,
     sample_self_motion,
 )
-from knotwork.waypoints import BoolArray, FloatArray, IndexArray
 
 # Distance between rungs [m, rad], and their minimum and maximum number per path.
 RUNG_SPACING = 0.03, 0.15

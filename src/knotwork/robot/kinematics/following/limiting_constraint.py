@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.tool_paths import TimedPath
 from knotwork.errors import FollowingError, LimitingConstraint
@@ -14,7 +15,6 @@ from knotwork.robot.kinematics.chain.joint_ranges import LIMIT_TOLERANCE, positi
 from knotwork.robot.kinematics.chain.velocity import plausible_speeds
 from knotwork.robot.kinematics.following.joint_field import JointField
 from knotwork.units import SI, Units
-from knotwork.waypoints import FloatArray
 
 # Smallest singular value below which a path ends at a singularity. Above it, only the joint speeds
 # are too high.

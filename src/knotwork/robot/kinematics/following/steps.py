@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.curves.tool_paths import TimedPath
 from knotwork.robot.kinematics.following.joint_field import JointField
-from knotwork.waypoints import FloatArray
 
 # Distance from the path after a step [m, rad] above which the step was too long.
 PATH_ERROR = 1e-7

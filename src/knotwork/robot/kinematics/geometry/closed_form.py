@@ -16,11 +16,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from knotwork.arrays import BoolArray, FloatArray
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import cache_per_robot, joint_axes, pose_errors
 from knotwork.robot.kinematics.chain.batch import Targets
 from knotwork.robot.kinematics.geometry.configuration_flags import find_axis_geometry
-from knotwork.waypoints import BoolArray, FloatArray
 
 # Margin within which rounding and pose tolerances decide whether an equation has solutions. There a
 # search is needed. It is a sine, for the shoulder a length [m].

@@ -19,10 +19,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import JointAxes, cache_per_robot, joint_axes
 from knotwork.robot.kinematics.chain.joint_ranges import low_discrepancy_points
-from knotwork.waypoints import FloatArray
 
 FLAGS = {"shoulder": ("left", "right"), "elbow": ("up", "down"), "wrist": ("no flip", "flip")}
 # Lengths below this [m] and sines below this are rounding.

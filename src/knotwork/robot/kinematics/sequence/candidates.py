@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.robot.kinematics.chain.batch import Targets, solve_batch
@@ -36,7 +37,7 @@ from knotwork.robot.kinematics.solutions.self_motion import (
     sample_self_motion,
 )
 from knotwork.units import SI, Units
-from knotwork.waypoints import CartesianWaypoint, FloatArray
+from knotwork.waypoints import CartesianWaypoint
 
 # Residual above which a twist is infeasible [m/s, rad/s].
 TWIST_RESIDUAL = 1e-7

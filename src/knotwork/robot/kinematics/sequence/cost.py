@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.waypoints import BoolArray, FloatArray
+from knotwork.arrays import BoolArray, FloatArray
 
 # Absolute and relative differences below which costs are equal. Then the next level decides, and
 # finally the order of the candidates, so that every machine chooses the same one.

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
-from knotwork.waypoints import FloatArray
 
 # Distance from a limit [rad or m], and singular value, below which travel has a higher weight. On a
 # limit and at a singularity the weight is larger by 1.

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from knotwork.arrays import FloatArray, IndexArray
 from knotwork.robot.kinematics.sequence.cost import CostLevel, is_within, lexicographic_argmin
 from knotwork.robot.kinematics.sequence.step_costs import (
     JointRules,
@@ -15,7 +16,6 @@ from knotwork.robot.kinematics.sequence.step_costs import (
     StepRules,
     compute_step_costs,
 )
-from knotwork.waypoints import FloatArray, IndexArray
 
 UNBOUNDED_COST = np.full(len(CostLevel), np.inf)
 

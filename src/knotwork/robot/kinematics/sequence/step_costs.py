@@ -6,9 +6,9 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from knotwork.arrays import BoolArray, FloatArray, IndexArray
 from knotwork.robot.kinematics.chain.joint_ranges import whole_turns
 from knotwork.robot.kinematics.sequence.cost import COST_TIE, CostLevel, make_cost
-from knotwork.waypoints import BoolArray, FloatArray, IndexArray
 
 # Factor on the limit above which a speed is too high, so that rounding does not decide at the
 # limit.

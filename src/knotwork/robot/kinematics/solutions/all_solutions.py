@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from knotwork.arrays import FloatArray, checked_array
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.chain.joint_ranges import all_turns, position_limits, range_middles
 from knotwork.robot.kinematics.chain.levenberg_marquardt import TOLERANCE_MARGIN, PoseSearch
@@ -23,7 +24,6 @@ from knotwork.robot.kinematics.solutions.all_within_limits import (
 from knotwork.robot.kinematics.solutions.diagnosis import find_solution_or_raise
 from knotwork.robot.kinematics.solutions.enumeration import MAX_BRANCHES
 from knotwork.robot.kinematics.solutions.self_motion import choose_farthest_apart
-from knotwork.waypoints import FloatArray, checked_array
 
 # Number of samples of the self-motion of a redundant arm.
 SELF_MOTION_SPREAD = 32

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.robot.joint_axes import joint_axes, pose_errors
 from knotwork.robot.kinematics.chain.batch import Targets
 from knotwork.robot.kinematics.chain.joint_ranges import (
@@ -16,7 +17,6 @@ from knotwork.robot.kinematics.chain.joint_ranges import (
 from knotwork.robot.kinematics.chain.levenberg_marquardt import PoseSearch
 from knotwork.robot.kinematics.solutions.enumeration import find_branches
 from knotwork.robot.kinematics.solutions.self_motion import sample_self_motion
-from knotwork.waypoints import FloatArray
 
 # Excess over the limits [rad or m] up to which a solution may have a second one next to it inside
 # them. Near a singularity rounding moves solutions by as much.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.errors import OutsideLimitsError, UnreachablePoseError
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
@@ -26,7 +27,6 @@ from knotwork.robot.kinematics.chain.levenberg_marquardt import (
     PoseSearch,
 )
 from knotwork.units import SI, Units
-from knotwork.waypoints import FloatArray
 
 # Weight of a metre relative to a radian: the closest pose is at the nearest point, and there turned
 # as little as possible.

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes, pose_errors
 from knotwork.robot.kinematics.chain.batch import Targets, solve_batch
@@ -18,7 +19,6 @@ from knotwork.robot.kinematics.chain.joint_ranges import (
 )
 from knotwork.robot.kinematics.geometry.closed_form import SOLUTION_ERROR, solve_closed_form
 from knotwork.robot.kinematics.geometry.configuration_flags import are_all_branches
-from knotwork.waypoints import FloatArray
 
 # Branches attract about equal shares of the starts: each of a UR5's gets an eighth. A step of a
 # batch of this size takes hardly longer than one of half the size.

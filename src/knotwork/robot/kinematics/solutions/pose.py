@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from knotwork.arrays import FloatArray, checked_array
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.robot.kinematics.chain.joint_ranges import (
@@ -28,7 +29,6 @@ from knotwork.robot.kinematics.solutions.all_within_limits import find_solutions
 from knotwork.robot.kinematics.solutions.diagnosis import find_solution_or_raise
 from knotwork.robot.kinematics.solutions.enumeration import NEAR_SINGULAR_VALUE
 from knotwork.units import SI, Units
-from knotwork.waypoints import FloatArray, checked_array
 
 # Maximum number of restarts for a first solution. After them one batch searches for all solutions.
 MAX_RESTARTS = 50

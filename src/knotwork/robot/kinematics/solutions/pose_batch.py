@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from knotwork.arrays import checked_array
 from knotwork.errors import WaypointDataError
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.chain.batch import BatchSolution, Targets, solve_batch
@@ -19,7 +20,6 @@ from knotwork.robot.kinematics.chain.levenberg_marquardt import (
     PoseSearch,
 )
 from knotwork.robot.kinematics.pose_arguments import check_count, check_pose, check_tolerance
-from knotwork.waypoints import checked_array
 
 MAX_BATCH_RESTARTS = 600
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from knotwork.arrays import FloatArray
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.robot.kinematics.chain.batch import Targets, solve_batch
@@ -12,7 +13,6 @@ from knotwork.robot.kinematics.chain.joint_ranges import (
     position_limits,
     spread_starts,
 )
-from knotwork.waypoints import FloatArray
 
 SELF_MOTION_STARTS = 96
 SAMPLE_ITERATIONS = 18
