@@ -25,6 +25,9 @@ from knotwork.verification.motion import AT_WAYPOINT
 if TYPE_CHECKING:
     from knotwork.planning.timing import Progress
 
+TIMED_SEQUENCES, FREE_SEQUENCES = 12, 4
+"""Maximum number of sequences of solutions to plan: with given times, with free times."""
+
 
 def plan(
     scenario: str | Path | Mapping[str, Any] | Task | Scenario,
@@ -98,7 +101,8 @@ def best_of_sequences(planner: SequencePlanner) -> Plan:
     solution: TaskSolution | None = None
     avoided: list[SequenceStep] = []
     planned: list[FloatArray] = []
-    tried = 0
+    tried, is_timed = 0, planner.scenario.free_values is None
+    max_sequences = TIMED_SEQUENCES if is_timed else FREE_SEQUENCES
     while True:
         blocked: Sequence[int] = ()
         try:
@@ -116,7 +120,7 @@ def best_of_sequences(planner: SequencePlanner) -> Plan:
             best = plan if best is None else min(best, plan, key=_rank)
             blocked = _colliding_intervals(plan)
         tried += 1
-        is_last = tried == planner.max_sequences or planner.budget.is_over
+        is_last = tried == max_sequences or planner.budget.is_over
         if is_last or not blocked or solution is None or solution.sequence is None:
             break
         q = solution.sequence
