@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
+from knotwork.arrays import FloatArray
 from knotwork.errors import InputError, TimingError, merge_errors
 from knotwork.planning.choosing.clear_segments import plan_clear_segment
 from knotwork.planning.choosing.segments import FreeSegment, SolvedScenario, timing_problem
@@ -64,14 +65,11 @@ def solve_segments(
     """
     free = solved.free_values
     objective = Objective(**{"time": 0.0, **free.objective})
-    intervals = sum(len(segment.waypoints) - 1 for segment in segments)
+    timed = [segment for segment in segments if free.duration_is_free[segment.waypoints[:-1]].any()]
+    solved_twice = timed if free.total_duration is not None else []
+    budget.begin(sum(len(segment.waypoints) - 1 for segment in segments + solved_twice))
     if free.total_duration is None:
-        budget.begin(intervals)
         return _motions(solved, segments, objective, budget)
-    timed = [
-        segment for segment in segments if free.duration_is_free[list(segment.waypoints)[:-1]].any()
-    ]
-    budget.begin(intervals + sum(len(segment.waypoints) - 1 for segment in timed))
     fastest = _motions(solved, timed, Objective(), budget)
     outside = _duration_outside(solved, timed)
     shortest = outside + sum(motion.duration for motion in fastest.values())
@@ -105,11 +103,9 @@ def _motions(
 ) -> dict[FreeSegment, TimedMotion]:
     motions: dict[FreeSegment, TimedMotion] = {}
     errors: dict[FreeSegment, TimingError] = {}
+    ends: dict[int, FloatArray] = {}  # of collision-free motions, which choose their solutions
     for segment in segments:
         problem = timing_problem(solved, segment, objective, totals.get(segment))
-        ends = {
-            earlier.waypoints[-1]: motions[earlier] for earlier in motions if earlier.way_options
-        }
         if objective.only_time and segment not in totals and not problem.free.any():
             single = len(segment.waypoints) == 2
             problem = replace(problem, objective=SMOOTHEST if single else CALMEST)
@@ -117,9 +113,9 @@ def _motions(
             if segment.way_options is None:
                 motions[segment] = solve_within(problem, budget)
             else:
-                before = ends.get(segment.waypoints[0])
-                start = None if before is None else before.trajectory.position(before.duration)
-                motions[segment] = plan_clear_segment(solved, segment, problem, budget, start)
+                first, *_, last = segment.waypoints
+                motion = plan_clear_segment(solved, segment, problem, budget, ends.get(first))
+                motions[segment], ends[last] = motion, motion.trajectory.position(motion.duration)
         except TimingError as error:
             errors[segment] = error
     if errors:
