@@ -29,7 +29,7 @@ from knotwork.planning.choosing.segment_motions import (
 )
 from knotwork.planning.choosing.segments import (
     FreeSegment,
-    SolvedScenario,
+    SolvedTask,
     assumed_jerk,
     find_segments,
     timing_problem,
@@ -143,7 +143,7 @@ def choose_times(
     Raises:
         InputError: The task can't be solved, or no motion within the limits was found.
     """
-    solved = SolvedScenario.solve(scenario, scenario.required_free_values, solution)
+    solved = SolvedTask.solve(scenario, scenario.required_free_values, solution)
     paths = [
         PathSpeedProblem(solved, number)
         for number, path in enumerate(scenario.paths)
@@ -189,7 +189,7 @@ def choose_times(
 
 
 def _choose_motions(
-    scenario: Scenario, solved: SolvedScenario, paths: Sequence[PathSpeedProblem], budget: Budget
+    scenario: Scenario, solved: SolvedTask, paths: Sequence[PathSpeedProblem], budget: Budget
 ) -> ChosenTimes:
     """Choose the motions of all segments, with known speeds along paths.
 
@@ -219,7 +219,7 @@ def _adjacent_paths(
 
 
 def _check_given(
-    solved: SolvedScenario, segments: Sequence[FreeSegment], paths: Sequence[PathSpeedProblem]
+    solved: SolvedTask, segments: Sequence[FreeSegment], paths: Sequence[PathSpeedProblem]
 ) -> None:
     """Refuse given values beyond a limit, and too short times.
 
