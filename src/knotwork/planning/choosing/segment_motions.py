@@ -81,8 +81,8 @@ def solve_segments(
     try:
         return _motions(solved, segments, objective, budget, totals)
     except SegmentsUnsolvedError as failure:
-        error, duration = failure.combined_error(), sufficient_duration(shortest)
-        error.hint = f"the shortest motion that was found lasts {duration:.6g} s"
+        error = failure.combined_error()
+        error.hint = f"the shortest motion found lasts {rounded_up(shortest):.6g} s"
         raise error from None
 
 
