@@ -144,11 +144,8 @@ def choose_times(
         InputError: The task can't be solved, or no motion within the limits was found.
     """
     solved = SolvedTask.solve(scenario, scenario.required_free_values, solution)
-    paths = [
-        PathSpeedProblem(solved, number)
-        for number, path in enumerate(scenario.paths)
-        if path.requested.at_most
-    ]
+    free_paths = [k for k, path in enumerate(scenario.paths) if path.requested.at_most]
+    paths = [PathSpeedProblem(solved, k) for k in free_paths]
     adjacent = set[PathSpeedProblem]()
     best: ChosenTimes | None = None
     error: InputError | None = None
@@ -228,8 +225,7 @@ def _check_given(
     Raises:
         InputError: A given value is infeasible.
     """
-    errors = given_speeds_beyond_limits(solved, paths)
-    if errors:
+    if errors := given_speeds_beyond_limits(solved, paths):
         raise merge_errors(errors)
     for segment in segments:
         problem = timing_problem(solved, segment, Objective())
