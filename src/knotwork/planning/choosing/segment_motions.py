@@ -9,7 +9,7 @@ from types import MappingProxyType
 from knotwork.arrays import FloatArray
 from knotwork.errors import InputError, TimingError, merge_errors
 from knotwork.planning.choosing.clear_segments import plan_clear_segment
-from knotwork.planning.choosing.segments import FreeSegment, SolvedScenario, timing_problem
+from knotwork.planning.choosing.segments import FreeSegment, SolvedTask, timing_problem
 from knotwork.planning.timing import Objective, TimedMotion
 from knotwork.planning.timing.bounds import sufficient_duration
 from knotwork.planning.timing.solving import solve_within
@@ -34,7 +34,7 @@ class SegmentsUnsolvedError(Exception):
         errors: Reasons, by segment.
     """
 
-    def __init__(self, solved: SolvedScenario, errors: dict[FreeSegment, TimingError]) -> None:
+    def __init__(self, solved: SolvedTask, errors: dict[FreeSegment, TimingError]) -> None:
         super().__init__()
         self.solved, self.errors = solved, errors
 
@@ -50,7 +50,7 @@ class SegmentsUnsolvedError(Exception):
 
 
 def solve_segments(
-    solved: SolvedScenario, segments: list[FreeSegment], budget: Budget
+    solved: SolvedTask, segments: list[FreeSegment], budget: Budget
 ) -> dict[FreeSegment, TimedMotion]:
     """Solve all segments, with the given total duration if there is one.
 
@@ -86,7 +86,7 @@ def solve_segments(
         raise error from None
 
 
-def _duration_outside(solved: SolvedScenario, segments: Iterable[FreeSegment]) -> float:
+def _duration_outside(solved: SolvedTask, segments: Iterable[FreeSegment]) -> float:
     """Duration of the motion outside some segments [s]."""
     durations = solved.scenario.durations
     for segment in segments:
@@ -95,7 +95,7 @@ def _duration_outside(solved: SolvedScenario, segments: Iterable[FreeSegment]) -
 
 
 def _motions(
-    solved: SolvedScenario,
+    solved: SolvedTask,
     segments: list[FreeSegment],
     objective: Objective,
     budget: Budget,
@@ -123,7 +123,7 @@ def _motions(
     return motions
 
 
-def _total_too_short(solved: SolvedScenario, shortest: float, *, stopped: bool) -> TimingError:
+def _total_too_short(solved: SolvedTask, shortest: float, *, stopped: bool) -> TimingError:
     """The error for a duration below that of the shortest motion found [s].
 
     Args:
@@ -142,7 +142,7 @@ def _total_too_short(solved: SolvedScenario, shortest: float, *, stopped: bool) 
 
 
 def located_in_segment(
-    errors: Sequence[TimingError], solved: SolvedScenario, segment: FreeSegment
+    errors: Sequence[TimingError], solved: SolvedTask, segment: FreeSegment
 ) -> Sequence[TimingError]:
     """Add the locations in the file to errors of a segment."""
     for error in errors:
