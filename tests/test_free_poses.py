@@ -168,10 +168,10 @@ def test_bounded_turn_along_path_is_checked_at_all_times() -> None:
     (row,) = (finding for finding in found.findings if finding.quantity == "path_turn")
     assert found.ok
     assert np.degrees(row.value) == pytest.approx(-3, abs=0.1)
-    assert f"3 deg within what is free, turn -179 to {most + 3:.4g} deg, tol" in row.message
+    assert f"3 deg inside its free range (turn -179 to {most + 3:.4g} deg), tol" in row.message
     found = checked(plan.trajectory, with_stops(arch({"turn": [-179, max(0.0, most - 3)]})))
     (row,) = (finding for finding in found.failures if finding.quantity == "path_turn")
-    assert f"3 deg beyond what is free, turn -179 to {most - 3:.4g} deg, tol" in row.message
+    assert f"3 deg outside its free range (turn -179 to {most - 3:.4g} deg), tol" in row.message
     assert most > 3
 
 

@@ -25,7 +25,9 @@ SLOW = LONG | {"panda_bookshelf", "ur5_dome", "ur5_machine_door"}
 QUICK = [path for path in PATHS if path.stem not in SLOW]
 
 WARNINGS = {
-    "ur5_turntable_rim": ["efforts are not judged, as table, which carries the poses, moves"],
+    "ur5_turntable_rim": [
+        "efforts are not checked: the frame of the poses is on table, which moves"
+    ],
 }
 """Of scenarios that are warned of, on purpose."""
 

@@ -322,7 +322,7 @@ def test_reports_minimum_time_for_infeasible_duration() -> None:
     ends = [{"joints": {"x": x}, "velocity": {"x": 1}} for x in (0, 1)]
     limits = {"velocity": 2, "acceleration": 0.6, "jerk": 40, "position": {"x": [0, 1]}}
     task = {"times": "fastest", "duration": 5, "limits": limits, "waypoints": ends}
-    with pytest.raises(InputError, match=r"the shortest motion that was found lasts 0\.886"):
+    with pytest.raises(InputError, match=r"the shortest motion found lasts 0\.886"):
         kw.plan(task)
 
 

@@ -235,3 +235,22 @@ def test_refuses_invalid_waits_on_belt(tmp_path: Path) -> None:
     task = waiting()
     task["frames"]["belt"]["moves"] = {"file": str(tmp_path / "y.csv")}
     assert "at 3.2 s the speed of frame 'belt' jumps" in refused(task)
+
+
+@pytest.mark.parametrize("after", [[], [{"joints": "home", "after": "fastest"}]])
+def test_belt_is_met_a_given_time_after_a_path_with_a_free_speed(
+    after: list[dict[str, Any]], tmp_path: Path
+) -> None:
+    start, end = ({"pose": down(0.4, y, 0.5), "frame": "base"} for y in (0.1, -0.1))
+    waypoints = [
+        {"name": "in", "after": 2, **start},
+        {"name": "out", "along": "line", "speed": "fastest", "stop": True, **end},
+        {"name": "over", "pose": HIGH, "after": 3, "stop": True},
+        *after,
+    ]
+    plan = kw.plan(belt(waypoints=waypoints))
+    plan.report.raise_if_failed()
+    times = {waypoint.name: waypoint.time for waypoint in plan.scenario.waypoints}
+    assert times["over"] - times["out"] == pytest.approx(3)
+    again = kw.plan(plan.freeze(tmp_path / "frozen.yaml"))
+    assert again.trajectory.duration == pytest.approx(plan.trajectory.duration)

@@ -62,7 +62,10 @@ def test_short_corner_pieces_break_acceleration_limit(gap: float, start: float) 
         [[start], [start + 0.5 - 0.5 * gap], [start + 0.5], [start + 0.65]],
         [[0.5], [0.5], [0.15], [0.15]],
     )
-    assert not kw.check(corner, scenario).ok
+    report = kw.check(corner, scenario)
+    assert not report.ok
+    changes = report.select(quantity="velocity_change")
+    assert {found.unit for found in changes} == {"rad/s²"}
 
 
 def test_many_close_small_jumps_count_as_large_one() -> None:

@@ -47,7 +47,7 @@ Exit codes:
 
 
 MAX_EXPORT_FAILURES = 10
-UNMET_BY_CUBIC_FITS = ("acceleration_jump", "joint_acceleration", "jerk")
+UNMET_BY_CUBIC_FITS = ("acceleration_jump", "acceleration_change", "joint_acceleration", "jerk")
 """Quantities that fail if cubics join points of a smoother motion, at any density of points.
 
 The acceleration jumps, so the jerk is unbounded.

@@ -25,6 +25,9 @@ from knotwork.verification.motion import AT_WAYPOINT
 if TYPE_CHECKING:
     from knotwork.planning.timing import Progress
 
+TIMED_SEQUENCES, FREE_SEQUENCES = 12, 4
+"""Maximum number of sequences of solutions to plan: with given times, with free times."""
+
 
 def plan(
     scenario: str | Path | Mapping[str, Any] | Task | Scenario,
@@ -64,17 +67,20 @@ def plan(
         scenario = load_scenario(scenario)
     if scenario.free_values is None:
         return best_of_sequences(SequencePlanner(scenario, planner))
-    from knotwork.planning.choosing import fix_arrival_times
+    from knotwork.planning.choosing import ChosenTimes, fix_arrival_times
     from knotwork.planning.timing.timed_motion import Budget
 
-    free = scenario.free_values
+    requested, free = scenario, scenario.free_values
     fixed_arrivals = tuple(
         scenario.waypoints[i].name for i in free.time_dependent if free.duration_is_free[i - 1]
     )
     work = Budget(progress, budget)
     if free.time_dependent:
         scenario = fix_arrival_times(scenario, work)
-    return best_of_sequences(SequencePlanner(scenario, planner, work, fixed_arrivals))
+    best = best_of_sequences(SequencePlanner(scenario, planner, work, fixed_arrivals))
+    if best.chosen is None and best.solution is not None:  # nothing was free any more
+        best = replace(best, chosen=ChosenTimes(requested, scenario, best.solution))
+    return best
 
 
 def best_of_sequences(planner: SequencePlanner) -> Plan:
@@ -95,7 +101,8 @@ def best_of_sequences(planner: SequencePlanner) -> Plan:
     solution: TaskSolution | None = None
     avoided: list[SequenceStep] = []
     planned: list[FloatArray] = []
-    tried = 0
+    tried, is_timed = 0, planner.scenario.free_values is None
+    max_sequences = TIMED_SEQUENCES if is_timed else FREE_SEQUENCES
     while True:
         blocked: Sequence[int] = ()
         try:
@@ -113,7 +120,7 @@ def best_of_sequences(planner: SequencePlanner) -> Plan:
             best = plan if best is None else min(best, plan, key=_rank)
             blocked = _colliding_intervals(plan)
         tried += 1
-        is_last = tried == planner.max_sequences or planner.budget.is_over
+        is_last = tried == max_sequences or planner.budget.is_over
         if is_last or not blocked or solution is None or solution.sequence is None:
             break
         q = solution.sequence

@@ -18,9 +18,6 @@ from knotwork.verification import check
 if TYPE_CHECKING:
     from knotwork.planning.choosing import ChosenTimes
 
-FIXED_SEQUENCES, TIMED_SEQUENCES = 12, 4
-"""Maximum number of sequences of solutions to plan: with given times, with times to be chosen."""
-
 
 @dataclass(frozen=True, eq=False)
 class SequencePlanner:
@@ -37,11 +34,6 @@ class SequencePlanner:
     planner: str | None
     budget: Budget = field(default_factory=Budget)
     fixed_arrivals: tuple[str, ...] = ()
-
-    @property
-    def max_sequences(self) -> int:
-        """Maximum number of sequences to plan."""
-        return FIXED_SEQUENCES if self.scenario.free_values is None else TIMED_SEQUENCES
 
     @cached_property
     def _interpolator(self) -> Interpolator:

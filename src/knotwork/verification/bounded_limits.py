@@ -96,7 +96,7 @@ def check_effort_limits(motion: Motion, scenario: Scenario, space: JointSpace) -
     if space.carrying is None:
         if space.robot is not None and space.robot.base_moves:
             name = space.robot.base_frame
-            message = f"efforts are not judged, as {name}, which carries the poses, moves"
+            message = f"efforts are not checked: the frame of the poses is on {name}, which moves"
             yield Finding.of_motion("Motion", "efforts", message, "warning")
         return
     from knotwork.verification.bounds import torque_bound

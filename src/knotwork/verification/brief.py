@@ -106,7 +106,7 @@ def _tightest(findings: Sequence[Finding], units: Units) -> list[str]:
         return [f"{len(undecided)} undecided: {value_text(worst, units)}"]
     if unused := representatives(findings):
         return [value_text(finding, units) for finding in unused]
-    if limited := with_limits(numbers):
+    if limited := limited_findings(numbers):
         return [
             utilisation_text(max(limited, key=lambda finding: finding.utilisation or 0.0), units)
         ]
@@ -223,7 +223,7 @@ def representatives(findings: Sequence[Finding]) -> list[Finding]:
     of each quantity. Otherwise there is none.
     """
     numbers = [finding for finding in findings if finding.value is not None]
-    limited = with_limits(numbers)
+    limited = limited_findings(numbers)
     if any(finding.utilisation is None for finding in limited):
         return [min(limited, key=lambda finding: finding.margin or 0.0)]
     if any(finding.limit is not None for finding in numbers):
@@ -235,7 +235,7 @@ def representatives(findings: Sequence[Finding]) -> list[Finding]:
     return list(largest.values())
 
 
-def with_limits(numbers: Sequence[Finding]) -> list[Finding]:
+def limited_findings(numbers: Sequence[Finding]) -> list[Finding]:
     """Findings with a limit that is known to be kept or exceeded."""
     return [
         finding

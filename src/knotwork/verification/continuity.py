@@ -58,13 +58,11 @@ def check_continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> I
         for joint in np.flatnonzero(~(rates.peak <= limit)):
             value, time = float(rates.peak[joint]), float(rates.peak_time[joint])
             unit = rate_unit(space.joint_units[joint], order + 1)
-            shown, allowed_text = (
-                scenario.units.text(number, unit, ".3g") for number in (value, limit)
-            )
+            rate, fastest = (scenario.units.text(x, unit, ".3g") for x in (value, limit))
             yield Finding.at_most(
-                CONTINUITY_GROUP, "joint", space.joint_names[joint], f"{quantity}_jump",
-                f"joint {space.joint_names[joint]!r}: {quantity} changes at {shown} at {time:.6g} "
-                f"s, which is a jump for any drive (at most {allowed_text})", value, limit,
+                CONTINUITY_GROUP, "joint", space.joint_names[joint], f"{quantity}_change",
+                f"joint {space.joint_names[joint]!r}: {quantity} changes by {rate} at {time:.6g} "
+                f"s, which is a jump for any drive (at most {fastest})", value, limit,
                 required=required, unit=unit, time=time,
             )  # fmt: skip
 

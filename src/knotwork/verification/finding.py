@@ -22,7 +22,7 @@ PASSING_VERDICTS: tuple[Verdict, ...] = ("met", "undecided", "warning", "informa
 TRIED = "tried"
 """Quantity of findings that list remedies that planning already attempted."""
 NOT_IN_DATA = ("involves_scene", "bodies", "brief", "fact", "label", "remedy")
-"""Fields left out of JSON, because name and message contain them."""
+"""Fields for other outputs than JSON, or contained in name and message."""
 
 
 @dataclass(frozen=True)

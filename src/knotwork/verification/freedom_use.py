@@ -14,7 +14,7 @@ from knotwork.units import Units
 from knotwork.verification.bounds.free_turn import free_angles, open_ranges
 from knotwork.verification.finding import Finding, Subject
 from knotwork.verification.motion import Motion
-from knotwork.verification.path_checks import join_paths
+from knotwork.verification.path_checks import group_paths_by_turn
 from knotwork.waypoints import CartesianWaypoint, PoseFreedom
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ class FreedomUse(NamedTuple):
 
 def sample_freedoms(motion: Motion, scenario: Scenario, robot: Robot) -> Iterator[FreedomUse]:
     """Sample free turns, tilts and positions; turns are continuous along joined paths."""
-    for paths in join_paths(scenario):
+    for paths in group_paths_by_turn(scenario):
         uses = []
         for path in paths:
             times = _path_times(path)

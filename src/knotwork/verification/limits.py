@@ -69,9 +69,9 @@ def slowing_remedy(finding: Finding, order: int, scenario: Scenario) -> str:
     utilisation = finding.utilisation
     if finding.ok or not order or utilisation is None or np.isinf(utilisation):
         return ""
-    paths = ", at less speed along tool paths" if scenario.paths else ""
+    paths = ", and needs lower speeds along tool paths" if scenario.paths else ""
     factor = rounded_up(utilisation ** (1.0 / order), 3)
-    return f"slowing the motion down by a factor of {factor:.4g} keeps it{paths}"
+    return f"{factor:.4g} times the duration keeps this limit{paths}"
 
 
 def check_derivative_limits(space: JointSpace, curve: PiecewisePolynomial) -> Iterator[Finding]:
@@ -278,7 +278,7 @@ def report_unlimited(motion: Motion, scenario: Scenario, space: JointSpace) -> I
         yield Finding.of_motion(NO_LIMIT, "missing_limits", fact, brief=brief)
 
 
-def check_acceleration_spikes(
+def check_unreachable_accelerations(
     motion: Motion, scenario: Scenario, space: JointSpace
 ) -> Iterator[Finding]:
     """Find accelerations above `MAX_ACCELERATION` of a robot's joints without a limit."""

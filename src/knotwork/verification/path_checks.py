@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from knotwork.verification.bounds.stretch_bounds import StretchBounds
 
 TOOL_PATHS = "Tool paths"
-UNITS = {
+CRITERION_UNITS = {
     "path_deviation": "m",
     "path_orientation": "rad",
     "path_turn": "rad",
@@ -54,13 +54,13 @@ def check_tool_paths(
     """
     if space.robot is None:
         return
-    for group in join_paths(scenario):
+    for group in group_paths_by_turn(scenario):
         paths = [path for path in group if execution is None or path.motion.carrier is None]
         for followed in _follow_paths(motion, scenario, space.robot, paths, execution):
             yield from _stretch_findings(scenario, followed)
 
 
-def check_point_spacing(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def check_uneven_points(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Warn of a curve that deviates far from the line between two of its points.
 
     Its points are then few or uneven, and the tool is on the curve but hardly where it should be.
@@ -110,7 +110,7 @@ def check_path_geometry(
     yield from check_tool_paths(motion, scenario, space, execution)
 
 
-def join_paths(scenario: Scenario) -> list[list[ScenarioPath]]:
+def group_paths_by_turn(scenario: Scenario) -> list[list[ScenarioPath]]:
     """Groups of paths along which a turn of the tool is continuous.
 
     Each path begins where the previous one ends, or after a wait there. Both have the same freedom,
@@ -236,7 +236,7 @@ def _stretch_findings(scenario: Scenario, followed: _FollowedStretch) -> Iterato
     """Findings on a stretch, one for each criterion."""
     (begin, end), stretch, result = followed.ends, followed.stretch, followed.result
     tolerances, progress = scenario.tolerances, result.progress
-    bounds = result.bounds
+    bounds = dict(result.bounds)
     bounds["path_progress"] = bounds["path_deviation"]._replace(  # proved if the distance is
         limit=max(tolerances.path, tolerances.position),
         value=progress.error,
@@ -244,7 +244,7 @@ def _stretch_findings(scenario: Scenario, followed: _FollowedStretch) -> Iterato
         time=progress.time,
     )
     for quantity, bound in bounds.items():
-        unit = UNITS[quantity]
+        unit = CRITERION_UNITS[quantity]
         fact, brief = f"from {begin!r} to {end!r} {_text(quantity, bound, followed, scenario)}", ""
         if not bound.proved:
             low, high = bound.where
@@ -282,17 +282,17 @@ def _text(quantity: str, bound: PathBound, followed: _FollowedStretch, scenario:
     stretch, progress, freedom = followed.stretch, followed.result.progress, followed.path.freedom
     scale, length = scenario.shown_length
     value, limit, beyond = (
-        scenario.units.text(number, UNITS[quantity], ".3g")
+        scenario.units.text(number, CRITERION_UNITS[quantity], ".3g")
         for number in (abs(bound.value), bound.limit, max(bound.value, 0.0))
     )
     if quantity == "path_deviation":
         return f"the tool leaves the {stretch.kind} by {value}, tolerance {limit}"
     if quantity == "path_orientation":
-        return f"the tool is turned off by {value}, tolerance {limit}"
+        return f"the orientation of the tool is off by {value}, tolerance {limit}"
     if quantity == "path_turn" and freedom is not None:
-        side = "beyond" if bound.value > 0.0 else "within"
+        side = "outside" if bound.value > 0.0 else "inside"
         ranges = _ranges(freedom, scenario.units)
-        return f"the tool is {value} {side} what is free, {ranges}, tolerance {limit}"
+        return f"the orientation is {value} {side} its free range ({ranges}), tolerance {limit}"
     if quantity == "path_progress":
         start, end, total, backward = (
             f"{round(scale * value, 6) + 0.0:.6g}"

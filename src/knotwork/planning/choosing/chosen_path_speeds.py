@@ -21,7 +21,7 @@ from knotwork.planning.choosing.path_speed_problem import (
     PathSpeedProblem,
     round_speed,
 )
-from knotwork.planning.choosing.segments import SolvedScenario
+from knotwork.planning.choosing.segments import SolvedTask
 from knotwork.planning.timing import Binding
 from knotwork.task.scenario.resolve import change_task
 from knotwork.units import rounded_up
@@ -30,9 +30,7 @@ LIMIT_ROUNDING = 1e-9
 """Tolerance of limits, as a fraction."""
 
 
-def with_path_speeds(
-    solved: SolvedScenario, problems: Sequence[PathSpeedProblem]
-) -> SolvedScenario:
+def with_path_speeds(solved: SolvedTask, problems: Sequence[PathSpeedProblem]) -> SolvedTask:
     """The task with the chosen speeds along its paths, solved and found to keep the limits there.
 
     Args:
@@ -55,7 +53,7 @@ def with_path_speeds(
     given = np.zeros_like(solved.free_values.path_speed_is_free)
     free = scenario.free_values or replace(solved.free_values, path_speed_is_free=given)
     try:
-        timed = SolvedScenario.solve(scenario, free)
+        timed = SolvedTask.solve(scenario, free)
     except (PathError, FollowingError):
         for problem in problems:
             problem.lower_caps(MAX_SLOWDOWN, TOLERANCES)
@@ -67,7 +65,7 @@ def with_path_speeds(
 
 
 def limiting_constraints(
-    solved: SolvedScenario, problems: Sequence[PathSpeedProblem]
+    solved: SolvedTask, problems: Sequence[PathSpeedProblem]
 ) -> tuple[Binding, ...]:
     """Limiting constraint of each chosen speed along the paths of a task."""
     names = [waypoint.name for waypoint in solved.scenario.waypoints]
@@ -79,7 +77,7 @@ def limiting_constraints(
 
 
 def given_speeds_beyond_limits(
-    solved: SolvedScenario, problems: Sequence[PathSpeedProblem]
+    solved: SolvedTask, problems: Sequence[PathSpeedProblem]
 ) -> list[InputError]:
     """Errors for given speeds that exceed a limit along a path.
 
@@ -101,7 +99,7 @@ def given_speeds_beyond_limits(
 
 
 def path_speed_error(
-    solved: SolvedScenario, fault: NoSpeedsError, utilisation: float | None = None
+    solved: SolvedTask, fault: NoSpeedsError, utilisation: float | None = None
 ) -> InputError:
     """The error for a stretch of a path without feasible speeds, with accepted changes.
 
@@ -148,7 +146,7 @@ def path_speed_error(
     )
 
 
-def _key(solved: SolvedScenario, waypoint: int) -> str:
+def _key(solved: SolvedTask, waypoint: int) -> str:
     """The key that gives the speed to a waypoint on a path."""
     step = solved.scenario.given.waypoints[solved.scenario.task_index[waypoint]]
     return next(key for key in ("speed", "after", "time") if getattr(step, key) is not None)

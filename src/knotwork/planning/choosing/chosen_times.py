@@ -29,7 +29,7 @@ from knotwork.planning.choosing.segment_motions import (
 )
 from knotwork.planning.choosing.segments import (
     FreeSegment,
-    SolvedScenario,
+    SolvedTask,
     assumed_jerk,
     find_segments,
     timing_problem,
@@ -143,12 +143,9 @@ def choose_times(
     Raises:
         InputError: The task can't be solved, or no motion within the limits was found.
     """
-    solved = SolvedScenario.solve(scenario, scenario.required_free_values, solution)
-    paths = [
-        PathSpeedProblem(solved, number)
-        for number, path in enumerate(scenario.paths)
-        if path.requested.at_most
-    ]
+    solved = SolvedTask.solve(scenario, scenario.required_free_values, solution)
+    free_paths = [k for k, path in enumerate(scenario.paths) if path.requested.at_most]
+    paths = [PathSpeedProblem(solved, k) for k in free_paths]
     adjacent = set[PathSpeedProblem]()
     best: ChosenTimes | None = None
     error: InputError | None = None
@@ -189,7 +186,7 @@ def choose_times(
 
 
 def _choose_motions(
-    scenario: Scenario, solved: SolvedScenario, paths: Sequence[PathSpeedProblem], budget: Budget
+    scenario: Scenario, solved: SolvedTask, paths: Sequence[PathSpeedProblem], budget: Budget
 ) -> ChosenTimes:
     """Choose the motions of all segments, with known speeds along paths.
 
@@ -219,7 +216,7 @@ def _adjacent_paths(
 
 
 def _check_given(
-    solved: SolvedScenario, segments: Sequence[FreeSegment], paths: Sequence[PathSpeedProblem]
+    solved: SolvedTask, segments: Sequence[FreeSegment], paths: Sequence[PathSpeedProblem]
 ) -> None:
     """Refuse given values beyond a limit, and too short times.
 
@@ -228,8 +225,7 @@ def _check_given(
     Raises:
         InputError: A given value is infeasible.
     """
-    errors = given_speeds_beyond_limits(solved, paths)
-    if errors:
+    if errors := given_speeds_beyond_limits(solved, paths):
         raise merge_errors(errors)
     for segment in segments:
         problem = timing_problem(solved, segment, Objective())

@@ -15,7 +15,7 @@ from knotwork.errors import InputError
 from knotwork.files.documents import read, read_text, with_values
 from knotwork.files.documents.edits import differences
 from knotwork.files.documents.yaml_text import to_block_yaml
-from knotwork.planning.choosing.segments import FreeSegment, SolvedScenario
+from knotwork.planning.choosing.segments import FreeSegment, SolvedTask
 from knotwork.planning.timing import TimedMotion
 from knotwork.task import ChosenMotion, Velocity
 from knotwork.task.scenario import JointTarget, Scenario
@@ -28,9 +28,7 @@ CHOSEN_STOP_SPEED = 1e-9
 """Chosen speeds below this are stops [m/s]."""
 
 
-def with_chosen_values(
-    solved: SolvedScenario, motions: Mapping[FreeSegment, TimedMotion]
-) -> Scenario:
+def with_chosen_values(solved: SolvedTask, motions: Mapping[FreeSegment, TimedMotion]) -> Scenario:
     """The scenario with numbers in place of its free values, from the motions of all segments."""
     scenario, free = solved.scenario, solved.free_values
     waypoints: defaultdict[int, dict[str, Any]] = defaultdict(dict)
@@ -61,7 +59,7 @@ def with_chosen_values(
 
 
 def solutions_near(
-    solved: SolvedScenario, positions: FloatArray | None = None
+    solved: SolvedTask, positions: FloatArray | None = None
 ) -> dict[int, dict[str, Any]]:
     """Keys `near` of the waypoints, with which planning chooses the same IK solutions again.
 
@@ -86,7 +84,7 @@ def solutions_near(
     }
 
 
-def _chosen_speed(solved: SolvedScenario, i: int, q: FloatArray, v: FloatArray) -> dict[str, Any]:
+def _chosen_speed(solved: SolvedTask, i: int, q: FloatArray, v: FloatArray) -> dict[str, Any]:
     """Keys for the speed or velocity of a waypoint where it is chosen."""
     kind, robot = solved.free_values.speed_kinds[i], solved.space.robot
     waypoint = solved.scenario.waypoints[i]
@@ -111,7 +109,7 @@ def _chosen_speed(solved: SolvedScenario, i: int, q: FloatArray, v: FloatArray) 
 
 
 def _chosen_motion(
-    solved: SolvedScenario, timed: Scenario, segment: FreeSegment, motion: TimedMotion
+    solved: SolvedTask, timed: Scenario, segment: FreeSegment, motion: TimedMotion
 ) -> ChosenMotion:
     """Knots and velocities of a segment, with which the task defines its motion.
 

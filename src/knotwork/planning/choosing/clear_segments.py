@@ -11,7 +11,7 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.curves.retiming import stop_on_path
 from knotwork.errors import InputError, NoWayFoundError
-from knotwork.planning.choosing.segments import FreeSegment, SolvedScenario
+from knotwork.planning.choosing.segments import FreeSegment, SolvedTask
 from knotwork.planning.timing import TimedMotion, TimingProblem
 from knotwork.planning.timing.bounds import lower_bound, sufficient_duration
 from knotwork.planning.timing.section_motion import SectionMotion
@@ -38,7 +38,7 @@ STOP_TOLERANCE = 1e-6
 
 
 def plan_clear_segment(
-    solved: SolvedScenario,
+    solved: SolvedTask,
     segment: FreeSegment,
     problem: TimingProblem,
     budget: Budget,
@@ -113,7 +113,7 @@ def _timed_motion(
 
 
 def _stop(
-    solved: SolvedScenario, segment: FreeSegment, problem: TimingProblem
+    solved: SolvedTask, segment: FreeSegment, problem: TimingProblem
 ) -> PiecewisePolynomial | None:
     """The motion that the task continues, stopped on its path or at its end; `None` without one."""
     if solved.scenario.continued_motion is None or segment.waypoints[0]:
@@ -127,7 +127,7 @@ def _stop(
     return curve if stopped is None else stopped[1]
 
 
-def _bodies(solved: SolvedScenario, segment: FreeSegment) -> CollisionModel:
+def _bodies(solved: SolvedTask, segment: FreeSegment) -> CollisionModel:
     """Bodies that are present during a segment. They must not change.
 
     Raises:
@@ -153,7 +153,7 @@ def _bodies(solved: SolvedScenario, segment: FreeSegment) -> CollisionModel:
 
 
 def _solutions(
-    solved: SolvedScenario, segment: FreeSegment, problem: TimingProblem, robot: Robot, end: int
+    solved: SolvedTask, segment: FreeSegment, problem: TimingProblem, robot: Robot, end: int
 ) -> FloatArray:
     """Joint positions at the start, 0, or the end, -1, of a motion, shape (m, d).
 
@@ -186,7 +186,7 @@ def _solutions(
 
 
 def _stretch_to_time(
-    motion: ClearMotion, problem: TimingProblem, solved: SolvedScenario, segment: FreeSegment
+    motion: ClearMotion, problem: TimingProblem, solved: SolvedTask, segment: FreeSegment
 ) -> PiecewisePolynomial:
     """Stretch a motion to the given time, if there is one."""
     given_time = float(problem.total or problem.duration.sum())
@@ -211,7 +211,7 @@ def _stretch_to_time(
 
 
 def _located_error(
-    fault: NoClearMotionError, solved: SolvedScenario, segment: FreeSegment, *, single: bool
+    fault: NoClearMotionError, solved: SolvedTask, segment: FreeSegment, *, single: bool
 ) -> NoWayFoundError:
     """Make the error for a missing motion, at the waypoint of the fault, or else at the goal.
 

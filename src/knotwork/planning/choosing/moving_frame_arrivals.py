@@ -57,7 +57,7 @@ def fix_arrival_times(scenario: Scenario, budget: Budget) -> Scenario:
         InputError: A given time is too early, or the iteration does not converge.
     """
     scenario = _with_speeds_before(scenario, budget)
-    if not _is_time_dependent(scenario):
+    if not (scenario.free_values and scenario.free_values.time_dependent):
         return scenario
     scenario, chosen = _first_choice(scenario, budget)
     for count in range(MAX_ARRIVAL_ROUNDS):
@@ -72,7 +72,7 @@ def fix_arrival_times(scenario: Scenario, budget: Budget) -> Scenario:
         # a wait is two waypoints, of which the first remains
         by_task_index = dict(zip(scenario.task_index[::-1], following[::-1].tolist(), strict=True))
         scenario = _with_fewer_free(scenario, task, by_task_index)
-        if not _is_time_dependent(scenario):
+        if not (scenario.free_values and scenario.free_values.time_dependent):
             return scenario
         chosen = choose_times(scenario, budget)
     waypoint = max(arrivals, key=lambda i: abs(times[i] - expected[i]))
@@ -182,10 +182,6 @@ def _with_numbers(scenario: Scenario, chosen: ChosenTimes) -> Scenario:
             changes[task_index]["after"] = rounded_up(after, 6)
     task = task.with_waypoints(changes).with_waypoints(_solutions(scenario, chosen))
     return _with_fewer_free(scenario, task)
-
-
-def _is_time_dependent(scenario: Scenario) -> bool:
-    return scenario.free_values is not None and bool(scenario.free_values.time_dependent)
 
 
 def _with_fewer_free(

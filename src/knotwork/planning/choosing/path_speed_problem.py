@@ -21,7 +21,7 @@ from knotwork.planning.choosing.path_limit_utilisation import (
     LimitUtilisation,
     PathUtilisation,
 )
-from knotwork.planning.choosing.segments import SolvedScenario
+from knotwork.planning.choosing.segments import SolvedTask
 from knotwork.task.scenario import ScenarioPath
 
 SPEED_DIGITS = 4
@@ -85,7 +85,7 @@ class PathSpeedProblem:
         limiting: The limit or other bound of each of them.
     """
 
-    def __init__(self, solved: SolvedScenario, number: int) -> None:
+    def __init__(self, solved: SolvedTask, number: int) -> None:
         self.number, self.path = number, solved.scenario.paths[number]
         self.requested = self.path.requested
         self.caps = {k: (bound, AT_MOST) for k, bound in self.requested.at_most.items()}
@@ -186,7 +186,7 @@ class PathSpeedProblem:
         """Cap each speed at a fraction of its present value."""
         self.caps = {k: (factor * speed, reason) for k, speed in self.speeds.items()}
 
-    def correct_from_plan(self, solved: SolvedScenario) -> NoSpeedsError | None:
+    def correct_from_plan(self, solved: SolvedTask) -> NoSpeedsError | None:
         """Correct the expected utilisation by that of a planned motion.
 
         Speeds with which this motion exceeds a limit are capped.

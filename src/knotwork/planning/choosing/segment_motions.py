@@ -6,9 +6,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
+from knotwork.arrays import FloatArray
 from knotwork.errors import InputError, TimingError, merge_errors
 from knotwork.planning.choosing.clear_segments import plan_clear_segment
-from knotwork.planning.choosing.segments import FreeSegment, SolvedScenario, timing_problem
+from knotwork.planning.choosing.segments import FreeSegment, SolvedTask, timing_problem
 from knotwork.planning.timing import Objective, TimedMotion
 from knotwork.planning.timing.bounds import sufficient_duration
 from knotwork.planning.timing.solving import solve_within
@@ -33,7 +34,7 @@ class SegmentsUnsolvedError(Exception):
         errors: Reasons, by segment.
     """
 
-    def __init__(self, solved: SolvedScenario, errors: dict[FreeSegment, TimingError]) -> None:
+    def __init__(self, solved: SolvedTask, errors: dict[FreeSegment, TimingError]) -> None:
         super().__init__()
         self.solved, self.errors = solved, errors
 
@@ -49,7 +50,7 @@ class SegmentsUnsolvedError(Exception):
 
 
 def solve_segments(
-    solved: SolvedScenario, segments: list[FreeSegment], budget: Budget
+    solved: SolvedTask, segments: list[FreeSegment], budget: Budget
 ) -> dict[FreeSegment, TimedMotion]:
     """Solve all segments, with the given total duration if there is one.
 
@@ -64,14 +65,11 @@ def solve_segments(
     """
     free = solved.free_values
     objective = Objective(**{"time": 0.0, **free.objective})
-    intervals = sum(len(segment.waypoints) - 1 for segment in segments)
+    timed = [segment for segment in segments if free.duration_is_free[segment.waypoints[:-1]].any()]
+    solved_twice = timed if free.total_duration is not None else []
+    budget.begin(sum(len(segment.waypoints) - 1 for segment in segments + solved_twice))
     if free.total_duration is None:
-        budget.begin(intervals)
         return _motions(solved, segments, objective, budget)
-    timed = [
-        segment for segment in segments if free.duration_is_free[list(segment.waypoints)[:-1]].any()
-    ]
-    budget.begin(intervals + sum(len(segment.waypoints) - 1 for segment in timed))
     fastest = _motions(solved, timed, Objective(), budget)
     outside = _duration_outside(solved, timed)
     shortest = outside + sum(motion.duration for motion in fastest.values())
@@ -83,12 +81,12 @@ def solve_segments(
     try:
         return _motions(solved, segments, objective, budget, totals)
     except SegmentsUnsolvedError as failure:
-        error, duration = failure.combined_error(), sufficient_duration(shortest)
-        error.hint = f"the shortest motion that was found lasts {duration:.6g} s"
+        error = failure.combined_error()
+        error.hint = f"the shortest motion found lasts {rounded_up(shortest):.6g} s"
         raise error from None
 
 
-def _duration_outside(solved: SolvedScenario, segments: Iterable[FreeSegment]) -> float:
+def _duration_outside(solved: SolvedTask, segments: Iterable[FreeSegment]) -> float:
     """Duration of the motion outside some segments [s]."""
     durations = solved.scenario.durations
     for segment in segments:
@@ -97,7 +95,7 @@ def _duration_outside(solved: SolvedScenario, segments: Iterable[FreeSegment]) -
 
 
 def _motions(
-    solved: SolvedScenario,
+    solved: SolvedTask,
     segments: list[FreeSegment],
     objective: Objective,
     budget: Budget,
@@ -105,11 +103,9 @@ def _motions(
 ) -> dict[FreeSegment, TimedMotion]:
     motions: dict[FreeSegment, TimedMotion] = {}
     errors: dict[FreeSegment, TimingError] = {}
+    ends: dict[int, FloatArray] = {}  # of collision-free motions, which choose their solutions
     for segment in segments:
         problem = timing_problem(solved, segment, objective, totals.get(segment))
-        ends = {
-            earlier.waypoints[-1]: motions[earlier] for earlier in motions if earlier.way_options
-        }
         if objective.only_time and segment not in totals and not problem.free.any():
             single = len(segment.waypoints) == 2
             problem = replace(problem, objective=SMOOTHEST if single else CALMEST)
@@ -117,9 +113,9 @@ def _motions(
             if segment.way_options is None:
                 motions[segment] = solve_within(problem, budget)
             else:
-                before = ends.get(segment.waypoints[0])
-                start = None if before is None else before.trajectory.position(before.duration)
-                motions[segment] = plan_clear_segment(solved, segment, problem, budget, start)
+                first, *_, last = segment.waypoints
+                motion = plan_clear_segment(solved, segment, problem, budget, ends.get(first))
+                motions[segment], ends[last] = motion, motion.trajectory.position(motion.duration)
         except TimingError as error:
             errors[segment] = error
     if errors:
@@ -127,7 +123,7 @@ def _motions(
     return motions
 
 
-def _total_too_short(solved: SolvedScenario, shortest: float, *, stopped: bool) -> TimingError:
+def _total_too_short(solved: SolvedTask, shortest: float, *, stopped: bool) -> TimingError:
     """The error for a duration below that of the shortest motion found [s].
 
     Args:
@@ -146,7 +142,7 @@ def _total_too_short(solved: SolvedScenario, shortest: float, *, stopped: bool) 
 
 
 def located_in_segment(
-    errors: Sequence[TimingError], solved: SolvedScenario, segment: FreeSegment
+    errors: Sequence[TimingError], solved: SolvedTask, segment: FreeSegment
 ) -> Sequence[TimingError]:
     """Add the locations in the file to errors of a segment."""
     for error in errors:

@@ -32,8 +32,8 @@ MAX_JERK = 2e4
 
 
 @dataclass(frozen=True, eq=False)
-class SolvedScenario:
-    """A scenario with free values, and the IK solutions of its poses: the input of choosing.
+class SolvedTask:
+    """A scenario with free values and the IK solutions of its poses: the input of choosing.
 
     Timing problems need joint positions, loads and bodies, which the scenario alone does not have.
 
@@ -52,7 +52,7 @@ class SolvedScenario:
     @classmethod
     def solve(
         cls, scenario: Scenario, free_values: FreeValues, solution: TaskSolution | None = None
-    ) -> SolvedScenario:
+    ) -> SolvedTask:
         """A scenario with its joints; its poses are solved unless their solution is given."""
         space = joint_space(scenario)
         solution = solution or solve_task(scenario, space, knots_of(scenario))
@@ -138,7 +138,7 @@ class FreeSegment:
     way_options: ClearWay | None = None
 
 
-def find_segments(solved: SolvedScenario) -> list[FreeSegment]:
+def find_segments(solved: SolvedTask) -> list[FreeSegment]:
     """Find the free segments of a scenario, in order of time.
 
     Raises:
@@ -177,7 +177,7 @@ def find_segments(solved: SolvedScenario) -> list[FreeSegment]:
     return segments
 
 
-def _has_free_values(solved: SolvedScenario, first: int, last: int) -> bool:
+def _has_free_values(solved: SolvedTask, first: int, last: int) -> bool:
     """Whether anything is chosen between two waypoints."""
     free = solved.free_values
     return bool(
@@ -189,7 +189,7 @@ def _has_free_values(solved: SolvedScenario, first: int, last: int) -> bool:
 
 
 def timing_problem(
-    solved: SolvedScenario, segment: FreeSegment, objective: Objective, total: float | None = None
+    solved: SolvedTask, segment: FreeSegment, objective: Objective, total: float | None = None
 ) -> TimingProblem:
     """Make the timing problem of a segment from its given and free values.
 
@@ -251,7 +251,7 @@ def assumed_jerk(space: JointSpace) -> dict[str, float]:
     return {name: float(bound) for name, has, bound in bounds if not has}
 
 
-def _accelerations(solved: SolvedScenario, segment: FreeSegment) -> FloatArray:
+def _accelerations(solved: SolvedTask, segment: FreeSegment) -> FloatArray:
     """Accelerations at the waypoints of a segment, NaN where free, shape (n, d).
 
     At the ends of the motion they are as given. Otherwise they are zero there if times are chosen,

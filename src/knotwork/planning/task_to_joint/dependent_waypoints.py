@@ -116,7 +116,7 @@ class _BlockedPathError(Exception):
         continuation: Continuations of the candidates.
         branches: Index of the continuation of each of m candidates, shape (m,).
         turns: Offset of each candidate from its continuation [rad], shape (m, d).
-        tried: Whether each is in the requested branch, shape (m,).
+        in_branch: Whether each is in the requested branch; all if none is, shape (m,).
         contacts: Step of the first collision, by index of the continuation.
     """
 
@@ -124,7 +124,7 @@ class _BlockedPathError(Exception):
     continuation: Continuation
     branches: IndexArray
     turns: FloatArray
-    tried: BoolArray
+    in_branch: BoolArray
     contacts: Mapping[int, int]
 
 
@@ -221,22 +221,22 @@ class GroupSolver:
         q = start.q[:, track.chain.columns]
         _, firsts, branches = np.unique(start.branch, return_index=True, return_inverse=True)
         turns = q - q[firsts][branches]
-        tried = is_in_branch(self.scenario, start)
-        if not tried.any():
-            tried = ~tried
+        in_branch = is_in_branch(self.scenario, start)
+        if not in_branch.any():  # `allowed_rows` refuses the first waypoint of the group
+            in_branch = ~in_branch
         times = path.times
         pull = track.pull(float(times[0]), q[firsts[0]])
         continuation = continue_along(robot, path.motion, q[firsts], times, pull=pull)
         feasible = continuation.is_feasible(robot, branches, turns)
         contacts = self._contacts(track, continuation, sort_distinct(branches[feasible]))
         feasible &= ~np.isin(branches, list(contacts))
-        if not feasible[tried].any():
+        if not feasible[in_branch].any():
             raise _BlockedPathError(
                 track,
                 continuation=continuation,
                 branches=branches,
                 turns=turns,
-                tried=tried,
+                in_branch=in_branch,
                 contacts=contacts,
             )
         rows, owner, onward = start.select(feasible), branches[feasible], []
@@ -270,13 +270,13 @@ class GroupSolver:
         It names the start that gets farthest. One that is only too fast counts as farther.
         """
         path = blocked.track.path
-        tried = np.flatnonzero(blocked.tried)
-        untested = np.setdiff1d(blocked.branches[tried], list(blocked.contacts))
+        in_branch = np.flatnonzero(blocked.in_branch)
+        untested = np.setdiff1d(blocked.branches[in_branch], list(blocked.contacts))
         contacts = {
             **blocked.contacts,
             **self._contacts(blocked.track, blocked.continuation, untested),
         }
-        constraints = [self._constraint(blocked, int(row), contacts) for row in tried]
+        constraints = [self._constraint(blocked, int(row), contacts) for row in in_branch]
         best = max(constraints, key=lambda c: (c.kind == "velocity limit", c.time))
         k = next(k for k, part in enumerate(path.stretches) if best.time <= part.end)
         begin, end = (self.scenario.waypoints[path.first + k + j] for j in (0, 1))

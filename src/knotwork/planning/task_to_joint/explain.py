@@ -86,10 +86,8 @@ def _velocity_finding(
     if end is not None:
         why, place = "on average", f"from {start.name!r} to {end.name!r}"
         duration = end.time - start.time
-        remedy = (
-            f"{duration * speed / limit:.4g} s or more is sufficient for the mean, and they have "
-            f"{duration:.4g} s"
-        )
+        needed = duration * speed / limit
+        remedy = f"the interval lasts {duration:.4g} s and needs at least {needed:.4g} s"
     else:
         why, place = "for the tool's velocity", f"at {start.name!r}"
         remedy = f"{limit / speed:.3g} of that velocity is feasible"

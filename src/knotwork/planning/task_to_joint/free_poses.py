@@ -93,8 +93,8 @@ class FreedomChains:
         if first is not None and scenario.branch != "free":
             raise BranchError(
                 first.name,
-                "is free, so that self-motion leads from one solution of its pose to others, and a "
-                "branch has no meaning; near: a configuration keeps the solutions near that",
+                "is free: its solutions are connected, so it has no branches; accepted: near: a "
+                "configuration, instead of branch",
                 branches=(),
                 where=first.where,
             )

@@ -179,8 +179,8 @@ class _Insertion:
         if count > MAX_WAYPOINTS:
             raise PathError(
                 f"tolerances path, path_orientation and path_speed need more than {MAX_WAYPOINTS} "
-                "waypoints along the path; use wider ones, or round the corner where its curvature "
-                "jumps"
+                "waypoints along the path; accepted: larger ones, or a rounded corner where its "
+                "curvature jumps"
             )
 
     def _check_lengths(self, followed: FollowedPath, utilisation: FloatArray) -> None:
@@ -190,8 +190,8 @@ class _Insertion:
             i = int(short[utilisation[short].argmax()])
             raise PathError(
                 f"at {followed.time[i]:.6g} s no waypoints keep the motion within its tolerances: "
-                f"even in {SHORTEST_INTERVAL:g} s the error is {utilisation[i]:.3g} times as "
-                "large; use wider ones, a lower speed or a round corner there"
+                f"even in {SHORTEST_INTERVAL:g} s the error is {utilisation[i]:.3g} times the "
+                "tolerance; accepted: larger tolerances, a lower speed, or a rounded corner there"
             )
 
 

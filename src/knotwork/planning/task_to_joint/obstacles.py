@@ -101,7 +101,7 @@ class Obstacles:
                     where=self.scenario.where(*location, first.name),
                 )
 
-    def collide(self, index: int, candidates: Candidates) -> FloatArray:
+    def collision_cost(self, index: int, candidates: Candidates) -> FloatArray:
         """1 for each candidate at a waypoint that collides, otherwise 0; shape (m,)."""
         return (self._branch_clearance(index, candidates, 0.0) < 0.0).astype(float)
 
@@ -116,9 +116,9 @@ class Obstacles:
             return np.ones(len(q), dtype=bool)
         return np.asarray(self._pairs.clearance(self._arm_positions(q), time) >= 0.0)
 
-    def collides(self, q: FloatArray, time: float) -> bool:
-        """Whether a configuration collides."""
-        return not self.are_clear(q[None], time)[0]
+    def is_clear(self, q: FloatArray, time: float) -> bool:
+        """Whether a configuration is free of collisions at a time."""
+        return bool(self.are_clear(q[None], time)[0])
 
     def _branch_clearance(
         self, index: int, candidates: Candidates, max_clearance: float
@@ -159,7 +159,7 @@ class Obstacles:
             contact: Step returned by `contact`.
         """
         q, time = path.position[:, start], path.time.tolist()
-        step = next((i for i in range(contact) if self.collides(q[i], time[i])), contact)
+        step = next((i for i in range(contact) if not self.is_clear(q[i], time[i])), contact)
         _, first, second = min(self._gaps(q[step], time[step]), key=lambda gap: gap[0])
         begins = LimitingConstraint("collision", time[step], bodies=(second.name, first.name))
         if step == 0 or not time[step - 1] < time[step]:
@@ -171,7 +171,7 @@ class Obstacles:
         motion = CubicHermiteSpline(path.time[rows], q[rows], path.velocity[rows, start])
 
         def sign(t: float) -> float:
-            return -1.0 if self.collides(motion(t), t) else 1.0
+            return 1.0 if self.is_clear(motion(t), t) else -1.0
 
         return begins._replace(time=float(bisect(sign, *time[rows], xtol=CONTACT_TIME_PRECISION)))
 

@@ -214,7 +214,7 @@ class SolutionSearch:
             q, travel = q - turns, np.linalg.norm((gap - turns) / self.joints.scale, axis=1)
         collisions = np.zeros(len(rows))
         if self.obstacles is not None:
-            collisions = self.obstacles.collide(index, candidates)[rows]
+            collisions = self.obstacles.collision_cost(index, candidates)[rows]
         cost = make_cost(
             len(rows),
             impossible=candidates.unattainable[rows],

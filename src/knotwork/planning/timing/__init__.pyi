@@ -5,5 +5,4 @@ from .timed_motion import Binding as Binding
 from .timed_motion import Progress as Progress
 from .timed_motion import TimedMotion as TimedMotion
 from .timing_problem import Objective as Objective
-from .timing_problem import TimingLimits as TimingLimits
 from .timing_problem import TimingProblem as TimingProblem

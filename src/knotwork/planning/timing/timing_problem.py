@@ -25,8 +25,6 @@ from knotwork.units import SI, Units
 if TYPE_CHECKING:
     from knotwork.planning.timing.symbolic_dynamics import Dynamics
 
-TimingLimits = JointLimits
-
 _NOT_GIVEN: Any = None
 
 

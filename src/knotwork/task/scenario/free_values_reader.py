@@ -66,8 +66,7 @@ class FreeValues:
     @property
     def duration_is_chosen(self) -> BoolArray:
         """Whether each duration is chosen, itself or by the speed of a path, shape (n - 1,)."""
-        chosen: BoolArray = self.duration_is_free | self.path_speed_is_free
-        return chosen
+        return np.asarray(self.duration_is_free | self.path_speed_is_free)
 
     @property
     def first_chosen_time(self) -> int:
@@ -81,8 +80,7 @@ class FreeValues:
         The scenario alone does not define the joint speeds there.
         """
         at_ends = np.array([kind != "given" for kind in self.speed_kinds])
-        chosen: BoolArray = self.duration_is_free | at_ends[1:] | at_ends[:-1]
-        return chosen
+        return np.asarray(self.duration_is_free | at_ends[1:] | at_ends[:-1])
 
 
 def ends_wait(task_index: Sequence[int], waypoint: int) -> bool:

@@ -203,10 +203,9 @@ class Scenario:
         """
         try:
             yield
-        except DocumentError:
-            raise  # the error already has its location
         except InputError as error:
-            error.locate(self.where(*location))
+            if not isinstance(error, DocumentError):  # which already has its location
+                error.locate(self.where(*location))
             raise
 
     def where(self, *location: str | int) -> str:
