@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -90,6 +91,17 @@ def test_terminal_shows_own_check(knotwork: Command, monkeypatch: pytest.MonkeyP
     full = knotwork("plan", "planar2_closed_form", "--full").out
     for text in ("Whistling", "loudness [dB]", "71.5", "2.125 to 2.375", FAST):
         assert text in full
+
+
+def test_check_without_task_keeps_own_findings_on_waypoints(
+    knotwork: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kw.plan("planar2_closed_form").save(tmp_path / "plan")
+    loud = Finding("Noise", "waypoint", "end", "loudness", "failed", "it is too loud at the end")
+    monkeypatch.setitem(CHECKS, "noise", lambda *_: (loud,))
+    ran = knotwork("check", tmp_path / "plan" / "trajectory.json", "--robot", "planar2")
+    assert ran.code == 1
+    assert "it is too loud at the end" in ran.out
 
 
 def test_refuses_finding_with_nan() -> None:

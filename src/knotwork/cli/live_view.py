@@ -40,7 +40,10 @@ class Files:
             self._stamps.setdefault(path, _stamp(path))
 
     def changed(self) -> bool:
-        """Whether a file was changed since the last call; a missing file counts as unchanged."""
+        """Whether a file was changed since the last call; a missing file counts as unchanged.
+
+        If so, it waits until the file is written.
+        """
         before = self._stamps
         if all(_stamp(path) in (None, stamp) for path, stamp in before.items()):
             return False

@@ -181,7 +181,10 @@ def planned_scenario(log: LogOptions | None) -> str | None:
 
 
 def stated_path(plan: Path) -> str | None:
-    """The scenario of a saved plan, if its report states it: a shipped name, or a path."""
+    """The scenario of a saved plan, if its report states it: a shipped name, or a path.
+
+    If the file does not exist, a note is printed.
+    """
     stated = stated_scenario(plan)
     if stated is None or stated in resources.names("scenarios"):
         return stated

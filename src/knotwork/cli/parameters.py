@@ -117,7 +117,7 @@ def folder_option(help: str) -> Callable[[Command], Command]:
 
 
 def _look_in(context: Any, parameter: Any, folders: tuple[str, ...]) -> None:
-    """Put folders before those of ROS in the search for meshes."""
+    """Put folders before those in the variable `ROS_PACKAGE_PATH` of this process."""
     if folders:
         listed = [*folders, *filter(None, [os.environ.get("ROS_PACKAGE_PATH")])]
         os.environ["ROS_PACKAGE_PATH"] = os.pathsep.join(listed)

@@ -19,6 +19,7 @@ from knotwork.task.scenario import Scenario, resolve_task
 from knotwork.task.scenario.joint_space import JointSpace, by_joint, joint_space, moved_robot
 from knotwork.task.task_source import read_document
 from knotwork.verification import Finding, Report, check
+from knotwork.verification.checks import CHECKS_OF_WAYPOINTS
 from knotwork.verification.collisions import nearest_to
 
 
@@ -72,15 +73,9 @@ def check_alone(
         )
     scenario = resolve_task(task.replace(waypoints=_ends(motion, task)), locations)
     space = joint_space(scenario)
-    report = check(motion, scenario, space=space, defects=defects)
     # the ends of the motion are its own waypoints
-    findings = tuple(
-        finding
-        for finding in report.findings
-        if finding.subject not in ("waypoint", "segment")
-        and finding.quantity not in ("time_span", "no_start")
-    )
-    return motion, scenario, space, replace(report, findings=findings)
+    report = check(motion, scenario, space=space, defects=defects, without=CHECKS_OF_WAYPOINTS)
+    return motion, scenario, space, report
 
 
 def _ends(motion: JointTrajectory, task: Task) -> list[dict[str, Any]]:

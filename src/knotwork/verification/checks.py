@@ -17,12 +17,12 @@ from knotwork.verification.event_checks import check_events, report_cycles, repo
 from knotwork.verification.finding import Finding
 from knotwork.verification.freedom_use import report_freedoms
 from knotwork.verification.limits import (
-    check_acceleration_spikes,
     check_joint_limits,
+    check_unreachable_accelerations,
     report_unlimited,
 )
 from knotwork.verification.motion import Motion
-from knotwork.verification.path_checks import check_point_spacing, check_tool_paths
+from knotwork.verification.path_checks import check_tool_paths, check_uneven_points
 from knotwork.verification.waypoint_checks import (
     check_joint_values,
     check_time_span,
@@ -39,7 +39,7 @@ CHECKS: dict[str, Check] = {
     "tool_at_waypoints": check_tool_poses,
     "joints_at_waypoints": check_joint_values,
     "tool_paths": check_tool_paths,
-    "uneven_points": check_point_spacing,
+    "uneven_points": check_uneven_points,
     "freedoms": report_freedoms,
     "waits": check_waits,
     "events": check_events,
@@ -51,13 +51,18 @@ CHECKS: dict[str, Check] = {
     "tool_limits": check_tool_limits,
     "collisions": check_collisions,
     "continuity": check_continuity,
-    "unreachable_accelerations": check_acceleration_spikes,
+    "unreachable_accelerations": check_unreachable_accelerations,
     "resolution": check_resolution,
     "singularity": check_singularity,
     "approach": report_approach,
 }
 """Checks by name. `CHECKS["name"] = function` adds a check: its findings are in the report, in its
 pages and tables and in the exit code like all others."""
+
+CHECKS_OF_WAYPOINTS = (
+    "time_span", "tool_at_waypoints", "joints_at_waypoints", "segments", "approach"
+)  # fmt: skip
+"""Names of checks whose findings mean nothing without the waypoints of a task."""
 
 _SHIPPED = dict(CHECKS)
 

@@ -278,7 +278,7 @@ def report_unlimited(motion: Motion, scenario: Scenario, space: JointSpace) -> I
         yield Finding.of_motion(NO_LIMIT, "missing_limits", fact, brief=brief)
 
 
-def check_acceleration_spikes(
+def check_unreachable_accelerations(
     motion: Motion, scenario: Scenario, space: JointSpace
 ) -> Iterator[Finding]:
     """Find accelerations above `MAX_ACCELERATION` of a robot's joints without a limit."""

@@ -60,7 +60,7 @@ def check_tool_paths(
             yield from _stretch_findings(scenario, followed)
 
 
-def check_point_spacing(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def check_uneven_points(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Warn of a curve that deviates far from the line between two of its points.
 
     Its points are then few or uneven, and the tool is on the curve but hardly where it should be.

@@ -48,6 +48,7 @@ def check(
     space: JointSpace | None = None,
     defects: Sequence[str] = (),
     known: Sequence[Finding] = (),
+    without: Sequence[str] = (),
 ) -> Report:
     """Check a trajectory against a scenario, by every check in `knotwork.verification.CHECKS`.
 
@@ -60,6 +61,7 @@ def check(
         space: The scenario's joints and robot, if already loaded.
         defects: Texts of known faults of the trajectory; each fails the report.
         known: Additional findings for the report.
+        without: Names of checks that are left out.
 
     Raises:
         InputError: An argument has another type, the trajectory has other joints than the
@@ -79,7 +81,8 @@ def check(
     space = space if space is not None else joint_space(scenario)
     motion = Motion(trajectory, space)
     faults = [Finding.of_motion("Motion", "defect", message, "failed") for message in defects]
-    by_check = (judge(motion, scenario, space) for judge in CHECKS.values())
+    judges = [judge for name, judge in CHECKS.items() if name not in without]
+    by_check = (judge(motion, scenario, space) for judge in judges)
     return Report(
         scenario=scenario.name,
         robot=space.robot.name if space.robot is not None else None,
