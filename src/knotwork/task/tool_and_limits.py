@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 from knotwork.files.documents import Text
 from knotwork.files.documents.values import (
     Forms,
-    LimitsFile,
+    JointLimitFields,
     NonEmpty,
     Positive,
     Vector3,
@@ -61,7 +61,7 @@ class FrameSpeed(TaskPart):
     speed: Positive = required("Largest speed of the link's origin", unit="length/s")
 
 
-class Limits(TaskPart, LimitsFile):
+class Limits(TaskPart, JointLimitFields):
     """Limits that replace those of the robot, and limits on the motion of tool and links."""
 
     margin: Annotated[float, Field(strict=True, gt=0, le=1)] = optional(
