@@ -96,7 +96,7 @@ def check_path_geometry(
         space: The joints and their robot.
         execution: The clock of the motion.
     """
-    start, end = execution.clock(execution.clock.x[[0, -1]])
+    start, end = execution.span
     own_clock = [
         path
         for path in scenario.paths

@@ -33,8 +33,7 @@ if TYPE_CHECKING:
 class JointSpace:
     """The joints of a scenario and the requirements on them, in SI, by index of its waypoint.
 
-    It has all data on joints that planning and check need. Neither reads joint values in the units
-    of a file.
+    Planning and check read joint values only from here, never from the task, whose units differ.
 
     Attributes:
         joint_names: Names, length d.

@@ -60,7 +60,7 @@ class TaskInSI:
                 continue
             is_own = waypoint.frame is not None
             location: Location = ("waypoints", i, "frame") if is_own else ("frame",)
-            names[i] = self.frames.find(waypoint.frame or self.task.frame or "base", location)
+            names[i] = self.frames.find(self.task.frame_of(waypoint), location)
         return names
 
     @cached_property
