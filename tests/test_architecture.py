@@ -210,7 +210,12 @@ IMPORTED_BY_TESTS = {
         "files.documents",
         "scene.meshes.mesh_files",
     ),
-    "keys of files: each has its test and its line in the docs": ("robot.file",),
+    "keys of files: each has its test and its line in the docs": (
+        "planning.execution",
+        "robot.file",
+        "task.scenario.resolve",
+        "task.si_units",
+    ),
     "a path that can't be followed at first": ("planning.choosing.segments",),
     "what a page asks for, without the page: handles, plans that are overtaken": ("view.editing",),
     "a clock of the test's own": ("planning.choosing.chosen_times", "planning.timing.timed_motion"),

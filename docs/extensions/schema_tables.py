@@ -65,7 +65,7 @@ TITLES = {
     "RobotFile": "The file",
     "ExternalAxis": "external_axes",
     "CollisionFile": "collision",
-    "LimitsFile": "limits",
+    "JointLimitFields": "limits",
     "Limits": "limits",
     "FrameSpeed": "frame_speed",
 }

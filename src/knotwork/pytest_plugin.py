@@ -81,7 +81,7 @@ class Checks:
         scenario, robot, scene = (self._place(name) for name in (scenario, robot, scene))
         try:
             if robot is not None or scene is not None:
-                return planning.check_alone(file, robot, scene, limits)[-1]
+                return planning.check_without_task(file, robot, scene, limits).report
             if scenario is None and not is_trajectory(file):
                 return planning.plan(file).report
             reference = scenario or stated_path(Path(file))

@@ -11,6 +11,8 @@ import pytest
 
 import knotwork as kw
 from knotwork.errors import DocumentError
+from knotwork.files.documents import Location
+from knotwork.planning.execution import EXECUTED_KEYS
 from knotwork.task import (
     AlongPoints,
     Collisions,
@@ -31,6 +33,8 @@ from knotwork.task import (
     Tool,
     Velocity,
 )
+from knotwork.task.scenario.resolve import NEEDING_ROBOT
+from knotwork.task.si_units import unit_at
 from shipped import SCENARIO_FILES
 from texts import written
 
@@ -135,6 +139,24 @@ def test_free_time_is_nan() -> None:
     task = TASK.replace(waypoints=[*TASK.waypoints[:2], end, TASK.waypoints[3]])
     expected = [0.0, 2.0, 3.0, 3.2, np.nan, np.nan]  # the wait stands twice
     np.testing.assert_array_equal(kw.load_scenario(task).times, expected)
+
+
+@pytest.mark.parametrize("at", [("start", "a"), ("near", "a"), ("waypoints", 0, "near", "a")])
+def test_configurations_have_the_units_of_their_joints(at: Location) -> None:
+    given = {"a": 1}
+    data = {"start": given, "near": given, "waypoints": [{"pose": {}, "near": given}]}
+    assert unit_at(data, at, {"a": "m"}) == "m"
+
+
+def test_no_key_is_forgotten_where_a_motion_is_executed_or_has_no_robot() -> None:
+    """A new key is for planning alone, for any joints, or in the lists of the modules."""
+    planned = "start near branch prefer pull_to_middle planner knots times ways duration objective"
+    planned += " chosen end_acceleration planner_options path waypoints"
+    assert kw.Task.model_fields.keys() - EXECUTED_KEYS == set(planned.split())
+    any_joints = "name description units robot joint_units frames frame outputs start planner knots"
+    any_joints += " times duration objective chosen end_acceleration planner_options limits"
+    any_joints += " tolerances continuity path rate waypoints"
+    assert kw.Task.model_fields.keys() - NEEDING_ROBOT == set(any_joints.split())
 
 
 def test_lists_of_task_are_immutable() -> None:

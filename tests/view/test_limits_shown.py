@@ -59,7 +59,7 @@ def test_the_most_that_the_strip_shows_is_the_most_in_the_verdict(name: str) -> 
 
 def test_limits_far_exceeded_are_shown() -> None:
     plan = deburring(tool_speed=1e-99)
-    assert 1e6 < shown(plan).max() < np.inf
+    assert shown(plan).max() > 1e6
 
 
 BROKEN = [

@@ -183,12 +183,12 @@ def _checked_report(
 ) -> tuple[Report, Scenario | None]:
     if alone is not None:
         try:
-            _, scenario, _, report = planning.check_alone(trajectory, *alone)
+            checked = planning.check_without_task(trajectory, *alone)
         except DocumentError as error:
             if error.file is None:
                 raise DocumentError("command line", error.problems) from error
             raise
-        return report, scenario
+        return checked.report, checked.scenario
     if reference is not None:
         try:
             checked = read_checked(trajectory, reference, log)

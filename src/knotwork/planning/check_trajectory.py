@@ -18,17 +18,18 @@ from knotwork.task import OtherRobot, Task
 from knotwork.task.scenario import Scenario, resolve_task
 from knotwork.task.scenario.joint_space import JointSpace, by_joint, joint_space, moved_robot
 from knotwork.task.task_source import read_document
-from knotwork.verification import Finding, Report, check
+from knotwork.verification import Finding, check
 from knotwork.verification.checks import CHECKS_OF_WAYPOINTS
 from knotwork.verification.collisions import nearest_to
+from knotwork.verification.report import CheckedMotion
 
 
-def check_alone(
+def check_without_task(
     path: str | Path,
     robot: str | Path | None = None,
     scene: str | Path | None = None,
     limits: Mapping[str, Any] | str | Path | None = None,
-) -> tuple[JointTrajectory, Scenario, JointSpace, Report]:
+) -> CheckedMotion:
     """Read a trajectory of any tool and check it for limits, collisions and continuity.
 
     Args:
@@ -75,7 +76,7 @@ def check_alone(
     space = joint_space(scenario)
     # the ends of the motion are its own waypoints
     report = check(motion, scenario, space=space, defects=defects, without=CHECKS_OF_WAYPOINTS)
-    return motion, scenario, space, report
+    return CheckedMotion(scenario, space, None, motion, report)
 
 
 def _ends(motion: JointTrajectory, task: Task) -> list[dict[str, Any]]:

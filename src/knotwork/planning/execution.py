@@ -6,7 +6,7 @@ from bisect import bisect_right
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from knotwork.task.scenario.joint_space import by_joint, joint_space
 from knotwork.task.scenario.waypoint_reader import START
 from knotwork.task.task_source import with_moved_paths
 from knotwork.verification import Finding, Motion, check
-from knotwork.verification.motion import Execution
+from knotwork.verification.motion import Arrival, Execution
 from knotwork.verification.path_checks import check_path_geometry
 from knotwork.verification.report import CheckedMotion
 from knotwork.verification.waypoint_checks import check_tool_at_arrivals
@@ -35,52 +35,6 @@ EXECUTED_KEYS = {*SCENE_KEYS, "name", "joint_units", "frame", "outputs", "rate",
 """Keys of a task that apply to an executed motion; the others are for planning."""
 
 MotionT = TypeVar("MotionT", bound=CheckedMotion)
-
-
-class _ReachedWaypoint(NamedTuple):
-    """A waypoint that an executed motion reaches, or one of its ends.
-
-    Attributes:
-        time: Time in this motion [s].
-        name: Its name.
-        waypoint: Index in the scenario; -1 for an end of the motion between waypoints.
-    """
-
-    time: float
-    name: str
-    waypoint: int = -1
-
-
-class _ExecutedMotion(NamedTuple):
-    """A planned motion executed with another clock, or left early by a stop.
-
-    Attributes:
-        motion: The executed motion of the joints.
-        clock: Time of the planned motion over that of the executed one; constant if it leaves the
-            path.
-        arrivals: Its ends and the waypoints that it passes, in order of time.
-    """
-
-    motion: PiecewisePolynomial
-    clock: PiecewisePolynomial
-    arrivals: Sequence[_ReachedWaypoint]
-
-    @property
-    def ends(self) -> tuple[str, str]:
-        """Names of its ends."""
-        return self.arrivals[0].name, self.arrivals[-1].name
-
-    @property
-    def span(self) -> tuple[float, float]:
-        """Time interval of the planned motion that is executed [s]."""
-        start, end = self.clock(self.clock.x[[0, -1]]).tolist()
-        return start, end
-
-    @property
-    def is_on_path(self) -> bool:
-        """Whether it follows the planned motion."""
-        start, end = self.span
-        return start < end
 
 
 def scaled_motion(plan: MotionT, profile: Mapping[float, float]) -> MotionT:
@@ -128,7 +82,7 @@ def stopped_motion(plan: MotionT, at: float, *, on_path: bool) -> MotionT:
     return _checked(plan, _execute(plan, motion, clock, (f"stop from {at:g} s", "stopped")))
 
 
-def _checked(plan: MotionT, executed: _ExecutedMotion, warnings: Sequence[Finding] = ()) -> MotionT:
+def _checked(plan: MotionT, executed: Execution, warnings: Sequence[Finding] = ()) -> MotionT:
     """An executed motion with a task of the waypoints that it reaches, checked.
 
     Args:
@@ -137,7 +91,7 @@ def _checked(plan: MotionT, executed: _ExecutedMotion, warnings: Sequence[Findin
         warnings: Findings to report as well.
     """
     motion, scenario = executed.motion, resolve_task(_task_of(plan, executed))
-    space, times = joint_space(scenario), np.array([stop.time for stop in executed.arrivals])
+    space, times = joint_space(scenario), np.array([arrival.time for arrival in executed.arrivals])
     trajectory = replace(
         plan.trajectory,
         polynomial=motion,
@@ -158,7 +112,7 @@ def _checked(plan: MotionT, executed: _ExecutedMotion, warnings: Sequence[Findin
     return type(plan)(scenario, space, waypoints, trajectory, report)
 
 
-def _geometry(plan: CheckedMotion, executed: _ExecutedMotion, motion: Motion) -> list[Finding]:
+def _geometry(plan: CheckedMotion, executed: Execution, motion: Motion) -> list[Finding]:
     """Findings on the plan's tool paths and poses, where the executed motion passes them."""
     scenario = plan.scenario
     if not executed.is_on_path:
@@ -167,24 +121,23 @@ def _geometry(plan: CheckedMotion, executed: _ExecutedMotion, motion: Motion) ->
         return [warning] if scenario.paths else []
     moving = on_moving_frames(scenario.given)
     # waypoints in moving frames, and the paths between them, have their own clock
-    times = {
-        arrival.waypoint: arrival.time
+    arrivals = [
+        arrival
         for arrival in executed.arrivals
-        if arrival.waypoint >= 0 and scenario.task_index[arrival.waypoint] not in moving
-    }
-    execution = Execution(executed.clock, times, executed.ends)
+        if arrival.waypoint < 0 or scenario.task_index[arrival.waypoint] not in moving
+    ]
     return [
-        *check_tool_at_arrivals(motion, scenario, plan.space, execution),
-        *check_path_geometry(motion, scenario, plan.space, execution),
+        *check_tool_at_arrivals(motion, scenario, plan.space, replace(executed, arrivals=arrivals)),
+        *check_path_geometry(motion, scenario, plan.space, executed),
     ]
 
 
-def _misplaced_objects(scenario: Scenario, executed: _ExecutedMotion) -> Iterator[Finding]:
+def _misplaced_objects(scenario: Scenario, executed: Execution) -> Iterator[Finding]:
     """Warnings of objects whose carrier is unknown, because the executed task has joint values."""
     inner = {arrival.waypoint for arrival in executed.arrivals[1:-1]}
     for held in scenario.scene.held:
-        stops = ("before", held.take), ("after", held.leave)
-        for (when, waypoint), carrier in zip(stops, held.carriers, strict=True):
+        ends = ("before", held.take), ("after", held.leave)
+        for (when, waypoint), carrier in zip(ends, held.carriers, strict=True):
             if carrier is not None and waypoint in inner:
                 fact = (
                     f"{when} {scenario.waypoints[waypoint].name!r}, {held.name!r} moves relative "
@@ -198,7 +151,7 @@ def _execute(
     motion: PiecewisePolynomial,
     clock: PiecewisePolynomial,
     ends: tuple[str, str],
-) -> _ExecutedMotion:
+) -> Execution:
     """An executed motion with the waypoints that it passes.
 
     Args:
@@ -217,22 +170,22 @@ def _execute(
     arrivals = []
     for waypoint, time in zip(passed.tolist(), times.tolist(), strict=True):
         at = next((t for t in (start, end) if abs(t - time) < SAME_WAYPOINT_TIME), time)
-        arrivals.append(_ReachedWaypoint(at, plan.scenario.waypoints[waypoint].name, waypoint))
+        arrivals.append(Arrival(at, plan.scenario.waypoints[waypoint].name, waypoint))
     if not arrivals or arrivals[0].time != start:
         arrivals.insert(0, _end(start, ends[0], arrivals))
     if arrivals[-1].time != end:
         arrivals.append(_end(end, ends[1], arrivals))
-    return _ExecutedMotion(motion, clock, arrivals)
+    return Execution(motion, clock, arrivals)
 
 
-def _end(time: float, name: str, arrivals: Sequence[_ReachedWaypoint]) -> _ReachedWaypoint:
+def _end(time: float, name: str, arrivals: Sequence[Arrival]) -> Arrival:
     """An end of an executed motion, with a name that no waypoint has."""
     while any(arrival.name == name for arrival in arrivals):
         name = f"{name} 2"
-    return _ReachedWaypoint(time, name)
+    return Arrival(time, name)
 
 
-def _task_of(plan: CheckedMotion, executed: _ExecutedMotion) -> Task:
+def _task_of(plan: CheckedMotion, executed: Execution) -> Task:
     """A task of which the executed motion is a solution: its states at the reached waypoints.
 
     It does not depend on a file: it has a name and absolute paths.
@@ -261,7 +214,7 @@ def _task_of(plan: CheckedMotion, executed: _ExecutedMotion) -> Task:
 
 
 def _add_actions(
-    waypoints: Sequence[dict[str, Any]], plan: CheckedMotion, executed: _ExecutedMotion
+    waypoints: Sequence[dict[str, Any]], plan: CheckedMotion, executed: Execution
 ) -> None:
     """Add the actions of an executed motion to its waypoints.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -15,15 +15,13 @@ from knotwork.errors import InputError, NoWayFoundError
 from knotwork.planning.planned_motion import Plan
 from knotwork.planning.sequence_planner import SequencePlanner
 from knotwork.planning.task_to_joint import SequenceStep, TaskSolution
+from knotwork.planning.timing.timed_motion import Budget, Progress
 from knotwork.task import Task
 from knotwork.task.scenario import Scenario, load_scenario
 from knotwork.task.scenario.resolve import change_task
 from knotwork.verification.collisions import COLLISIONS, failed_pairs
 from knotwork.verification.finding import TRIED, Finding
 from knotwork.verification.motion import AT_WAYPOINT
-
-if TYPE_CHECKING:
-    from knotwork.planning.timing import Progress
 
 TIMED_SEQUENCES, FREE_SEQUENCES = 12, 4
 """Maximum number of sequences of solutions to plan: with given times, with free times."""
@@ -68,7 +66,6 @@ def plan(
     if scenario.free_values is None:
         return best_of_sequences(SequencePlanner(scenario, planner))
     from knotwork.planning.choosing import ChosenTimes, fix_arrival_times
-    from knotwork.planning.timing.timed_motion import Budget
 
     requested, free = scenario, scenario.free_values
     fixed_arrivals = tuple(

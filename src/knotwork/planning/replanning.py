@@ -109,7 +109,7 @@ def held_at(scenario: Scenario, at: float) -> list[str]:
 
 def on_moving_frames(task: PlainTask) -> list[int]:
     """Indices in a task of the waypoints that are in moving frames."""
-    frames = (getattr(step, "frame", None) or task.frame or "base" for step in task.waypoints)
+    frames = map(task.frame_of, task.waypoints)
     return [i for i, name in enumerate(frames) if task.is_moving_frame(name)]
 
 
@@ -189,16 +189,15 @@ def _put_down(
         span: Time interval of the planned motion that is executed [s].
     """
     scenario, task = plan.scenario, plan.scenario.given
-    stop, carrier = scenario.waypoints[waypoint], held.carriers[waypoint == held.leave]
+    at, carrier = scenario.waypoints[waypoint], held.carriers[waypoint == held.leave]
     near = [neighbour.time for neighbour in scenario.waypoints[max(waypoint - 1, 0) : waypoint + 2]]
-    robot, q = plan.space.robot, plan.trajectory(stop.time)
-    tool = robot.tool_pose(q, in_world_frame=stop.in_world_frame)  # type: ignore[union-attr]
+    robot, q = plan.space.robot, plan.trajectory(at.time)
+    tool = robot.tool_pose(q, in_world_frame=at.in_world_frame)  # type: ignore[union-attr]
     placed, parent = tool * held.shape.placement, "base"
     if carrier is not None and carrier.is_moving:
-        requested = task.waypoints[scenario.task_index[waypoint]]
-        parent = getattr(requested, "frame", None) or task.frame or "base"
-        placed = carrier.placement_at(stop.time).actInv(placed)
-    elif scenario.pose_frame_link and not stop.in_world_frame:
+        parent = task.frame_of(task.waypoints[scenario.task_index[waypoint]])
+        placed = carrier.placement_at(at.time).actInv(placed)
+    elif scenario.pose_frame_link and not at.in_world_frame:
         parent = _frame_of_joints(scenario) or "base"
         placed = scenario.frames[parent].actInv(placed)
     grasp = task.tool.holds[held.name]  # type: ignore[union-attr]

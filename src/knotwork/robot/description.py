@@ -14,7 +14,7 @@ from knotwork.arrays import FloatArray
 from knotwork.errors import RobotError, UnknownNameError
 from knotwork.errors.arguments import require_number, require_type
 from knotwork.files.documents import Document, validate
-from knotwork.files.documents.values import LimitsFile
+from knotwork.files.documents.values import JointLimitFields
 from knotwork.robot.payload import Payload
 from knotwork.robot.urdf import Urdf
 
@@ -167,7 +167,7 @@ class Description:
             for kind, table in limits.items()
             if table is not None and (not isinstance(table, Mapping) or table)
         }
-        tables = list_limits(validate(LimitsFile, Document(given)), self.urdf)
+        tables = list_limits(validate(JointLimitFields, Document(given)), self.urdf)
         for kind, table in given.items():
             for joint in table if isinstance(table, Mapping) else ():
                 if joint not in planned:
@@ -188,7 +188,7 @@ class Description:
         )
 
 
-def list_limits(limits: LimitsFile, urdf: Urdf) -> LimitTables:
+def list_limits(limits: JointLimitFields, urdf: Urdf) -> LimitTables:
     """List limits by joint; a number is the limit of all joints of the URDF."""
     return {
         kind: table if isinstance(table, Mapping) else dict.fromkeys(urdf.types, table)

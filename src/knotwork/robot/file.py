@@ -7,7 +7,7 @@ from typing import Annotated
 from pydantic import Field
 
 from knotwork.files.documents import Number, StrictModel, Text
-from knotwork.files.documents.values import LimitsFile, optional
+from knotwork.files.documents.values import JointLimitFields, optional
 from knotwork.robot.external_axes import ExternalAxis
 
 
@@ -51,6 +51,6 @@ class RobotFile(StrictModel):
     collision: CollisionFile = optional(
         "Pairs of links that are never checked for collisions", CollisionFile.model_construct()
     )
-    limits: LimitsFile = optional(
-        "Limits that are missing in the URDF or override it", LimitsFile.model_construct()
+    limits: JointLimitFields = optional(
+        "Limits that are missing in the URDF or override it", JointLimitFields.model_construct()
     )

@@ -87,10 +87,10 @@ class FreePose(TaskPart):
         unit="angle",
     )
     work_angle: Range | None = optional(
-        "Lower and upper bound, for a tool at angles to a seam", unit="angle"
+        "Lower and upper bound of the work angle itself, not from the pose", unit="angle"
     )
     travel_angle: Range | None = optional(
-        "Lower and upper bound, for a tool at angles to a seam", unit="angle"
+        "Lower and upper bound of the travel angle itself, not from the pose", unit="angle"
     )
     position: FreePosition | None = optional("Box for the tool position, where the tool stops")
 
@@ -109,7 +109,7 @@ class ClearWay(TaskPart):
     )
     room: Positive = optional(
         "Clearance to keep beyond the margins; if no such motion is found, a half of it, then a "
-        "quarter, then none. Left out: none",
+        "quarter, then none; left out: none",
         unit="length",
         si_default=0.0,
     )

@@ -24,7 +24,7 @@ ORIENTATIONS = (
 
 
 MAX_PLACES = 1000
-"""Maximum number of locations in a grid."""
+"""Maximum number of places in a grid."""
 
 
 def _euler_order(order: str) -> str:
@@ -48,7 +48,7 @@ class Euler(TaskPart):
 
 
 class Torch(TaskPart):
-    """Inclination of the tool's z axis relative to a seam and its surface."""
+    """Angles of the tool to a tool path, which is the seam."""
 
     normal: Vector3 | None = optional(
         "Surface normal, out of the surface; along a path, the normal at its start, left out "
@@ -67,7 +67,7 @@ class Torch(TaskPart):
 
 
 class SeamTorch(Torch):
-    """Inclination of the tool's z axis relative to a seam direction and a surface."""
+    """Angles of the tool at one pose, to a seam given by its direction."""
 
     normal: Vector3 = required("Surface normal, out of the surface")
     seam: Vector3 = required("Direction of the seam")
@@ -114,7 +114,7 @@ class FrameMotion(TaskPart):
     ONE_OR_MORE = ("linear", "angular", "file")
 
     linear: Vector3 | None = optional("Constant velocity", unit="length/s")
-    angular: Vector3 | None = optional("Constant, about the frame's origin", unit="angle/s")
+    angular: Vector3 | None = optional("Constant angular velocity about its origin", unit="angle/s")
     file: Text | None = optional(
         "Path of a trajectory, relative to this file, of joints named x, y, z [m], "
         "yaw, pitch, roll [rad], or some of them, in SI: translation, then rotation "
@@ -126,13 +126,13 @@ class FrameMotion(TaskPart):
 
 
 class Grid(TaskPart):
-    """Positions in rows along x, y and z of a frame; the first is the origin."""
+    """Places in rows along x, y and z of a frame; the first is at its origin."""
 
     counts: Annotated[
         Items[Annotated[int, Field(strict=True, ge=1, le=1000)]], Field(min_length=1, max_length=3)
-    ] = required("Number of positions along x, y and z, counted along x first")
+    ] = required("Number of places along x, y and z, counted along x first")
     pitches: Annotated[Items[Number], Field(min_length=1, max_length=3)] = required(
-        "Distance between positions along x, y and z", unit="length"
+        "Distance between places along x, y and z", unit="length"
     )
 
     @model_validator(mode="after")
@@ -156,7 +156,7 @@ class Frame(Placement):
         "In place of in: robot link that carries the frame. Where poses are in frames "
         "on a link moved by joints, such as a turntable, these joints are planned with the arm"
     )
-    grid: Grid | None = optional("Positions in the frame, for over of a repeat")
+    grid: Grid | None = optional("Places in the frame, for over of a repeat")
     parent: Text = optional("base or the name of another frame", "base", key="in")
 
     @model_validator(mode="after")

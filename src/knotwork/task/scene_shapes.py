@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -151,6 +151,13 @@ class Surroundings(TaskPart):
     robots: dict[Text, OtherRobot] = optional("Other moving robots by name", {})
 
 
+def require_mass(part: Any) -> Any:
+    """Raise an error if a tool or a held object has a centre of mass or an inertia only."""
+    if part.mass is None and (part.centre_of_mass or part.inertia) is not None:
+        raise ValueError("gives a centre of mass or an inertia but no mass; give mass [kg] too")
+    return part
+
+
 class HeldObject(_Appearing):
     """An object carried by the tool; it is at rest before it is taken and after its release."""
 
@@ -172,11 +179,7 @@ class HeldObject(_Appearing):
     )
     inertia: Inertia | None = optional("Inertia in the axes of the TCP; left out: a point mass")
 
-    @model_validator(mode="after")
-    def _check_mass(self) -> HeldObject:
-        if self.mass is None and (self.centre_of_mass or self.inertia) is not None:
-            raise ValueError("gives a centre of mass or an inertia but no mass; give mass [kg] too")
-        return self
+    _check_mass = model_validator(mode="after")(require_mass)
 
 
 Shapes = Annotated[

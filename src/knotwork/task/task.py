@@ -112,9 +112,10 @@ class Task(TaskPart):
         unit="angle or length",
     )
     near: JointsOrName | None = optional(
-        "Reference configuration: at every waypoint the IK solution nearest to it is taken, with "
-        "the whole turns that are nearest to the motion before. Left out: minimum travel from the "
-        "start, else from home"
+        "Reference configuration; at every waypoint the IK solution nearest to it is taken, with "
+        "the whole turns that are nearest to the motion before; left out: minimum travel from the "
+        "start, else from home",
+        unit="angle or length",
     )
     branch: Annotated[
         Literal["free", "keep", "fixed"] | Branch,
@@ -136,9 +137,9 @@ class Task(TaskPart):
         "travel",
     )
     pull_to_middle: Positive = optional(
-        "Posture gain of an arm of more than six joints. Where it passes a pose at speed, "
-        "self-motion pulls each joint towards the middle of its range at this rate, as far as the "
-        "tool's velocity and the limits allow. Left out: minimum joint speeds",
+        "Rate at which self-motion pulls joints towards the middle of their range; for arms of "
+        "more than six joints, where they pass a pose at speed, as far as the tool's velocity and "
+        "the limits allow; left out: minimum joint speeds",
         0.0,
         unit="1/s",
     )
@@ -231,7 +232,7 @@ class Task(TaskPart):
 
 
 class PlainTask(Task):
-    """A task in its own `units`, with repeats written out: `task_index` counts its waypoints."""
+    """A task in its own `units`, with repeats written out; `task_index` refers to its waypoints."""
 
     waypoints: NonEmpty[Waypoint] = required("At least two in order of time, or one after a start")
 
@@ -240,6 +241,10 @@ class PlainTask(Task):
         while (frame := self.frames.get(name)) is not None and frame.moves is None:
             name = frame.parent
         return frame is not None
+
+    def frame_of(self, waypoint: Waypoint) -> str:
+        """Name of the frame of a waypoint; joint values do not depend on it."""
+        return getattr(waypoint, "frame", None) or self.frame or "base"
 
     def with_waypoints(self, changes: Mapping[int, Mapping[str, Any]]) -> PlainTask:
         """A copy with changed values at some waypoints, validated.
@@ -255,7 +260,7 @@ class PlainTask(Task):
 
 
 class PlacesFile(TaskPart):
-    """Locations in a CSV file."""
+    """Places in a CSV file."""
 
     file: Text = required(
         "Path of a CSV file, relative to this file, with the columns x, y, z, and "
@@ -266,7 +271,7 @@ class PlacesFile(TaskPart):
 
 
 class Repeat(TaskPart):
-    """Waypoints that are repeated, once at each location."""
+    """Waypoints that are repeated, once at each place."""
 
     over: Annotated[
         Text
@@ -274,9 +279,9 @@ class Repeat(TaskPart):
         | NonEmpty[
             Annotated[Text | Frame, Forms("the name of a frame, or a mapping with a position")]
         ],
-        Forms("the name of a frame with a grid, a list of frames and locations, or a file"),
+        Forms("the name of a frame with a grid, a list of frames and places, or a file"),
     ] = required(
-        "Locations: a frame with a grid, a list of frame names and of locations, or a CSV "
+        "Places: a frame with a grid, a list of frame names and of places, or a CSV "
         "file; inside the block, the frame place is the current place"
     )
     holds: dict[Text, HeldObject] = optional(

@@ -58,7 +58,7 @@ class Presets(TaskPart):
 
 
 class Tolerances(TaskPart):
-    """Largest deviations that pass the check; 1e-6 in SI by default."""
+    """Largest deviations that pass the check."""
 
     position: Positive = optional("Position of the TCP at a pose", unit="length", si_default=1e-6)
     orientation: Positive = optional(

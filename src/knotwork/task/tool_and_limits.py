@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 from knotwork.files.documents import Text
 from knotwork.files.documents.values import (
     Forms,
-    LimitsFile,
+    JointLimitFields,
     NonEmpty,
     Positive,
     Vector3,
@@ -19,7 +19,7 @@ from knotwork.files.documents.values import (
 )
 from knotwork.task.free_values import FreePose
 from knotwork.task.poses import Placement
-from knotwork.task.scene_shapes import HeldObject, Inertia, Mass, Shapes
+from knotwork.task.scene_shapes import HeldObject, Inertia, Mass, Shapes, require_mass
 from knotwork.task.task_part import TaskPart
 
 
@@ -45,10 +45,10 @@ class Tool(TaskPart):
         "Objects that it carries between two waypoints, in the axes of the TCP", {}
     )
 
+    _check_mass = model_validator(mode="after")(require_mass)
+
     @model_validator(mode="after")
-    def _check_mass(self) -> Tool:
-        if self.mass is None and (self.centre_of_mass or self.inertia) is not None:
-            raise ValueError("gives a centre of mass or an inertia but no mass; give mass [kg] too")
+    def _check_centre_of_mass(self) -> Tool:
         if self.mass and self.centre_of_mass is None:
             raise ValueError("gives a mass but no centre of mass; give centre_of_mass too")
         return self
@@ -61,7 +61,7 @@ class FrameSpeed(TaskPart):
     speed: Positive = required("Largest speed of the link's origin", unit="length/s")
 
 
-class Limits(TaskPart, LimitsFile):
+class Limits(TaskPart, JointLimitFields):
     """Limits that replace those of the robot, and limits on the motion of tool and links."""
 
     margin: Annotated[float, Field(strict=True, gt=0, le=1)] = optional(

@@ -77,10 +77,10 @@ def motion_model(motion: Motion, scenario: Scenario, robot: Robot) -> CollisionM
     from knotwork.scene.building import build_collision_model
 
     times = np.clip(scenario.times, motion.start_time, motion.end_time).tolist()
-    passed = zip(times, scenario.waypoints, strict=True) if scenario.scene.held else ()
+    waypoints = scenario.waypoints if scenario.scene.held else ()
     poses = [
-        robot.tool_pose(motion.curve(time), in_world_frame=waypoint.in_world_frame)
-        for time, waypoint in passed
+        robot.tool_pose(motion.curve(t), in_world_frame=waypoint.in_world_frame)
+        for t, waypoint in zip(times, waypoints, strict=False)
     ]
     return build_collision_model(scenario, robot, times, poses)
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -49,19 +50,55 @@ class Motion:
         return float(self.curve.x[-1])
 
 
-@dataclass(frozen=True, eq=False)
-class Execution:
-    """The other clock by which a motion executes a task, or a part of it.
+class Arrival(NamedTuple):
+    """A waypoint that an executed motion reaches, or one of its ends.
 
     Attributes:
-        clock: Time of the task over that of the motion [s].
-        arrivals: Times in the motion [s] at which waypoints are passed, by index in the scenario.
-        ends: Names of the ends of the motion, where the task has no waypoint.
+        time: Time in this motion [s].
+        name: Its name.
+        waypoint: Index in the scenario; -1 for an end of the motion between waypoints.
     """
 
+    time: float
+    name: str
+    waypoint: int = -1
+
+
+@dataclass(frozen=True, eq=False)
+class Execution:
+    """A planned motion executed with another clock, or left early by a stop.
+
+    Attributes:
+        motion: The executed motion of the joints.
+        clock: Time of the planned motion over that of the executed one; constant if it leaves the
+            path.
+        arrivals: Its ends and the waypoints that it passes, in order of time.
+    """
+
+    motion: PiecewisePolynomial
     clock: PiecewisePolynomial
-    arrivals: Mapping[int, float]
-    ends: tuple[str, str]
+    arrivals: Sequence[Arrival]
+
+    @property
+    def ends(self) -> tuple[str, str]:
+        """Names of its ends."""
+        return self.arrivals[0].name, self.arrivals[-1].name
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Time interval of the planned motion that is executed [s]."""
+        start, end = self.clock(self.clock.x[[0, -1]]).tolist()
+        return start, end
+
+    @property
+    def is_on_path(self) -> bool:
+        """Whether it follows the planned motion."""
+        return self.span[0] < self.span[1]
+
+    @property
+    def waypoint_times(self) -> dict[int, float]:
+        """Times [s] of the waypoints that it passes, by index in the scenario."""
+        return {waypoint: time for time, _, waypoint in self.arrivals if waypoint >= 0}
 
     def stretch(
         self, stretch: Stretch, waypoint: int, names: tuple[str, str]
@@ -74,17 +111,17 @@ class Execution:
             names: Names of the waypoints at its ends.
         """
         start, end = self.clock.x[[0, -1]].tolist()
-        first, last = self.clock(self.clock.x[[0, -1]]).tolist()
+        (first, last), times = self.span, self.waypoint_times
         if stretch.end <= first or last <= stretch.start:
             return names, replace(stretch, start=start, end=start)
         executed_names = (
-            names[0] if waypoint in self.arrivals else self.ends[0],
-            names[1] if waypoint + 1 in self.arrivals else self.ends[1],
+            names[0] if waypoint in times else self.ends[0],
+            names[1] if waypoint + 1 in times else self.ends[1],
         )
         executed = replace(
             stretch,
-            start=self.arrivals.get(waypoint, start),
-            end=self.arrivals.get(waypoint + 1, end),
+            start=times.get(waypoint, start),
+            end=times.get(waypoint + 1, end),
             speed=np.inf,
             full_speed_interval=(np.inf, np.inf),
         )

@@ -77,9 +77,9 @@ def check_tool_at_arrivals(
         motion: The motion.
         scenario: The task, with its own times.
         space: The joints and their robot.
-        execution: The clock of the motion.
+        execution: The motion and its clock.
     """
-    for i, time in execution.arrivals.items():
+    for i, time in execution.waypoint_times.items():
         waypoint, rate = scenario.waypoints[i], float(execution.clock(time, 1))
         if isinstance(waypoint, CartesianWaypoint):
             passed = replace(waypoint, time=time, twist=waypoint.twist * rate)

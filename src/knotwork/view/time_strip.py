@@ -19,8 +19,6 @@ from knotwork.view.shown_motion import ShownMotion
 from knotwork.view.tool_curves import full_speeds
 
 STRIP_SAMPLES = 800
-# Maximum shown use of a limit, which a page can store.
-MAX_UTILISATION = 1e9
 # Minimum drawn duration of a failure, as a fraction of the motion.
 MIN_FAILURE_WIDTH = 0.003
 # Use of a limit below which it is not a limiting constraint.
@@ -42,8 +40,10 @@ def time_strip(shown: ShownMotion) -> dict[str, Any]:
     given = [[low - start, high - start, part.speed] for _, part, low, high in full_speeds(shown)]
     by_limit = [utilisation for _, utilisation in utilisations]
     largest = np.max([np.zeros(STRIP_SAMPLES), *by_limit], axis=0)
+    with np.errstate(over="ignore"):  # larger ones are infinite
+        use = pack_numbers(largest.astype("<f4"))
     return {
-        "use": pack_numbers(np.minimum(largest, MAX_UTILISATION).astype("<f4")),
+        "use": use,
         "given": given,
         "broken": broken_spans(shown.failures, utilisations, time),
         "clearance": _clearance(shown),

@@ -32,8 +32,9 @@ class TimedPath:
     Attributes:
         path, timing, start_time: The arguments; the path is given with the carrier at joint
             positions 0.
-        seam_carrier: The argument `carrier`.
-        carrier: The carrier with the weave added; `None` without both.
+        carrier: The argument.
+        tool_carrier: The carrier with the weave added; `None` without both. With it the tool has a
+            clock of its own, which a change of the speed along the path does not affect.
         end_time: End time [s].
         breaks: Times of the breaks of curves, orientation, ramps and weave, and both ends [s].
         full_speed: Maximum speed along the path [m/s].
@@ -61,9 +62,8 @@ class TimedPath:
         breaks: ArrayLike = (),
     ) -> None:
         self.path, self.timing, self.start_time = path, timing, float(start_time)
-        self.seam_carrier = self.carrier = carrier
-        if weave is not None:
-            self.carrier = add_weave(carrier, weave)
+        self.carrier = carrier
+        self.tool_carrier = carrier if weave is None else add_weave(carrier, weave)
         self.end_time = self.start_time + timing.duration
         length = float(timing(np.array([timing.duration]))[0])
         self.is_wait = not timing.arc_length.c.any()
@@ -143,7 +143,8 @@ class TimedPath:
         twist = np.hstack((tangent * ds, rate * ds))
         acceleration = np.hstack((bend * ds**2 + tangent * dds, change * ds**2 + rate * dds))
         tool = ToolMotion(position, rotation, twist, acceleration)
-        return tool if self.carrier is None else self.carrier.since_rest(t).carried_tool(tool)
+        carrier = self.tool_carrier
+        return tool if carrier is None else carrier.since_rest(t).carried_tool(tool)
 
     def twist(self, t: float) -> pin.Motion:
         """Velocity of the tool at a time [s], in base axes."""
@@ -160,9 +161,9 @@ class TimedPath:
             rotation: Rotations, shape (k, 3, 3).
             velocity: Velocities [m/s], shape (k, 3).
         """
-        if self.carrier is None:
+        if self.tool_carrier is None:
             return position, rotation, velocity
-        return self.carrier.since_rest(t).relative_motion(position, rotation, velocity)
+        return self.tool_carrier.since_rest(t).relative_motion(position, rotation, velocity)
 
     def requested_speed(self, t: ArrayLike) -> FloatArray:
         """Full speed of the stretches that contain times [m/s], shape (k,)."""

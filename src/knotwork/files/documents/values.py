@@ -196,7 +196,7 @@ def _range(values: tuple[float, ...]) -> tuple[float, ...]:
 
 
 Range = Annotated[Items[Number], Field(min_length=2, max_length=2), AfterValidator(_range)]
-JointLimits = Annotated[
+LimitOfJoints = Annotated[
     Positive | Annotated[dict[str, Positive], Field(min_length=1)],
     Forms("a positive number for every joint or a mapping of joint names to positive numbers"),
 ]
@@ -206,24 +206,24 @@ JointsOrName = Annotated[
 ]
 
 
-class LimitsFile(StrictModel):
+class JointLimitFields(StrictModel):
     """Limits that replace those of the URDF, or of the robot."""
 
     position: dict[str, Range] | None = optional(
         "Lower and upper limit by joint", unit="angle or length"
     )
-    velocity: JointLimits | None = optional(
+    velocity: LimitOfJoints | None = optional(
         "Largest speed, for all joints or by joint", unit="angle/s or length/s"
     )
-    acceleration: JointLimits | None = optional(
+    acceleration: LimitOfJoints | None = optional(
         "Largest acceleration, for all joints or by joint", unit="angle/s² or length/s²"
     )
-    jerk: JointLimits | None = optional(
+    jerk: LimitOfJoints | None = optional(
         "Largest jerk, for all joints or by joint; where times are chosen and none "
         "is given, one is assumed: the limit of acceleration reached in 10 ms, at "
         "most 20000 rad/s³ or m/s³",
         unit="angle/s³ or length/s³",
     )
-    effort: JointLimits | None = optional(
+    effort: LimitOfJoints | None = optional(
         "Largest torque or force, for all joints or by joint", unit="N m or N"
     )

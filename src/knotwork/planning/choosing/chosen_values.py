@@ -100,8 +100,7 @@ def _chosen_speed(solved: SolvedTask, i: int, q: FloatArray, v: FloatArray) -> d
         scenario, axes, turn = solved.scenario, "base", np.eye(3)
         if scenario.pose_frame_link and not waypoint.in_world_frame:
             # the base of the file moves relative to it
-            spec = scenario.given.waypoints[scenario.task_index[i]]
-            axes = getattr(spec, "frame", None) or scenario.given.frame or "base"
+            axes = scenario.given.frame_of(scenario.given.waypoints[scenario.task_index[i]])
             turn = scenario.frames[axes].rotation.T
         linear, angular = turn @ twist.linear / length, turn @ twist.angular / angle
         return {"velocity": Velocity(linear=linear, angular=angular, axes=axes)}

@@ -118,7 +118,7 @@ def axes_in_frame(source: TaskInSI, i: int, name: str, time: float) -> FloatArra
     return axes if carrier is None else carrier.since_rest([time]).matrix[0, :3, :3].T @ axes
 
 
-def check_requests(source: TaskInSI, i: int, waypoint: PoseWaypoint | PathWaypoint) -> None:
+def refuse_excluded_keys(source: TaskInSI, i: int, waypoint: PoseWaypoint | PathWaypoint) -> None:
     """Refuse requests that moving frames do not support.
 
     Args:
@@ -132,7 +132,7 @@ def check_requests(source: TaskInSI, i: int, waypoint: PoseWaypoint | PathWaypoi
     location: Location = ("waypoints", i)
     carrier, requested, moving = source.carrier(i), waypoint.orientation_in, source.frames.moving
     name = source.pose_frames[i]
-    link, other_link = moving[name].link, link_text(source.carrying_link)
+    link, other_link = moving[name].link, link_text(source.pose_frame_link)
     if source.in_world(i) and carrier is not None:
         raise source.locations.error(
             location,
@@ -171,7 +171,7 @@ def check_requests(source: TaskInSI, i: int, waypoint: PoseWaypoint | PathWaypoi
         )
 
 
-def mark_arrivals(source: TaskInSI, free: FreeValues, task_index: Sequence[int]) -> FreeValues:
+def add_time_dependent(source: TaskInSI, free: FreeValues, task_index: Sequence[int]) -> FreeValues:
     """The free values, including the waypoints whose pose depends on their time.
 
     Args:

@@ -18,7 +18,7 @@ from knotwork.joint_quantities import DERIVATIVES, JointLimits
 from knotwork.task import Tool
 from knotwork.task.scenario import JointTarget
 from knotwork.task.scenario.joint_reader import JointReader, JointState, find_waits
-from knotwork.task.scenario.payloads import Carrying, read_payload, robots_with_loads
+from knotwork.task.scenario.payloads import LoadedRobots, read_payload, robots_with_loads
 from knotwork.task.scenario.scenario import Scenario
 from knotwork.task.si_units import to_si
 from knotwork.units import Units
@@ -33,8 +33,7 @@ if TYPE_CHECKING:
 class JointSpace:
     """The joints of a scenario and the requirements on them, in SI, by index of its waypoint.
 
-    It has all data on joints that planning and check need. Neither reads joint values in the units
-    of a file.
+    Planning and check read joint values only from here, never from the task, whose units differ.
 
     Attributes:
         joint_names: Names, length d.
@@ -60,7 +59,7 @@ class JointSpace:
     joint_units: tuple[str, ...]
     limits: JointLimits
     robot: Robot | None = None
-    carrying: Carrying | None = None
+    carrying: LoadedRobots | None = None
     targets: tuple[JointState | None, ...] = ()
     near: FloatArray | None = None
     end_acceleration: tuple[FloatArray, FloatArray] | None = None
@@ -124,7 +123,7 @@ def _with_requirements(
     read: JointReader,
     limits: JointLimits,
     robot: Robot | None = None,
-    carrying: Carrying | None = None,
+    carrying: LoadedRobots | None = None,
 ) -> JointSpace:
     """The joints of a reader with their limits, and the requirements of its scenario on them."""
     scenario, targets, near = read.scenario, read.targets(), read.scenario.given.near

@@ -133,13 +133,13 @@ class _PathReader:
         timing, speeds = self._solve_timing(requested)
         check_smooth(self.source, self.last, carrier, (self.start, self.start + timing.duration))
         weaves: list[WeavePattern | None] = [None] * len(self.steps)
-        added, anew = None, np.zeros(0)
+        weave_offset, weave_breaks = None, np.zeros(0)
         if any(step.weave is not None for step in self.steps):
             from knotwork.task.scenario.weave_reader import WeaveReader
 
             reader = WeaveReader(self.curves, self.first, self.steps)
-            weaves, added, anew = reader.read(path, timing, self.start)
-        motion = TimedPath(path, timing, self.start, carrier, added, anew)
+            weaves, weave_offset, weave_breaks = reader.read(path, timing, self.start)
+        motion = TimedPath(path, timing, self.start, carrier, weave_offset, weave_breaks)
         times, full = self.start + timing.times, self.start + timing.full_speed_intervals
         parts = tuple(
             Stretch(

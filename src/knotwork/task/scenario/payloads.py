@@ -44,7 +44,7 @@ def read_payload(
 
 
 @dataclass(frozen=True, eq=False)
-class Carrying:
+class LoadedRobots:
     """The arm with its load in each phase.
 
     Attributes:
@@ -102,7 +102,7 @@ def _load(time: float, robot: Robot) -> Load:
     return Load(time, mass, (x, y, z), robot.tool_frame or "", moments)
 
 
-def robots_with_loads(scenario: Scenario, robot: Robot) -> Carrying:
+def robots_with_loads(scenario: Scenario, robot: Robot) -> LoadedRobots:
     """The loads of a scenario's arm over its motion.
 
     Args:
@@ -124,4 +124,4 @@ def robots_with_loads(scenario: Scenario, robot: Robot) -> Carrying:
         arms.append(arms_by_load[key])
     changes = [i for i, (before, arm) in enumerate(pairwise([robot, *arms])) if arm is not before]
     starts = [-np.inf, *scenario.expected_times[changes].tolist()]
-    return Carrying(np.array(starts), (robot, *(arms[i] for i in changes)), tuple(arms[:-1]))
+    return LoadedRobots(np.array(starts), (robot, *(arms[i] for i in changes)), tuple(arms[:-1]))

@@ -18,7 +18,7 @@ from knotwork.task.scenario.scenario import Scenario
 from knotwork.task.task_waypoints import Waypoint
 
 PLACE_FRAME = "place"
-"""Name of the frame of the current location, in a repeated block."""
+"""Name of the frame of the current place, in a repeated block."""
 
 MAX_REPEATED_WAYPOINTS = 10_000
 """Largest number of waypoints in all repetitions."""
@@ -39,7 +39,7 @@ def expand_repeats(task: Task, locations: Locations | None = None) -> tuple[Plai
         block.
 
     Raises:
-        DocumentError: The locations of a block are wrong, or a name is not unique.
+        DocumentError: The places of a block are wrong, or a name is not unique.
     """
     locations = locations or Locations()
     if isinstance(task, PlainTask):

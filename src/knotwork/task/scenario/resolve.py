@@ -10,7 +10,7 @@ from typing import Any
 from knotwork.files import documents
 from knotwork.files.documents import Location, Locations
 from knotwork.task import Limits, PlainTask, Task
-from knotwork.task.scenario.carriers import mark_arrivals
+from knotwork.task.scenario.carriers import add_time_dependent
 from knotwork.task.scenario.event_reader import EventReader, with_waits
 from knotwork.task.scenario.free_values_reader import read_free_values
 from knotwork.task.scenario.repetitions import expand_repeats
@@ -73,7 +73,7 @@ def resolve_task(
     waypoints, paths, task_index = read_waypoints(source, expected or {})
     free = read_free_values(task_in_si, locations, task_index)
     if task_in_si.frames and free is not None:
-        free = mark_arrivals(source, free, task_index)
+        free = add_time_dependent(source, free, task_index)
     events = EventReader(source, waypoints, paths, task_index)
     file_name = "scenario" if locations.file is None else locations.file.stem
     return Scenario(
@@ -88,7 +88,7 @@ def resolve_task(
         frames={name: source.frames[name].copy() for name in task_in_si.frames},
         events=events.events(timed=free is None),
         free_values=free,
-        pose_frame_link=source.carrying_link if task_in_si.frames else "",
+        pose_frame_link=source.pose_frame_link if task_in_si.frames else "",
         motion_limits=_motion_limits(task_in_si.limits),
         scene=read_scene(source, waypoints, task_index),
         locations=locations,

@@ -70,7 +70,7 @@ class Stretch:
         kind: `"line"`, `"arc"` or `"points"`, prefixed by `"woven "` if a weave is added, or
             `"place"` for a wait in a moving frame.
         start, end: Time interval [s].
-        speed: Speed of the TCP along it [m/s].
+        speed: Speed of the TCP along it [m/s]; infinite if any speed is accepted.
         full_speed_interval: Time interval of that speed [s]; outside, the speed changes.
         weave: The added weave, or `None`.
     """

@@ -167,7 +167,7 @@ class _SceneReader:
     def _frame(self, name: str) -> MovingFrame | None:
         """The motion of a frame relative to that of the poses; `None` if it is fixed there."""
         frame = self.source.frames.moving[name]
-        if frame.link != self.source.carrying_link:
+        if frame.link != self.source.pose_frame_link:
             return replace(frame, link=frame.link or FIXED_CARRIER)
         return replace(frame, link="") if frame.is_moving else None
 

@@ -60,11 +60,11 @@ class TaskInSI:
                 continue
             is_own = waypoint.frame is not None
             location: Location = ("waypoints", i, "frame") if is_own else ("frame",)
-            names[i] = self.frames.find(waypoint.frame or self.task.frame or "base", location)
+            names[i] = self.frames.find(self.task.frame_of(waypoint), location)
         return names
 
     @cached_property
-    def carrying_link(self) -> str:
+    def pose_frame_link(self) -> str:
         """Link of the robot that carries poses, else the file's frame; empty for the base.
 
         Raises:
@@ -75,16 +75,16 @@ class TaskInSI:
             return moving[self.task.frame or "base"].link
         posed = [*self.pose_frames.items()]
         first, *further = [item for item in posed if moving[item[1]].link] or posed
-        carrying_link = moving[first[1]].link
+        pose_frame_link = moving[first[1]].link
         for i, name in further:
-            if moving[name].link != carrying_link:
+            if moving[name].link != pose_frame_link:
                 raise self.locations.error(
                     ("waypoints", i),
                     f"is in frame {name!r}, {link_text(moving[name].link)}, and earlier poses are "
-                    f"in frame {first[1]!r}, {link_text(carrying_link)}",
+                    f"in frame {first[1]!r}, {link_text(pose_frame_link)}",
                     "poses in frames on one link or in the base",
                 )
-        return carrying_link
+        return pose_frame_link
 
     def frame(self, i: int) -> pin.SE3:
         """Frame of a pose, at rest in the base."""
@@ -99,7 +99,7 @@ class TaskInSI:
 
     def in_world(self, i: int) -> bool:
         """Whether a pose is in the world frame, while joints move other poses."""
-        if i not in self.pose_frames or not self.carrying_link:
+        if i not in self.pose_frames or not self.pose_frame_link:
             return False
         return not self.frames.moving[self.pose_frames[i]].link
 

@@ -14,9 +14,9 @@ from knotwork.task import JointWaypoint, PathWaypoint, PoseWaypoint, Torch, Velo
 from knotwork.task.poses import ORIENTATIONS
 from knotwork.task.scenario.carriers import (
     axes_in_frame,
-    check_requests,
     check_smooth,
     neighbours_in_frame,
+    refuse_excluded_keys,
 )
 from knotwork.task.scenario.free_values_reader import check_free_values, max_speed, min_duration
 from knotwork.task.scenario.freedoms_reader import Freedoms, freedom_of, read_freedoms
@@ -133,7 +133,7 @@ def _rest_poses(source: TaskInSI) -> dict[int, pin.SE3]:
     for i, waypoint in enumerate(source.task.waypoints):
         if isinstance(waypoint, JointWaypoint):
             continue
-        check_requests(source, i, waypoint)
+        refuse_excluded_keys(source, i, waypoint)
         if isinstance(waypoint, PoseWaypoint):
             _check_turned(source, i, waypoint)
         placed = source.placement(waypoint.pose, "waypoints", i, "pose")
@@ -285,7 +285,7 @@ class _WaypointReader:
         motion = self.motions.get(i)
         if motion is not None and not self.source.stops(i):
             twist = motion.twist(time)
-            if motion.carrier is not None:
+            if motion.tool_carrier is not None:
                 return motion.pose(time), twist
         else:
             twist = self._twist(i, step) if isinstance(step, PoseWaypoint) else pin.Motion.Zero()

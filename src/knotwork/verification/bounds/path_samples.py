@@ -106,11 +106,11 @@ class PathStretch:
         self.clock = clock
         self.joints, self.positions = joint_tree(robot.model), curve
         self.joint, self.lever = carrier_of(robot.model, robot.require_tool())
-        if motion.carrier is not None:
+        if motion.tool_carrier is not None:
             base = robot.base_placement.inverse()
-            self.joints = tree_from(motion.carrier.joints, self.joints, base)
+            self.joints = tree_from(motion.tool_carrier.joints, self.joints, base)
             self.joint += len(self.joints.parent) - 1 - robot.model.nv
-            self.positions = append_carriers(curve, motion.carrier.joints)
+            self.positions = append_carriers(curve, motion.tool_carrier.joints)
         self.low, self.high = self.requested_at(np.array([start, end])).tolist()
 
     def requested_at(self, t: FloatArray) -> FloatArray:
