@@ -102,7 +102,7 @@ def test_viewer_of_the_command_faces_the_arm(
     window = Window()
     window.web_url = "http://127.0.0.1/"  # type: ignore[attr-defined]
     viewer = meshcat.Visualizer(window=window)
-    monkeypatch.setattr("knotwork.cli.view._viewer", lambda: viewer)
+    monkeypatch.setattr("meshcat.Visualizer", lambda: viewer)
     monkeypatch.setattr("time.sleep", lambda _: (_ for _ in ()).throw(KeyboardInterrupt))
     ran = knotwork("view", "planar2_closed_form", "--no-open", "--meshcat")
     assert ran.out.endswith("until Ctrl-C\nstopped\n")

@@ -241,18 +241,14 @@ def play_in_meshcat(motion: CheckedMotion, no_open: bool) -> None:
     Raises:
         InputError: The motion can't be shown.
     """
+    import meshcat
+
     scene = scene_of(motion)
     for warning in scene["warnings"]:
         echo(f"warning: {warning}", err=True)
-    viewer = _viewer()
+    with contextlib.redirect_stdout(io.StringIO()):  # Meshcat prints its address
+        viewer = meshcat.Visualizer()
     play_scene(scene, viewer)
     with offered(viewer.url(), f"playing {scene['title']}", no_open):
         while True:
             time.sleep(3600.0)
-
-
-def _viewer() -> Any:
-    import meshcat
-
-    with contextlib.redirect_stdout(io.StringIO()):  # Meshcat prints its address
-        return meshcat.Visualizer()

@@ -161,19 +161,19 @@ def _message(pair: Clearance, points: Sequence[FloatArray], scenario: Scenario) 
     if pair.verdict == "clear":
         return f"{second} comes within {distance} of {first} {at}{keep}; never nearer than {bound}"
     where = f"{at}, {describe_time(scenario, pair.time)}{keep}"
+    span = "from {:.3f} s to {:.3f} s".format(*(pair.interval or (pair.time, pair.time)))
     if pair.verdict == "undecided":
-        start, end = pair.interval or (pair.time, pair.time)
         resolution = scenario.units.text(scenario.scene.collisions.resolution, "m", ".3g")
         return (
             f"it is not decided whether {second} comes too near to {first}: {distance} apart "
-            f"{where}, from {start:.3f} s to {end:.3f} s within {resolution}, the resolution"
+            f"{where}, {span} within {resolution}, the resolution"
         )
     scale, unit = scenario.shown_length
     ends = " and ".join(_vector_text(scale * point) for point in points)
-    return (
-        f"{_pair_text(pair, scenario)} {where} (too near {_contact_times(pair)}; nearest points "
-        f"{ends} {unit})"
-    )
+    if (others := len(pair.contacts) - 1) > 0:
+        span += f" and {others} more {'times' if others > 1 else 'time'}"
+    nearest = f"nearest points {ends} {unit}"
+    return f"{_pair_text(pair, scenario)} {where} (too near {span}; {nearest})"
 
 
 def _pair_text(pair: Clearance, scenario: Scenario) -> str:
@@ -181,14 +181,6 @@ def _pair_text(pair: Clearance, scenario: Scenario) -> str:
     distance = scenario.units.text(abs(pair.distance), "m", ".4g")
     how = f"is {distance} deep in" if pair.distance <= 0 else f"comes within {distance} of"
     return f"{pair.second.name} {how} {pair.first.name}"
-
-
-def _contact_times(pair: Clearance) -> str:
-    """The worst contact interval, and the number of others, as text."""
-    start, end = pair.interval or (pair.time, pair.time)
-    count = len(pair.contacts) - 1
-    others = f" and {count} more {'times' if count > 1 else 'time'}" if count > 0 else ""
-    return f"from {start:.3f} s to {end:.3f} s{others}"
 
 
 def _vector_text(vector: FloatArray) -> str:

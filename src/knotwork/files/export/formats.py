@@ -28,7 +28,8 @@ class Format:
     """An export format.
 
     Attributes:
-        name: Name; the function `to_` plus this name returns the text or bytes.
+        name: Name; the function `to_` plus this name, for SciPy `to_scipy_npz`, returns the text
+            or bytes.
         summary: Short description.
         suffix: Suffix of its files.
         module: Its module in `knotwork.files.export`.
