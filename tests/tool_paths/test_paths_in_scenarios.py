@@ -63,7 +63,7 @@ def test_fails_in_corner_with_tight_blend() -> None:
     corner = {**LINE, "name": "corner", "blend": 0.001}
     end = {**LINE, "pose": {"position": [530, 50, 60]}}
     failures = kw.plan(task(FIRST, corner, end, UP)).report.failures
-    assert {failure.quantity for failure in failures} >= {"effort", "acceleration_jump"}
+    assert {failure.quantity for failure in failures} >= {"effort", "acceleration_change"}
 
 
 def test_path_not_followed_in_requested_branch() -> None:

@@ -37,14 +37,7 @@ from knotwork.task.task_options import (
 )
 from knotwork.task.task_part import TaskPart
 from knotwork.task.task_source import moved_paths, read_document, with_moved_paths
-from knotwork.task.task_waypoints import (
-    KINDS,
-    JointWaypoint,
-    PathWaypoint,
-    PoseWaypoint,
-    Waypoint,
-    by_key,
-)
+from knotwork.task.task_waypoints import KINDS, TaggedWaypoint, Waypoint, by_key
 from knotwork.task.tool_and_limits import Limits, Tool
 
 
@@ -293,9 +286,6 @@ class Repeat(TaskPart):
 
 
 TaskItem = Annotated[
-    Annotated[PoseWaypoint, Tag("PoseWaypoint")]
-    | Annotated[PathWaypoint, Tag("PathWaypoint")]
-    | Annotated[JointWaypoint, Tag("JointWaypoint")]
-    | Annotated[Repeat, Tag("Repeat")],
+    TaggedWaypoint | Annotated[Repeat, Tag("Repeat")],
     by_key({"repeat": "Repeat"} | KINDS, "either pose or joints, or with repeat"),
 ]

@@ -240,12 +240,12 @@ class JointWaypoint(_Waypoint):
     )
 
 
-Waypoint = Annotated[
+TaggedWaypoint = (
     Annotated[PoseWaypoint, Tag("PoseWaypoint")]
     | Annotated[PathWaypoint, Tag("PathWaypoint")]
-    | Annotated[JointWaypoint, Tag("JointWaypoint")],
-    by_key(KINDS, "either pose or joints"),
-]
+    | Annotated[JointWaypoint, Tag("JointWaypoint")]
+)
+Waypoint = Annotated[TaggedWaypoint, by_key(KINDS, "either pose or joints")]
 
 
 class Weave(TaskPart):

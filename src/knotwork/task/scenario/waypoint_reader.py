@@ -110,20 +110,20 @@ def _names(source: TaskInSI) -> list[str]:
     """Names of the task's waypoints, each once."""
     task = source.task
     names = [step.name or default_waypoint_name(i) for i, step in enumerate(task.waypoints)]
-    used_names = {START} if task.start is not None else set()
-    used_names |= {
-        WAITED.format(name)
+    owners = {START: "the start of the motion"} if task.start is not None else {}
+    owners |= {
+        WAITED.format(name): "another waypoint"
         for name, step in zip(names, task.waypoints, strict=True)
         if step.wait is not None
     }
     for i, name in enumerate(names):
-        if name in used_names:
+        if name in owners:
             raise source.locations.error(
                 ("waypoints", i, "name"),
-                f"{name!r} is the name of another waypoint",
+                f"{name!r} is the name of {owners[name]}",
                 "a unique name",
             )
-        used_names.add(name)
+        owners[name] = "another waypoint"
     return names
 
 
