@@ -189,7 +189,7 @@ def _locations(data: Any, at: Location = ()) -> Iterator[Location]:
 
 
 def _with_leaves(data: Any, change: Callable[[Any], Any]) -> Any:
-    """Data of the same structure, with each value changed that is no mapping and no list."""
+    """Change each number, text and other single value of data."""
     if isinstance(data, dict):
         return {str(key): _with_leaves(value, change) for key, value in data.items()}
     if isinstance(data, list):
