@@ -122,9 +122,8 @@ def _draw_carried(
         appears = None if held.appears is None else times[held.appears]
         in_tool = mesh.place(frame.placement)
         parts.draw("held", in_tool, carrier=joint, between=[take, leave], of=held.name)
-        for time, support, between in zip(
-            (take, leave), held.carriers, ([appears, take], [leave, None]), strict=True
-        ):
+        spans = [appears, take], [leave, None]
+        for time, support, between in zip((take, leave), held.carriers, spans, strict=True):
             carrier, placement = shown.carrier_of(support, time)
             lying = mesh.place(placement * robot.forward(curve(time)))
             parts.draw("held", lying, carrier=carrier, between=between, of=held.name)

@@ -69,9 +69,8 @@ class MotionTable:
         for quantity, table in self.joints.items():
             order = DERIVATIVES.index(quantity)
             per = "_per_s" * (order > 0) + f"{order}" * (order > 1)
-            for name, unit, values in zip(
-                motion.joint_names, motion.joint_units, table.T, strict=True
-            ):
+            joints = zip(motion.joint_names, motion.joint_units, table.T, strict=True)
+            for name, unit, values in joints:
                 columns[f"{name}.{quantity}_{unit}{per}"] = values
         for key, values in self.tool.items():
             name, components, unit = TOOL_COLUMNS[key]

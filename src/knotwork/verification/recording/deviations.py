@@ -142,9 +142,8 @@ def _tool_findings(
     times = alignment.smoothed.log.time - alignment.lead
     times = times[(times >= motion.start_time) & (times <= motion.end_time)]
     errors = np.empty((2, times.size))
-    for i, (q, requested) in enumerate(
-        zip(motion.position(times), plan.position(times), strict=True)
-    ):
+    positions = zip(motion.position(times), plan.position(times), strict=True)
+    for i, (q, requested) in enumerate(positions):
         pose, wanted = robot.forward(q), robot.forward(requested)
         errors[0, i] = np.linalg.norm(pose.translation - wanted.translation)
         errors[1, i] = np.linalg.norm(pin.log3(wanted.rotation.T @ pose.rotation))

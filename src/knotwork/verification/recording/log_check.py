@@ -226,9 +226,8 @@ def _residual_findings(
     """
     curve = alignment.smoothed
     sizes, limits = np.abs(curve.residuals), JUMP_DEVIATIONS * curve.sigma + allowed
-    for j, (name, unit) in enumerate(
-        zip(curve.log.joint_names, curve.log.joint_units, strict=True)
-    ):
+    joints = zip(curve.log.joint_names, curve.log.joint_units, strict=True)
+    for j, (name, unit) in enumerate(joints):
         worst = int((sizes[:, j] / limits[:, j]).argmax())
         value, limit = float(sizes[worst, j]), float(limits[worst, j])
         time = float(curve.log.time[worst] - alignment.lead)

@@ -123,12 +123,8 @@ def _time_between(
         first = round(fraction * following.after, 3)
         added["after"] = first
         remaining = round(following.after - first, 6)
-        changes = [
-            {
-                "at": (*scenario.locations.given(("waypoints", after + 1)), "after"),
-                "value": remaining,
-            }
-        ]
+        at = (*scenario.locations.given(("waypoints", after + 1)), "after")
+        changes = [{"at": at, "value": remaining}]
     elif following.time is not None:
         before = task.waypoints[after].time if after >= 0 else 0.0
         if before is None:

@@ -7,7 +7,7 @@ import hashlib
 import json
 import math
 import threading
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -68,7 +68,7 @@ class Draft:
             return {
                 "revision": self.revision,
                 "file": self.file.name,
-                "data": _finite(data),
+                "data": _with_leaves(data, _finite),
                 "structure": structure_digest(data),
                 "undo": self._index > 0,
                 "redo": self._index + 1 < len(self._texts),
@@ -163,7 +163,7 @@ def structure_digest(data: Any) -> str:
 
     Names and locations in one text are valid in any other with the same structure.
     """
-    words = json.dumps(_numberless(data), default=str)
+    words = json.dumps(_with_leaves(data, _numberless), default=str)
     return hashlib.sha256(words.encode()).hexdigest()[:16]
 
 
@@ -188,12 +188,17 @@ def _locations(data: Any, at: Location = ()) -> Iterator[Location]:
             yield from _locations(part, (*at, key))
 
 
-def _numberless(data: Any) -> Any:
+def _with_leaves(data: Any, change: Callable[[Any], Any]) -> Any:
+    """Change each number, text and other single value of data."""
     if isinstance(data, dict):
-        return {str(key): _numberless(value) for key, value in data.items()}
+        return {str(key): _with_leaves(value, change) for key, value in data.items()}
     if isinstance(data, list):
-        return [_numberless(value) for value in data]
-    return 0 if isinstance(data, float) or type(data) is int else data
+        return [_with_leaves(value, change) for value in data]
+    return change(data)
+
+
+def _numberless(value: Any) -> Any:
+    return 0 if isinstance(value, float) or type(value) is int else value
 
 
 def _location(change: Mapping[str, Any]) -> Location:
@@ -204,10 +209,6 @@ def _location(change: Mapping[str, Any]) -> Location:
     return tuple(at or ())
 
 
-def _finite(data: Any) -> Any:
-    """Data for JSON, which has no infinite numbers."""
-    if isinstance(data, dict):
-        return {str(key): _finite(value) for key, value in data.items()}
-    if isinstance(data, list):
-        return [_finite(value) for value in data]
-    return str(data) if isinstance(data, float) and not math.isfinite(data) else data
+def _finite(value: Any) -> Any:
+    """A value for JSON, which has no infinite numbers."""
+    return str(value) if isinstance(value, float) and not math.isfinite(value) else value

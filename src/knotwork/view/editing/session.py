@@ -283,9 +283,8 @@ def _names(scenario: Scenario) -> dict[str, str]:
     named: dict[str, str] = {}
     for i, waypoint in zip(scenario.task_index, scenario.waypoints, strict=True):
         if i >= 0:
-            named.setdefault(
-                as_javascript(scenario.locations.given(("waypoints", i))), waypoint.name
-            )
+            at = scenario.locations.given(("waypoints", i))
+            named.setdefault(as_javascript(at), waypoint.name)
     return named
 
 
