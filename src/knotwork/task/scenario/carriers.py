@@ -27,7 +27,7 @@ def path_carrier(source: TaskInSI, first: int, last: int) -> MovingFrame | None:
     """The moving frame of a path.
 
     Args:
-        source: The task.
+        source: The task in SI.
         first: The waypoint at the start of the path.
         last: The waypoint at its end.
 
@@ -53,7 +53,7 @@ def check_smooth(
     It jumps if the file of its motion gives positions without velocities.
 
     Args:
-        source: The task.
+        source: The task in SI.
         i: The waypoint at the end of the path.
         carrier: The moving frame of the path.
         span: Time interval of the path [s].
@@ -87,7 +87,7 @@ def neighbours_in_frame(
     """Poses near a waypoint, each at its time, relative to its moving frame.
 
     Args:
-        source: The task.
+        source: The task in SI.
         i: The waypoint.
         poses: Poses of all waypoints, with all frames at rest.
         times: Times of all waypoints [s].
@@ -106,7 +106,7 @@ def axes_in_frame(source: TaskInSI, i: int, name: str, time: float) -> FloatArra
     """Axes of a frame at a time, relative to the moving frame of a waypoint.
 
     Args:
-        source: The task.
+        source: The task in SI.
         i: The waypoint.
         name: Name of the frame.
         time: Time [s].
@@ -122,7 +122,7 @@ def refuse_excluded_keys(source: TaskInSI, i: int, waypoint: PoseWaypoint | Path
     """Refuse requests that moving frames do not support.
 
     Args:
-        source: The task.
+        source: The task in SI.
         i: The waypoint.
         waypoint: Its definition.
 
@@ -175,7 +175,7 @@ def add_time_dependent(source: TaskInSI, free: FreeValues, task_index: Sequence[
     """The free values, including the waypoints whose pose depends on their time.
 
     Args:
-        source: The task.
+        source: The task in SI.
         free: The free values so far.
         task_index: Index in the task of each waypoint of the scenario.
 

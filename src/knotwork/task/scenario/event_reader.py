@@ -36,7 +36,7 @@ class EventReader:
     """Reads the events of a file.
 
     Attributes:
-        source: The task.
+        source: The task in SI.
         waypoints, paths: Waypoints and paths of the scenario.
         task_index: Index in the task of each waypoint, increasing.
     """

@@ -20,7 +20,7 @@ def read_freedoms(source: TaskInSI, free_turns: Collection[int] = ()) -> Freedom
     """Freedom of the poses of all waypoints; `None` without freedom or without a pose.
 
     Args:
-        source: The task.
+        source: The task in SI.
         free_turns: Waypoints, by index, at the end of paths with normals, which free the turn.
 
     Raises:

@@ -61,7 +61,7 @@ class PathCurves:
     """Makes the curves and orientations of a task's paths.
 
     Attributes:
-        source: The task.
+        source: The task in SI.
         poses: Poses of its waypoints by index, with all frames at rest.
     """
 

@@ -53,7 +53,7 @@ def read_path(source: TaskInSI, first: int, start: float, poses: Mapping[int, pi
     """The path that begins at a waypoint and ends at the next stop or free motion.
 
     Args:
-        source: The task.
+        source: The task in SI.
         first: Index of the waypoint in the task.
         start: Start time [s].
         poses: Poses of all waypoints, with all frames at rest.
@@ -90,7 +90,7 @@ class _PathReader:
     """Reads one path.
 
     Attributes:
-        source: The task.
+        source: The task in SI.
         curves: Its curves.
         first: Index in the task of the waypoint at the start.
         steps: The other waypoints. `k` counts them, and the stretches that end there.

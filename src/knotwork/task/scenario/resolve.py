@@ -120,7 +120,7 @@ def _check_keys(source: TaskInSI, given: PlainTask) -> None:
     """Refuse keys that exclude each other, unknown frames and too small tolerances.
 
     Args:
-        source: The task.
+        source: The task in SI.
         given: The task in its own units.
     """
     task, locations = source.task, source.locations

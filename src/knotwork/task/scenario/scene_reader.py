@@ -46,7 +46,7 @@ def read_scene(
     """Read the scene of a task.
 
     Args:
-        source: The task.
+        source: The task in SI.
         waypoints: Waypoints of its scenario, in order of time.
         task_index: Index in the task of each of them.
 

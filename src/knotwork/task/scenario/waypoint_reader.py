@@ -54,7 +54,7 @@ def read_waypoints(source: TaskInSI, expected: Mapping[int, float]) -> ReadWaypo
     """Read the waypoints of a task, and the paths between them.
 
     Args:
-        source: The task.
+        source: The task in SI.
         expected: Expected times of waypoints with a chosen time [s], by index in the task.
 
     Raises:
@@ -203,7 +203,7 @@ def _arrival(
     """Time of a waypoint at which no path ends [s].
 
     Args:
-        source: The task.
+        source: The task in SI.
         i: Index in the task.
         before: Time at which the previous waypoint is left [s], or `None`.
         expected: Its expected time if it is chosen [s], or `None`.
@@ -245,7 +245,7 @@ class _WaypointReader:
     """Reads the waypoints one by one, by their index in the task.
 
     Attributes:
-        source: The task.
+        source: The task in SI.
         arrivals: Their times and poses.
         motions: Motions along paths, by index of the waypoints on them.
         freedoms: Freedoms of their poses.
