@@ -107,9 +107,8 @@ def _tightest(findings: Sequence[Finding], units: Units) -> list[str]:
     if unused := representatives(findings):
         return [value_text(finding, units) for finding in unused]
     if limited := limited_findings(numbers):
-        return [
-            utilisation_text(max(limited, key=lambda finding: finding.utilisation or 0.0), units)
-        ]
+        worst = max(limited, key=lambda finding: finding.utilisation or 0.0)
+        return [utilisation_text(worst, units)]
     return ["sampled only" if any(finding.only_sampled for finding in numbers) else "not judged"]
 
 

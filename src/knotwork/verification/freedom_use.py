@@ -63,9 +63,8 @@ def sample_freedoms(motion: Motion, scenario: Scenario, robot: Robot) -> Iterato
             continue
         times = np.array([waypoint.time])
         if waypoint.freedom is not None and _covers(motion, times):
-            pose = robot.tool_pose(
-                motion.curve(waypoint.time), in_world_frame=waypoint.in_world_frame
-            )
+            q = motion.curve(waypoint.time)
+            pose = robot.tool_pose(q, in_world_frame=waypoint.in_world_frame)
             requested = waypoint.position[None], waypoint.rotation[None]
             use = _freedom_use(
                 "waypoint", waypoint.name, waypoint.freedom, times, requested, [pose]

@@ -25,7 +25,8 @@ from knotwork.verification.motion import Motion, describe_time
 if TYPE_CHECKING:
     from knotwork.verification.bounds import Bound
 
-JOINT_LIMITS, TOOL_LIMITS, SINGULARITY = LIMITS = ("Joint limits", "Tool and links", "Singularity")
+JOINT_LIMITS, TOOL_LIMITS, SINGULARITY = "Joint limits", "Tool and links", "Singularity"
+LIMIT_GROUPS = JOINT_LIMITS, TOOL_LIMITS, SINGULARITY
 TOOL_ORDERS = {"tool_speed": 1, "tool_acceleration": 2, "frame_speed": 1}
 """Order of the limited derivative of a position of tool or link, by the quantity of its finding."""
 SMALLEST_SINGULAR_VALUE = "smallest_singular_value"

@@ -87,9 +87,8 @@ class BaseJoints:
         if not self.joints:
             return points
         frame = self.robot.model.frames[self.robot.frame_index(self.robot.world_frame)]
-        rotation, origin = (
-            x[:, frame.parentJoint] for x in place_joints(joint_tree(self.robot.model), q)
-        )
+        placed = place_joints(joint_tree(self.robot.model), q)
+        rotation, origin = (x[:, frame.parentJoint] for x in placed)
         placed = frame.placement
         shift = origin + rotation @ placed.translation
         return np.asarray((points - shift[:, None]) @ (rotation @ placed.rotation))

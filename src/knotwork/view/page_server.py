@@ -170,9 +170,8 @@ def open_browser(address: str) -> bool:
     """
     import webbrowser
 
-    if sys.platform.startswith("linux") and not any(
-        os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY")
-    ):
+    has_display = any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY"))
+    if sys.platform.startswith("linux") and not has_display:
         return False
     try:
         return webbrowser.open(address, new=2)

@@ -14,7 +14,12 @@ from knotwork.robot import Robot
 from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.verification import Finding
 from knotwork.verification.bounds.tool_motion import speed_quantity
-from knotwork.verification.limits import LIMIT_SLACK, LIMITS, SMALLEST_SINGULAR_VALUE, TOOL_ORDERS
+from knotwork.verification.limits import (
+    LIMIT_GROUPS,
+    LIMIT_SLACK,
+    SMALLEST_SINGULAR_VALUE,
+    TOOL_ORDERS,
+)
 from knotwork.view.shown_motion import ShownMotion
 
 
@@ -37,7 +42,7 @@ def sample_utilisation(
     of_joints = cache(partial(_joint_values, space=space, curve=curve, time=time))
     for finding in findings:
         maximum = np.inf if finding.utilisation is None and not finding.ok else finding.utilisation
-        if finding.group not in LIMITS or finding.limit is None or maximum is None:
+        if finding.group not in LIMIT_GROUPS or finding.limit is None or maximum is None:
             continue
         values, lower, upper = np.zeros(time.shape), -np.inf, finding.limit
         if finding.subject == "joint" and finding.quantity in JOINT_QUANTITIES:
@@ -50,9 +55,8 @@ def sample_utilisation(
             values, lower, upper = smallest_singular_values(robot, states[0]), finding.limit, np.inf
         else:  # for a check of the user, only at its time
             upper = np.inf
-        utilisation = np.minimum(
-            np.maximum(_utilisation(values, upper), _utilisation(-values, -lower)), maximum
-        )
+        larger = np.maximum(_utilisation(values, upper), _utilisation(-values, -lower))
+        utilisation = np.minimum(larger, maximum)
         utilisation[... if finding.time is None else np.abs(time - finding.time).argmin()] = maximum
         yield finding, utilisation
 

@@ -25,7 +25,7 @@ from knotwork.verification import Finding, Motion, Report
 from knotwork.verification.brief import worst_failure_text
 from knotwork.verification.collisions import motion_model
 from knotwork.verification.finding import unite_intervals
-from knotwork.verification.limits import LIMITS, check_derivative_limits
+from knotwork.verification.limits import LIMIT_GROUPS, check_derivative_limits
 from knotwork.verification.report import CheckedMotion
 from knotwork.view.links import LinkShapes, link_shapes
 from knotwork.waypoints import JointWaypoints
@@ -140,7 +140,7 @@ class ShownMotion:
     @property
     def tool_findings(self) -> tuple[Finding, ...]:
         """Findings on limits of tool and links, and on the nearest surroundings."""
-        limits = [finding for finding in self.findings if finding.group in LIMITS]
+        limits = [finding for finding in self.findings if finding.group in LIMIT_GROUPS]
         nearest = nearest_around(self.findings)
         return (
             *(finding for finding in limits if finding.subject != "joint"),

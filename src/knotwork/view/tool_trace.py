@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from knotwork.arrays import FloatArray
-from knotwork.verification.limits import LIMIT_SLACK, LIMITS
+from knotwork.verification.limits import LIMIT_GROUPS, LIMIT_SLACK
 from knotwork.view.plotted_utilisation import sample_utilisation
 from knotwork.view.shown_motion import CACHED_MOTIONS, ShownMotion
 from knotwork.view.targets import tool_targets
@@ -45,7 +45,7 @@ def tool_trace(shown: ShownMotion) -> ToolTrace | None:
         return None
     robot, curve = shown.robot, shown.curve
     failures = [failure for failure in shown.failures if failure.subject != "path"]
-    limits = [failure for failure in failures if failure.group in LIMITS]
+    limits = [failure for failure in failures if failure.group in LIMIT_GROUPS]
     spans = [span for failure in failures for span in failure.spans]
     start, end = float(curve.x[0]), float(curve.x[-1])
     worst = [failure.time for failure in limits if failure.time is not None]
@@ -79,7 +79,6 @@ def tool_speeds(shown: ShownMotion, time: FloatArray) -> FloatArray:
         poses = [robot.forward(row) for row in q[on]]
         place = np.array([pose.translation for pose in poses]).reshape(-1, 3)
         turn = np.array([pose.rotation for pose in poses]).reshape(-1, 3, 3)
-        speed[on] = np.linalg.norm(
-            motion.relative_motion(time[on], place, turn, velocity[on])[2], axis=1
-        )
+        _, _, relative = motion.relative_motion(time[on], place, turn, velocity[on])
+        speed[on] = np.linalg.norm(relative, axis=1)
     return np.asarray(speed)

@@ -286,9 +286,8 @@ def _numbers(values: FloatArray) -> str:
 def _joint_order(trajectory: JointTrajectory) -> list[int]:
     """Index of each of `UR_JOINTS` among the joints of a motion."""
     names = list(trajectory.joint_names)
-    prefix = names[0].removesuffix(
-        next((joint for joint in UR_JOINTS if names[0].endswith(joint)), "")
-    )
+    first = next((joint for joint in UR_JOINTS if names[0].endswith(joint)), "")
+    prefix = names[0].removesuffix(first)
     wanted = [prefix + name for name in UR_JOINTS]
     if sorted(names) != sorted(wanted):
         raise ExportError(

@@ -93,8 +93,8 @@ class FreedomChains:
         if first is not None and scenario.branch != "free":
             raise BranchError(
                 first.name,
-                "is free: its solutions are connected, so it has no branches; accepted: near: a "
-                "configuration, instead of branch",
+                "is free, so its solutions are connected and it has no branches; in place of "
+                "branch give near: a configuration",
                 branches=(),
                 where=first.where,
             )

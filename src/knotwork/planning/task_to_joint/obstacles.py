@@ -94,8 +94,8 @@ class Obstacles:
                 scale, unit = self.scenario.shown_length
                 depth = f"{-scale * (distance + margin):.4g} {unit}"
                 raise CollisionError(
-                    f"touches {second.name} where the robot starts, by {depth}; move it, or if it "
-                    f"may touch it, add `allow: [{second.name}]`",
+                    f"touches {second.name} where the robot starts, by {depth}; move the object, "
+                    f"or allow the contact: `allow: [{second.name}]`",
                     names=(first.name, second.name),
                     depth=-(distance + margin),
                     where=self.scenario.where(*location, first.name),

@@ -32,9 +32,8 @@ def turned_beyond(freedom: PoseFreedom, requested: FloatArray, reached: FloatArr
         requested: Reference rotations, shape (k, 3, 3).
         reached: Rotations of the tool, shape (k, 3, 3).
     """
-    return excess_over_ranges(
-        freedom, nearest_turns(freedom, free_angles(freedom, requested, reached))
-    )
+    angles = nearest_turns(freedom, free_angles(freedom, requested, reached))
+    return excess_over_ranges(freedom, angles)
 
 
 def free_angles(freedom: PoseFreedom, requested: FloatArray, reached: FloatArray) -> FloatArray:

@@ -121,9 +121,8 @@ def _difference(curve: PiecewisePolynomial, plan: PiecewisePolynomial) -> Piecew
     curve, plan = cut_curve(curve, low, high), cut_curve(plan, low, high)
     curve, plan = split_at(curve, plan.x), split_at(plan, curve.x)
     degree = max(curve.degree, plan.degree)
-    return PiecewisePolynomial(
-        raise_degree(curve.c, degree) - raise_degree(plan.c, degree), curve.x
-    )
+    gap = raise_degree(curve.c, degree) - raise_degree(plan.c, degree)
+    return PiecewisePolynomial(gap, curve.x)
 
 
 def _tool_findings(

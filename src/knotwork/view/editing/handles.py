@@ -172,9 +172,8 @@ def move_handle(
         ]
         changes.append({"at": at, "value": value})
     if quaternion is not None and handle.form:
-        turn = (
-            handle.parent_frame[1].T @ pin.Quaternion(np.asarray(quaternion, dtype=float)).matrix()
-        )
+        rotation = pin.Quaternion(np.asarray(quaternion, dtype=float)).matrix()
+        turn = handle.parent_frame[1].T @ rotation
         turned = orientation_value(turn, handle.form, units[1], handle.order)
         changes.append({"at": (*handle.at, handle.form), "value": turned})
     return changes

@@ -264,9 +264,8 @@ class Session:
 
 def unplanned_scene(scenario: Scenario, robot: Robot) -> dict[str, Any]:
     """The scene of a task before it is planned: the robot at rest."""
-    q = robot.configurations.get(
-        "home", np.clip(0.0, robot.lower_position_limit, robot.upper_position_limit)
-    )
+    nearest_zero = np.clip(0.0, robot.lower_position_limit, robot.upper_position_limit)
+    q = robot.configurations.get("home", nearest_zero)
     timed = replace(scenario, free_values=None)  # with expected times
     motion = JointTrajectory.from_knots(
         robot.joint_names,
