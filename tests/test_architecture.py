@@ -218,7 +218,11 @@ IMPORTED_BY_TESTS = {
     ),
     "a path that can't be followed at first": ("planning.choosing.segments",),
     "what a page asks for, without the page: handles, plans that are overtaken": ("view.editing",),
-    "a clock of the test's own": ("planning.choosing.chosen_times", "planning.timing.timed_motion"),
+    "a clock of the test's own": (
+        "planning.planning",
+        "planning.choosing.chosen_times",
+        "planning.timing.timed_motion",
+    ),
     "the command in this process": ("cli.main",),
     "the text that shows progress, without a clock": ("cli.progress_display",),
 }

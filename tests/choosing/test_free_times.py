@@ -14,7 +14,7 @@ import yaml
 
 import knotwork as kw
 from knotwork.errors import InputError, OptionError
-from knotwork.planning.timing import timed_motion
+from knotwork.planning import planning
 from knotwork.planning.timing.timed_motion import Budget
 from knotwork.task.scenario import load_scenario
 
@@ -125,7 +125,7 @@ def test_segments_rest_after_budget(monkeypatch: pytest.MonkeyPatch) -> None:
         to(2),
     )
     best = kw.plan(task)
-    monkeypatch.setattr(timed_motion, "Budget", lambda *given: Budget(*given, now=count().__next__))
+    monkeypatch.setattr(planning, "Budget", lambda *given: Budget(*given, now=count().__next__))
     plan = kw.plan(task, budget=2)
     plan.report.raise_if_failed()
     assert plan.chosen.status == "stopped"
