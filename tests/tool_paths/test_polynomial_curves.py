@@ -37,7 +37,7 @@ def curves(seed):
 @examples()
 @given(seeds)
 def test_positions_by_arc_length(seed):
-    h = 1e-4
+    h = 2e-5
     for curve in curves(seed):
         margin = np.array([-0.001, *np.linspace(0, curve.length, 25), curve.length + 0.001])
         speed = np.linalg.norm(curve.position(margin, 1), axis=1)
