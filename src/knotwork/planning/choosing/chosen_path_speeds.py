@@ -25,9 +25,7 @@ from knotwork.planning.choosing.segments import SolvedTask
 from knotwork.planning.timing import Binding
 from knotwork.task.scenario.resolve import change_task
 from knotwork.units import rounded_up
-
-LIMIT_ROUNDING = 1e-9
-"""Tolerance of limits, as a fraction."""
+from knotwork.verification.limits import LIMIT_SLACK
 
 
 def with_path_speeds(solved: SolvedTask, problems: Sequence[PathSpeedProblem]) -> SolvedTask:
@@ -91,7 +89,7 @@ def given_speeds_beyond_limits(
             continue
         limits = LimitUtilisation(solved, path)
         utilisations = limits.of_motion(solved, path).max(axis=1)
-        for stretch in np.flatnonzero((utilisations > 1.0 + LIMIT_ROUNDING).any(axis=1)).tolist():
+        for stretch in np.flatnonzero((utilisations > 1.0 + LIMIT_SLACK).any(axis=1)).tolist():
             limit = limits.limits[int(utilisations[stretch].argmax())]
             worst = float(utilisations[stretch].max())
             errors.append(path_speed_error(solved, NoSpeedsError(path, stretch, limit), worst))

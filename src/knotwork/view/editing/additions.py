@@ -68,9 +68,10 @@ def waypoint_here(
         }
     else:
         frame = getattr(neighbour_waypoint, "frame", None)
-        if task.is_moving_frame(frame or task.frame or "base"):
-            frame = "base"
-        parent = scenario.frames.get(frame or task.frame or "base", pin.SE3.Identity())
+        parent_name = task.frame_of(neighbour_waypoint)
+        if task.is_moving_frame(parent_name):
+            frame = parent_name = "base"
+        parent = scenario.frames.get(parent_name, pin.SE3.Identity())
         pose = robot.forward(q)
         if line:
             _snap(scenario, after, pose)

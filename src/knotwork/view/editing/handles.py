@@ -84,10 +84,7 @@ def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
 
     by_place: dict[Location, Handle] = {}
     for i, waypoint in enumerate(file.waypoints):
-        if (
-            not isinstance(waypoint, JointWaypoint)
-            and (waypoint.frame or file.frame or "base") in fixed_frames
-        ):
+        if not isinstance(waypoint, JointWaypoint) and file.frame_of(waypoint) in fixed_frames:
             for handle in _waypoint_handles(scenario, file, i, frame):
                 by_place.setdefault(handle.at, handle)  # only of the first repetition
     task = scenario.given
