@@ -195,11 +195,17 @@ def check_free_values(task: PlainTask, locations: Locations) -> None:
         DocumentError: One of these is given.
     """
     is_free = False
-    for i, waypoint in enumerate(task.waypoints):
+    for i in range(len(task.waypoints)):
         for key, message, accepted in _misplaced(task, i, after_free=is_free):
             raise locations.error(("waypoints", i, key), message, accepted)
-        is_free |= min_duration(task, i) is not None
-        is_free |= isinstance(waypoint, PathWaypoint) and max_speed(waypoint.speed) is not None
+        is_free |= time_is_free(task, i)
+
+
+def time_is_free(task: PlainTask, i: int) -> bool:
+    """Whether the time from the waypoint before waypoint i is free, itself or by a speed."""
+    waypoint = task.waypoints[i]
+    by_speed = isinstance(waypoint, PathWaypoint) and max_speed(waypoint.speed) is not None
+    return by_speed or min_duration(task, i) is not None
 
 
 def _misplaced(task: PlainTask, i: int, *, after_free: bool) -> Iterator[tuple[str, str, str]]:

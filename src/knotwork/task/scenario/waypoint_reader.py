@@ -18,7 +18,11 @@ from knotwork.task.scenario.carriers import (
     neighbours_in_frame,
     refuse_excluded_keys,
 )
-from knotwork.task.scenario.free_values_reader import check_free_values, max_speed, min_duration
+from knotwork.task.scenario.free_values_reader import (
+    check_free_values,
+    min_duration,
+    time_is_free,
+)
 from knotwork.task.scenario.freedoms_reader import Freedoms, freedom_of, read_freedoms
 from knotwork.task.scenario.scenario import JointTarget, ScenarioPath, ScenarioWaypoint
 from knotwork.task.scenario.task_in_si import TaskInSI
@@ -178,9 +182,8 @@ def _read_arrivals(
     before = 0.0 if source.task.start is not None else None
     is_chosen = False
     for i, waypoint in enumerate(source.task.waypoints):
-        is_chosen |= min_duration(source.task, i) is not None
+        is_chosen |= time_is_free(source.task, i)
         if isinstance(waypoint, PathWaypoint):
-            is_chosen |= max_speed(waypoint.speed) is not None
             if not arrivals.paths or arrivals.paths[-1].last < i:
                 from knotwork.task.scenario.path_reader import read_path
 
