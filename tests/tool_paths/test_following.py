@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 import knotwork as kw
@@ -48,6 +48,7 @@ def check_advice(error, lengths, wanted, acceleration, options):
 
 
 @examples()
+@example([(0.015625, 0.125), (2.0, 0.015625)], 1.0, 0.25, 0.0, set())  # a tiny piece between ramps
 @given(
     st.lists(st.tuples(st.floats(0.01, 2.0), speeds), min_size=1, max_size=5),
     st.floats(0.1, 5.0),

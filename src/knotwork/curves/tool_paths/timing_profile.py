@@ -139,7 +139,7 @@ def speed_profile(
     first, last = (default if v is None else checked_speed(v, name) for v, name, default in outer)
     junction_speeds = [float(first), *joint.tolist(), float(last)]
     totals = np.concatenate(([0.0], np.cumsum(length)))
-    breaks, coefficients, times, full, durations = [0.0], [], [0.0], [], []
+    breaks, coefficients, times, full, resolved = [0.0], [], [0.0], [], []
     for i, ends in enumerate(pairwise(junction_speeds)):
         fixed = i == 0 and start_speed is not None, i == count - 1 and end_speed is not None
         stretch, v = i if count > 1 else None, float(speed[i])
@@ -147,19 +147,20 @@ def speed_profile(
         pieces = _make_pieces(totals[i : i + 2], v, ends, acceleration / shrink)
         starts = times[-1] + np.concatenate(([0.0], np.cumsum([T for T, _ in pieces])))
         full.append(starts[1:3])
-        for end, (T, c) in zip(starts[1:], pieces, strict=True):
-            if T > 0.0:
+        for end, (_, c) in zip(starts[1:], pieces, strict=True):
+            if end > breaks[-1]:
                 breaks.append(float(end))
                 coefficients.append(c)
-                durations.append(T)
         times.append(float(starts[-1]))
-    _check_resolved(min(durations), np.diff(times), speed)
+        # at a constant speed, a short piece between ramps needs no resolution
+        resolved += [T for T in (pieces[0][0], pieces[2][0], times[-1] - times[-2]) if T > 0.0]
+    _check_resolved(min(resolved), np.diff(times), speed)
     curve = PiecewisePolynomial(np.array(coefficients).T, breaks)
     return Timing(curve, np.array(times), np.array(full), speed)
 
 
 def _check_resolved(shortest: float, durations: FloatArray, speeds: FloatArray) -> None:
-    """Refuse a piece [s] that is too short for the duration of the path."""
+    """Refuse a ramp or stretch [s] that is too short for the duration of the path."""
     min_duration = RAMP_RESOLUTION * float(durations.sum())
     if shortest >= min_duration:
         return
