@@ -19,8 +19,8 @@ from knotwork.planning.timing.timed_motion import Budget, Progress
 from knotwork.task import Task
 from knotwork.task.scenario import Scenario, load_scenario
 from knotwork.task.scenario.resolve import change_task
-from knotwork.verification.collisions import COLLISIONS, failed_pairs
-from knotwork.verification.finding import TRIED, Finding
+from knotwork.verification.collisions import failed_pairs
+from knotwork.verification.finding import TRIED, Finding, Group
 from knotwork.verification.motion import AT_WAYPOINT
 
 TIMED_SEQUENCES, FREE_SEQUENCES = 12, 4
@@ -226,6 +226,6 @@ def _quoted_names(plan: Plan, ends: Sequence[int]) -> str:
 
 def _with_finding(plan: Plan, message: str, quantity: str = "sequences_tried") -> Plan:
     """The plan with a finding on the planned sequences of solutions."""
-    finding = Finding.of_motion(COLLISIONS, quantity, message)
+    finding = Finding.of_motion(Group.COLLISIONS, quantity, message)
     report = replace(plan.report, findings=(*plan.report.findings, finding))
     return replace(plan, report=report)
