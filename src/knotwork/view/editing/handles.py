@@ -70,7 +70,7 @@ def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
         scenario: The task.
         robot: Its robot.
     """
-    file = to_si(scenario.given, *scenario.given.units.in_si)
+    file = to_si(scenario.given, scenario.given.units)
     frames = Frames(file.frames, scenario.locations)
     moving = frames.moving.items()
     fixed_frames = {
