@@ -123,9 +123,12 @@ def _draw_carried(
         in_tool = mesh.place(frame.placement)
         parts.draw("held", in_tool, carrier=joint, between=[take, leave], of=held.name)
         spans = [appears, take], [leave, None]
-        for time, held_in, between in zip((take, leave), held.frames, spans, strict=True):
+        ends = (held.take, take), (held.leave, leave)
+        for (waypoint, time), held_in, between in zip(ends, held.frames, spans, strict=True):
             carrier, placement = shown.carrier_of(held_in, time)
-            lying = mesh.place(placement * robot.forward(curve(time)))
+            in_world = shown.scenario.waypoints[waypoint].in_world_frame
+            tool = robot.tool_pose(curve(time), in_world_frame=in_world)
+            lying = mesh.place(placement * tool)
             parts.draw("held", lying, carrier=carrier, between=between, of=held.name)
 
 
