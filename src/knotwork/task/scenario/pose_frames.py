@@ -39,10 +39,12 @@ class PoseFrames:
     Attributes:
         task: The task in SI.
         locations: Locations of its parts in its file, for errors.
+        units: Units of the file, for messages.
     """
 
     task: PlainTask
     locations: Locations
+    units: Units
 
     @cached_property
     def named(self) -> Frames:
@@ -159,9 +161,8 @@ class PoseFrames:
             jumps = np.abs(curve.jumps(1))
             if jumps.max(initial=0.0) > MAX_SPEED_JUMP:
                 k, axis = np.unravel_index(int(jumps.argmax()), jumps.shape)
-                units = Units(self.task.units.length, self.task.units.angle)
                 unit = "rad/s" if joints.turns[axis] else "m/s"
-                jump = units.text(float(jumps[k, axis]), unit, ".3g")
+                jump = self.units.text(float(jumps[k, axis]), unit, ".3g")
                 raise self.locations.error(
                     ("waypoints", i),
                     f"the tool is on the path to it from {start:.4g} s to {end:.4g} s, and at "

@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from knotwork.files.documents import Locations
-from knotwork.task import Placement, PlainTask
+from knotwork.task import Placement, PlainTask, TaskUnits
 from knotwork.task.scenario.pose_frames import PoseFrames
 from knotwork.units import Units
 
@@ -24,25 +24,27 @@ class TaskInSI:
     Attributes:
         task: The task; waits in `do` are moved to `wait`.
         locations: Locations of its parts in its file, for errors.
+        file_units: Units of its file; those of `task` are SI.
     """
 
     task: PlainTask
     locations: Locations
+    file_units: TaskUnits
 
     @property
     def units(self) -> Units:
         """Units of the file, for messages."""
-        return Units(self.task.units.length, self.task.units.angle)
+        return self.file_units.for_output
 
     @property
     def length(self) -> float:
-        """The file's unit of length [m]."""
-        return self.task.units.in_si[0]
+        """The file's unit of length [m], in which files of points and meshes are."""
+        return self.file_units.in_si[0]
 
     @cached_property
     def frames(self) -> PoseFrames:
         """The frames of its poses."""
-        return PoseFrames(self.task, self.locations)
+        return PoseFrames(self.task, self.locations, self.units)
 
     def placement(self, placement: Placement, *location: str | int) -> pin.SE3:
         """A placement at a location of the task, in its parent frame."""
