@@ -25,6 +25,7 @@ from knotwork.task.scenario.joint_space import by_joint, joint_space
 from knotwork.task.scenario.waypoint_reader import START
 from knotwork.task.task_source import with_moved_paths
 from knotwork.verification import Finding, Motion, check
+from knotwork.verification.finding import Group
 from knotwork.verification.motion import Arrival, Execution
 from knotwork.verification.path_checks import check_path_geometry
 from knotwork.verification.report import CheckedMotion
@@ -117,7 +118,7 @@ def _geometry(plan: CheckedMotion, executed: Execution, motion: Motion) -> list[
     scenario = plan.scenario
     if not executed.is_on_path:
         fact = "the motion leaves the tool paths of the task, which are not checked"
-        warning = Finding.of_motion("Warnings", "path", fact, "warning")
+        warning = Finding.of_motion(Group.WARNINGS, "path", fact, "warning")
         return [warning] if scenario.paths else []
     moving = on_moving_frames(scenario.given)
     # waypoints in moving frames, and the paths between them, have their own clock
@@ -143,7 +144,7 @@ def _misplaced_objects(scenario: Scenario, executed: Execution) -> Iterator[Find
                     f"{when} {scenario.waypoints[waypoint].name!r}, {held.name!r} moves relative "
                     "to the frame of the poses, but is checked as fixed in it"
                 )
-                yield Finding.of_motion("Warnings", "held_object", fact, "warning")
+                yield Finding.of_motion(Group.WARNINGS, "held_object", fact, "warning")
 
 
 def _execute(
