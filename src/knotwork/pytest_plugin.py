@@ -6,7 +6,6 @@ def test_cell(knotwork):
 
 from __future__ import annotations
 
-import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -88,10 +87,7 @@ class Checks:
             stated, note = scenario_of_plan(Path(file))
             if scenario is None and stated is None:
                 raise InputError(note or f"{file} needs its scenario, robot or scene")
-            checked, note = check_with_task(file, scenario or stated or "")
-            if note:
-                warnings.warn(note, stacklevel=3)
-            return checked.report
+            return check_with_task(file, scenario or stated or "")[0].report
         except InputError as error:
             fault = str(error)
         pytest.fail(fault, pytrace=False)
