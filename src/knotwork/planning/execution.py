@@ -134,12 +134,12 @@ def _geometry(plan: CheckedMotion, executed: Execution, motion: Motion) -> list[
 
 
 def _misplaced_objects(scenario: Scenario, executed: Execution) -> Iterator[Finding]:
-    """Warnings of objects whose carrier is unknown, because the executed task has joint values."""
+    """Warnings of objects whose frame is unknown, because the executed task has joint values."""
     inner = {arrival.waypoint for arrival in executed.arrivals[1:-1]}
     for held in scenario.scene.held:
         ends = ("before", held.take), ("after", held.leave)
-        for (when, waypoint), carrier in zip(ends, held.carriers, strict=True):
-            if carrier is not None and waypoint in inner:
+        for (when, waypoint), frame in zip(ends, held.frames, strict=True):
+            if not frame.rests_on(scenario.pose_frame_link) and waypoint in inner:
                 fact = (
                     f"{when} {scenario.waypoints[waypoint].name!r}, {held.name!r} moves relative "
                     "to the frame of the poses, but is checked as fixed in it"

@@ -100,7 +100,7 @@ def _compare_on_path(
         raise TypeError("an event on a path needs a robot")
     time = np.array([min(event.time, motion.end_time)])
     pose = space.robot.forward(motion.curve(time[0]))
-    reached, _, _ = path.motion.relative_motion(
+    reached, _, _ = path.motion.woven_frame.relative_motion(
         time, pose.translation[None], pose.rotation[None], np.zeros((1, 3))
     )
     requested = path.motion.path.position(np.array([request.arc_length]))

@@ -55,7 +55,7 @@ def check_tool_paths(
     if space.robot is None:
         return
     for group in group_paths_by_turn(scenario):
-        paths = [path for path in group if execution is None or path.motion.tool_carrier is None]
+        paths = [path for path in group if execution is None or not path.motion.has_own_clock]
         for followed in _follow_paths(motion, scenario, space.robot, paths, execution):
             yield from _stretch_findings(scenario, followed)
 
@@ -102,11 +102,11 @@ def check_path_geometry(
     own_clock = [
         path
         for path in scenario.paths
-        if path.motion.tool_carrier is not None and path.times[0] < end and start < path.times[-1]
+        if path.motion.has_own_clock and path.times[0] < end and start < path.times[-1]
     ]
     for path in own_clock:
         names = scenario.waypoints[path.first].name, scenario.waypoints[path.last].name
-        kind = "woven" if path.motion.carrier is None else "in a moving frame"
+        kind = "in a moving frame" if path.motion.frame.is_moving else "woven"
         fact = f"the tool path from {names[0]!r} to {names[1]!r} is {kind} and is not checked"
         yield Finding.of_motion(Group.WARNINGS, "path", fact, "warning")
     yield from check_tool_paths(motion, scenario, space, execution)

@@ -86,7 +86,7 @@ class PathStretch:
         start, end: Interval of the stretch [s].
         freedom: Freedom of the poses.
         clock: Time in the path's timing as a function of time in `curve`; by default they are the
-            same. Only for paths without a carrier.
+            same. Only for paths without a clock of their own.
 
     Attributes:
         low, high: Arc lengths at the start and end of the stretch [m].
@@ -106,11 +106,11 @@ class PathStretch:
         self.clock = clock
         self.joints, self.positions = joint_tree(robot.model), curve
         self.joint, self.lever = carrier_of(robot.model, robot.require_tool())
-        if motion.tool_carrier is not None:
-            base = robot.base_placement.inverse()
-            self.joints = tree_from(motion.tool_carrier.joints, self.joints, base)
+        if motion.has_own_clock:
+            base, frame_joints = robot.base_placement.inverse(), motion.woven_frame.joints
+            self.joints = tree_from(frame_joints, self.joints, base)
             self.joint += len(self.joints.parent) - 1 - robot.model.nv
-            self.positions = append_carriers(curve, motion.tool_carrier.joints)
+            self.positions = append_joints(curve, frame_joints)
         self.low, self.high = self.timed_arc_length(np.array([start, end])).tolist()
 
     def timed_arc_length(self, t: FloatArray) -> FloatArray:
@@ -123,8 +123,7 @@ class PathStretch:
         path = self.motion.path
         tip, columns, J = joint_axes(self.robot).compute_poses_and_jacobians(self.curve(t))
         velocity = np.einsum("ijk,kj->ki", J[:3], self.curve(t, 1))
-        # relative to the joints that carry the path
-        position, rotation, velocity = self.motion.relative_motion(
+        position, rotation, velocity = self.motion.woven_frame.relative_motion(
             t, tip.T, columns.transpose(2, 1, 0), velocity
         )
         s = track_arc_length(path, position, self.timed_arc_length(t), (self.low, self.high))
@@ -151,27 +150,27 @@ class PathStretch:
         return PathSizes(point[2], point[3], spin, rotation, rounding)
 
 
-def tree_from(carriers: Sequence[KnownJoints], arm: JointTree, root: Any) -> JointTree:
+def tree_from(frame_joints: Sequence[KnownJoints], arm: JointTree, root: Any) -> JointTree:
     """The joints of an arm relative to a moving frame at its placement with joints at 0.
 
     Args:
-        carriers: Joints that carry the frame, the outermost first.
+        frame_joints: Joints that move the frame, the outermost first.
         arm: The arm's joints.
         root: Placement of the root of the arm's URDF in the base frame, `pin.SE3`.
 
     Returns:
-        The joints; positions are those of the arm, followed by those of the carriers in order.
+        The joints; positions are those of the arm, followed by those of the frame in order.
     """
     reversed_joints: list[tuple[Any, Any, bool, int]] = []
     placement = pin.SE3.Identity()
-    for carrier in carriers:
-        placement = placement * carrier.placement
-    firsts = np.cumsum([0, *(len(carrier.turns) for carrier in carriers)]).tolist()
-    for carrier, first in reversed(list(zip(carriers, firsts, strict=False))):
-        for k in reversed(range(len(carrier.turns))):
-            reversed_joints.append((placement, -carrier.axis[k], carrier.turns[k], first + k))
+    for known in frame_joints:
+        placement = placement * known.placement
+    firsts = np.cumsum([0, *(len(known.turns) for known in frame_joints)]).tolist()
+    for known, first in reversed(list(zip(frame_joints, firsts, strict=False))):
+        for k in reversed(range(len(known.turns))):
+            reversed_joints.append((placement, -known.axis[k], known.turns[k], first + k))
             placement = pin.SE3.Identity()
-        placement = placement * carrier.placement.inverse()
+        placement = placement * known.placement.inverse()
     placements, axes, turns, columns = zip(*reversed_joints, strict=True)
     carrier_chain, carried_by = make_serial_chain(placements, np.array(axes), turns), len(columns)
     tree = join_trees(carrier_chain, arm, placement * root, carried_by)
@@ -181,9 +180,9 @@ def tree_from(carriers: Sequence[KnownJoints], arm: JointTree, root: Any) -> Joi
     return replace(tree, column=columns)
 
 
-def append_carriers(
-    curve: PiecewisePolynomial, carriers: Sequence[KnownJoints]
+def append_joints(
+    curve: PiecewisePolynomial, frame_joints: Sequence[KnownJoints]
 ) -> PiecewisePolynomial:
-    """Positions of an arm's joints, followed by those of its carriers, over the arm's time."""
+    """Positions of an arm's joints, followed by those of its frame_joints, over the arm's time."""
     span = curve.x[[0, -1]].tolist()
-    return stack_curves(curve, *(carrier.curve.between(*span) for carrier in carriers))
+    return stack_curves(curve, *(known.curve.between(*span) for known in frame_joints))
