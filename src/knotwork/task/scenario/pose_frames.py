@@ -195,9 +195,8 @@ class PoseFrames:
                 f"is in frame {name!r}, which moves, and other poses are {of_others}",
                 "a fixed frame, or a task without the other poses",
             )
-        if isinstance(waypoint, PathWaypoint) and (
-            self.in_world_frame(i) or self.in_world_frame(i - 1)
-        ):
+        is_path = isinstance(waypoint, PathWaypoint)
+        if is_path and any(self.in_world_frame(k) for k in (i - 1, i)):
             raise self.locations.error(
                 location,
                 f"ends a path with poses in the base, and other poses are {of_others}",
