@@ -30,7 +30,7 @@ from knotwork.waypoints import ChosenSection, JointWaypoints
 KNOT_TIME_TOLERANCE = 1e-9
 """Tolerance of the times of knots at waypoints, relative to the largest waypoint time."""
 
-MAX_CORRECTION = 1e-3
+ROUNDING_CORRECTION = 1e-3
 """Largest change of accelerations, relative to their peak, that their rounding may need."""
 
 
@@ -153,7 +153,7 @@ def _section_pieces(
         states = waypoints.position[ends], waypoints.velocity[ends]
         corrected = correct_accelerations(span, a[interval][None], *states)
         change = np.abs(corrected[0] - a[interval]).max(axis=0)
-        beyond = np.flatnonzero(change > MAX_CORRECTION * np.maximum(peak, 1e-9))
+        beyond = np.flatnonzero(change > ROUNDING_CORRECTION * np.maximum(peak, 1e-9))
         if beyond.size:
             raise OptionError(
                 "chosen",
