@@ -41,6 +41,28 @@ def test_free_velocities_save_time(problem: TimingProblem, fastest: TimedMotion)
     assert motion.duration < 0.95 * fastest.duration
 
 
+@pytest.mark.parametrize("long", [5.0, 100.0])
+@pytest.mark.parametrize("along", [False, True])
+def test_arm_stays_near_in_long_given_duration(long: float, along: bool) -> None:
+    limits = JointLimits(velocity=[2.0, 3.0], acceleration=[8.0, 6.0], jerk=[80.0, 60.0])
+    velocity = np.full((5, 2), 0.5 if along else np.nan)
+    velocity[[0, -1]] = 0.0
+    problem = TimingProblem(
+        ("a", "b"),
+        [[0, 0], [1, 0.5], [1.5, 1.2], [1, 1.4], [2, 1]],
+        velocity,
+        limits,
+        along=[False, along, along, along, False],
+        duration=[np.nan, long, np.nan, np.nan],
+    )
+    motion = solve(problem)
+    assert_kept(problem, motion)
+    short = solve(replace(problem, duration=[np.nan, 2, np.nan, np.nan]))
+    assert motion.duration - long < short.duration - 2 + 1e-3
+    span = np.ptp(motion.trajectory.position(np.linspace(0, motion.duration, 2001)), axis=0)
+    assert (span < 3.5).all()  # with minimum accelerations alone 8 for 5 s, 50 for 100 s
+
+
 def test_chooses_factor_along_direction(problem: TimingProblem) -> None:
     along = np.array([False, True, True, True, False])
     other = replace(problem, along=along, max_factor=np.full(5, 0.7))

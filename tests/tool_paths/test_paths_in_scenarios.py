@@ -12,7 +12,7 @@ import pytest
 import yaml
 
 import knotwork as kw
-from knotwork.errors import FollowingError, InputError
+from knotwork.errors import BranchError, FollowingError, InputError
 from seams import ON as FIRST
 from seams import task
 
@@ -71,9 +71,21 @@ def test_path_not_followed_in_requested_branch() -> None:
     pose = {"position": [450, -300, 300], "rpy": [180, -60, 0]}
     off = {**LINE, "speed": 250, "stop": True, "pose": pose}
     branch = {"shoulder": "right", "elbow": "down", "wrist": "flip"}
-    with pytest.raises(FollowingError, match=r"in the requested branch at 'on'.* try branch: free"):
+    with pytest.raises(
+        FollowingError, match=r"in the requested branch at 'on'.* try branch: free"
+    ) as raised:
         kw.plan(task(on, off, branch=branch))
+    assert raised.value.path_start == 1
     kw.plan(task(on, off, branch={"shoulder": "right", "elbow": "up", "wrist": "no flip"}))
+
+
+def test_path_begins_outside_requested_branch() -> None:
+    """No solution at its start is in the branch, so none is said to be the best of it."""
+    rpy = [-51, 26, -64]
+    on = {**FIRST, "stop": True, "pose": {"position": [-20, 545, 647], "rpy": rpy}}
+    off = {**LINE, "stop": True, "pose": {"position": [20, -545, 647], "rpy": rpy}}
+    with pytest.raises(BranchError, match=r"'on': can't be reached in branch shoulder: right"):
+        kw.plan(task(on, off, branch={"shoulder": "right", "wrist": "no flip"}))
 
 
 @pytest.mark.parametrize("tilt", [[0, 0, 0], [15, -10, 0]])

@@ -20,11 +20,13 @@ from knotwork.planning.replanning import SCENE_KEYS, on_moving_frames, task_with
 from knotwork.planning.speed_override import PATH_TOLERANCE, SAME_WAYPOINT_TIME, change_speed
 from knotwork.task import Task
 from knotwork.task.scenario import Scenario, resolve_task
-from knotwork.task.scenario.event_reader import action_of, segments
+from knotwork.task.scenario.event_reader import action_of
 from knotwork.task.scenario.joint_space import by_joint, joint_space
+from knotwork.task.scenario.motion_segments import motion_segments
 from knotwork.task.scenario.waypoint_reader import START
 from knotwork.task.task_source import with_moved_paths
 from knotwork.verification import Finding, Motion, check
+from knotwork.verification.finding import Group
 from knotwork.verification.motion import Arrival, Execution
 from knotwork.verification.path_checks import check_path_geometry
 from knotwork.verification.report import CheckedMotion
@@ -83,7 +85,7 @@ def stopped_motion(plan: MotionT, at: float, *, on_path: bool) -> MotionT:
 
 
 def _checked(plan: MotionT, executed: Execution, warnings: Sequence[Finding] = ()) -> MotionT:
-    """An executed motion with a task of the waypoints that it reaches, checked.
+    """Check an executed motion against a task of the waypoints that it reaches.
 
     Args:
         plan: The planned motion.
@@ -97,8 +99,8 @@ def _checked(plan: MotionT, executed: Execution, warnings: Sequence[Finding] = (
         polynomial=motion,
         waypoint_times=times,
         events=tuple(event.event for event in scenario.events),
-        loads=space.carrying.loads(float(motion.x[0])) if space.carrying else (),
-        segments=_segments(plan.trajectory.segments, executed.clock) or segments(scenario),
+        loads=space.loaded_robots.loads(float(motion.x[0])) if space.loaded_robots else (),
+        segments=_segments(plan.trajectory.segments, executed.clock) or motion_segments(scenario),
     )
     known = [
         *warnings,
@@ -117,7 +119,7 @@ def _geometry(plan: CheckedMotion, executed: Execution, motion: Motion) -> list[
     scenario = plan.scenario
     if not executed.is_on_path:
         fact = "the motion leaves the tool paths of the task, which are not checked"
-        warning = Finding.of_motion("Warnings", "path", fact, "warning")
+        warning = Finding.of_motion(Group.WARNINGS, "path", fact, "warning")
         return [warning] if scenario.paths else []
     moving = on_moving_frames(scenario.given)
     # waypoints in moving frames, and the paths between them, have their own clock
@@ -133,17 +135,17 @@ def _geometry(plan: CheckedMotion, executed: Execution, motion: Motion) -> list[
 
 
 def _misplaced_objects(scenario: Scenario, executed: Execution) -> Iterator[Finding]:
-    """Warnings of objects whose carrier is unknown, because the executed task has joint values."""
+    """Warnings of objects whose frame is unknown, because the executed task has joint values."""
     inner = {arrival.waypoint for arrival in executed.arrivals[1:-1]}
     for held in scenario.scene.held:
         ends = ("before", held.take), ("after", held.leave)
-        for (when, waypoint), carrier in zip(ends, held.carriers, strict=True):
-            if carrier is not None and waypoint in inner:
+        for (when, waypoint), frame in zip(ends, held.frames, strict=True):
+            if not frame.rests_on(scenario.pose_frame_link) and waypoint in inner:
                 fact = (
                     f"{when} {scenario.waypoints[waypoint].name!r}, {held.name!r} moves relative "
                     "to the frame of the poses, but is checked as fixed in it"
                 )
-                yield Finding.of_motion("Warnings", "held_object", fact, "warning")
+                yield Finding.of_motion(Group.WARNINGS, "held_object", fact, "warning")
 
 
 def _execute(
@@ -192,7 +194,7 @@ def _task_of(plan: CheckedMotion, executed: Execution) -> Task:
     """
     scenario, space, motion = plan.scenario, plan.space, executed.motion
     task = task_with_scene_from(plan, executed.span, executed.ends)
-    units = task.units.in_si
+    units = task.units
     waypoints: dict[int | str, dict[str, Any]] = {}
     for time, name, waypoint in executed.arrivals:
         key = name if waypoint < 0 else scenario.task_index[waypoint]
@@ -200,10 +202,10 @@ def _task_of(plan: CheckedMotion, executed: Execution) -> Task:
             del waypoints[key]["velocity"]
             waypoints[key]["wait"] = time - waypoints[key]["time"]
         else:
-            q, v = (by_joint(space, motion(time, nu), *units) for nu in range(2))
+            q, v = (by_joint(space, motion(time, nu), units) for nu in range(2))
             waypoints[key] = {"time": time, "name": name, "joints": q, "velocity": v}
     _add_actions([*waypoints.values()], plan, executed)
-    first, last = (by_joint(space, motion(t, 2), *units) for t in motion.x[[0, -1]].tolist())
+    first, last = (by_joint(space, motion(t, 2), units) for t in motion.x[[0, -1]].tolist())
     data = {key: value for key, value in task.to_dict().items() if key in EXECUTED_KEYS} | {
         "name": scenario.name,
         "waypoints": [*waypoints.values()],

@@ -77,7 +77,6 @@ def _task_from(
                 f"the task omits; accepted: `tool: {{holds: {{{held}: {{from: {name}, to: …}}}}"
                 "}` with its shape"
             )
-    units = task.units.in_si
     actions = [] if replaced is None else list(replaced.actions)
     immediate = [x for x in actions if x.after is x.before is x.at is None]
     switched: set[str | int | None] = {action.output for action in immediate}
@@ -90,12 +89,12 @@ def _task_from(
     state: dict[str, Any] = {
         "name": name,
         "time": 0.0,
-        "joints": by_joint(motion, q, *units),
-        "velocity": by_joint(motion, v, *units),
+        "joints": by_joint(motion, q, task.units),
+        "velocity": by_joint(motion, v, task.units),
     }
     if kept_on or actions:
         state["do"] = [*kept_on, *actions]
-    ends = {"start": by_joint(motion, a, *units)}
+    ends = {"start": by_joint(motion, a, task.units)}
     if isinstance(task.end_acceleration, EndAcceleration):
         ends["end"] = task.end_acceleration.end
     return task.replace(start=None, waypoints=[state, *goals], end_acceleration=ends)
@@ -180,7 +179,9 @@ def _frame_of_joints(scenario: Scenario) -> str | None:
 def _put_down(
     plan: CheckedMotion, held: GraspedObject, waypoint: int, span: tuple[float, float]
 ) -> SceneObject:
-    """A held object where the tool takes or releases it, which the tool may touch near it.
+    """A held object that lies where the tool takes or releases it.
+
+    The tool may touch it if the execution includes the motion from or to it.
 
     Args:
         plan: The planned motion.
@@ -189,14 +190,14 @@ def _put_down(
         span: Time interval of the planned motion that is executed [s].
     """
     scenario, task = plan.scenario, plan.scenario.given
-    at, carrier = scenario.waypoints[waypoint], held.carriers[waypoint == held.leave]
+    at, frame = scenario.waypoints[waypoint], held.frames[waypoint == held.leave]
     near = [neighbour.time for neighbour in scenario.waypoints[max(waypoint - 1, 0) : waypoint + 2]]
     robot, q = plan.space.robot, plan.trajectory(at.time)
     tool = robot.tool_pose(q, in_world_frame=at.in_world_frame)  # type: ignore[union-attr]
     placed, parent = tool * held.shape.placement, "base"
-    if carrier is not None and carrier.is_moving:
+    if frame.is_moving:
         parent = task.frame_of(task.waypoints[scenario.task_index[waypoint]])
-        placed = carrier.placement_at(at.time).actInv(placed)
+        placed = frame.placement_at(at.time).actInv(placed)
     elif scenario.pose_frame_link and not at.in_world_frame:
         parent = _frame_of_joints(scenario) or "base"
         placed = scenario.frames[parent].actInv(placed)

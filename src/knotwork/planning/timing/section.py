@@ -8,6 +8,11 @@ import numpy as np
 
 from knotwork.arrays import BoolArray, FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.planning.timing.long_intervals import (
+    MIDDLE_BREAKS,
+    max_middle_velocities,
+    ramp_times,
+)
 from knotwork.planning.timing.motion_curves import exact_curve
 from knotwork.planning.timing.motion_states import States
 from knotwork.planning.timing.nonlinear_program import Block, Solution, solve_program
@@ -69,7 +74,8 @@ class SectionProgram:
         self.layout = Layout(intervals, each, joints, len(self.along))
         # of the intervals in the guess
         self.duration = guess.span.reshape(intervals, each).sum(axis=1)
-        self.scale = _scale(problem, guess, float(np.median(self.duration)))
+        usual = np.isnan(ramp_times(problem))
+        self.scale = _scale(problem, guess, float(np.median(self.duration[usual])))
 
     def solve(self, start: Solution | None = None, seconds: float = np.inf) -> Solution:
         """Run the solver from an earlier solution or the guess, with a time limit [s]."""
@@ -100,10 +106,12 @@ class SectionProgram:
         at, problem, scale = self.layout, self.problem, self.scale
         each = at.each
         low, high = np.full(at.size, -np.inf), np.full(at.size, np.inf)
-        shortest = MIN_PIECE_SHARE * self.duration / each / scale.time
-        low[at.tau] = np.repeat(shortest, each)
+        low[at.tau] = MIN_PIECE_SHARE * self.guess.span / scale.time
         inner = 1.0 - self.margin
         V, A = (inner * problem.limits[name] for name in ("velocity", "acceleration"))
+        V = np.tile(V, (at.pieces + 1, 1))
+        for k in MIDDLE_BREAKS:
+            V[k::each] = np.minimum(V[k::each], max_middle_velocities(problem))
         low[at.v], high[at.v] = -V / scale.unit(1), V / scale.unit(1)
         low[at.a], high[at.a] = -A / scale.unit(2), A / scale.unit(2)
         lower, upper = self._position_range()
@@ -192,8 +200,7 @@ class SectionProgram:
         d, row = at.joints, np.ones(at.pieces)
         jerk = bool(np.isfinite(problem.limits.jerk).any())
         position, smooth = self.tightening.position, problem.objective.jerk > 0.0
-        duration = np.repeat(self.duration, at.each)
-        h = duration / scale.time
+        h = at.each * self.guess.span / scale.time
         rows, max_velocities = [1.0 / h, 1.0 / (h * h)], self._velocity_bounds()
         low = [np.zeros((2 * d, at.pieces)), *(-limit for limit in max_velocities)]
         high = [np.zeros((2 * d, at.pieces)), *max_velocities]
@@ -207,7 +214,7 @@ class SectionProgram:
             low += list(lower / scale.unit(0)[:, None])
             high += list(upper / scale.unit(0)[:, None])
         weights = self._weights()[:, None] * row
-        weights[1] = EVENNESS_WEIGHT * at.each * scale.time**2 / (duration * self.duration.sum())
+        weights[1] = EVENNESS_WEIGHT * scale.time**2 / (self.guess.span * self.duration.sum())
         kernel = piece_kernel(d, jerk, position, smooth)
         return Block(kernel, at.piece, np.vstack((*rows, weights)), np.vstack(low), np.vstack(high))
 

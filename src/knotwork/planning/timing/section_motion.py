@@ -8,12 +8,11 @@ import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.curves.polynomial.two_point import two_point_coefficients
+from knotwork.planning.timing.long_intervals import guessed_states
 from knotwork.planning.timing.motion_curves import concatenate
-from knotwork.planning.timing.motion_states import States, states_of
+from knotwork.planning.timing.motion_states import States
 from knotwork.planning.timing.nonlinear_program import Solution
 from knotwork.planning.timing.section import SectionProgram
-from knotwork.planning.timing.spline import pieces_each
 from knotwork.planning.timing.stop_to_stop import SLOWDOWN_FACTORS, resting_intervals
 from knotwork.planning.timing.tightening import first_tightening, keeps_limits, tighten
 from knotwork.planning.timing.timed_motion import Budget, Status
@@ -122,10 +121,7 @@ def plain_guess(problem: TimingProblem) -> States:
     duration = np.where(np.isnan(short), duration, np.minimum(short, duration))
     if problem.total is not None:
         duration = duration * (problem.total / duration.sum())
-    time = np.concatenate(([0.0], np.cumsum(duration)))
-    pieces = pieces_each(duration.size)
-    curve = PiecewisePolynomial(two_point_coefficients(time, (problem.position, velocity)), time)
-    return states_of(curve, np.repeat(duration / pieces, pieces))
+    return guessed_states(problem, duration, velocity)
 
 
 def first_durations(problem: TimingProblem, velocity: FloatArray) -> FloatArray:

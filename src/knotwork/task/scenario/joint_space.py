@@ -15,7 +15,7 @@ import numpy as np
 from knotwork.arrays import FloatArray
 from knotwork.errors import InputError, RobotError, UnknownNameError
 from knotwork.joint_quantities import DERIVATIVES, JointLimits
-from knotwork.task import Tool
+from knotwork.task import TaskUnits, Tool
 from knotwork.task.scenario import JointTarget
 from knotwork.task.scenario.joint_reader import JointReader, JointState, find_waits
 from knotwork.task.scenario.payloads import LoadedRobots, read_payload, robots_with_loads
@@ -40,7 +40,7 @@ class JointSpace:
         joint_units: `"rad"` or `"m"` for each joint.
         limits: Their limits, with the margin of the task.
         robot: The robot with the scenario's tool and position limits, or `None`.
-        carrying: The same robot with its loads over the motion, or `None`.
+        loaded_robots: The same robot with its loads over the motion, or `None`.
         targets: Required joint values at each waypoint; `None` for a pose.
         near: Joint positions near which solutions are chosen [rad or m], shape (d,), or `None`.
         end_acceleration: Required at the start and at the end [rad/s² or m/s²], shape (d,) each,
@@ -59,7 +59,7 @@ class JointSpace:
     joint_units: tuple[str, ...]
     limits: JointLimits
     robot: Robot | None = None
-    carrying: LoadedRobots | None = None
+    loaded_robots: LoadedRobots | None = None
     targets: tuple[JointState | None, ...] = ()
     near: FloatArray | None = None
     end_acceleration: tuple[FloatArray, FloatArray] | None = None
@@ -72,18 +72,18 @@ class JointSpace:
 
 
 def by_joint(
-    joints: JointSpace | JointTrajectory, values: FloatArray, length: float, angle: float
+    joints: JointSpace | JointTrajectory, values: FloatArray, units: TaskUnits
 ) -> dict[str, Any]:
-    """Values by joint in the units of a file.
+    """Values by joint in the units of a task.
 
     Args:
         joints: The joints.
         values: Their values in SI, shape (d,), or (n, d) for a list of each joint.
-        length: The unit of lengths of the file [m].
-        angle: Its unit of angles [rad].
+        units: Units of the task.
     """
-    units = np.where(np.array(joints.joint_units) == "m", length, angle)
-    return dict(zip(joints.joint_names, (values / units).T.tolist(), strict=True))
+    length, angle = units.in_si
+    unit = np.where(np.array(joints.joint_units) == "m", length, angle)
+    return dict(zip(joints.joint_names, (values / unit).T.tolist(), strict=True))
 
 
 def joint_space(scenario: Scenario) -> JointSpace:
@@ -115,15 +115,15 @@ def joint_space(scenario: Scenario) -> JointSpace:
     _check_motion_limits(scenario, robot)
     read = JointReader(scenario, robot.joint_names, robot.joint_units, robot.configurations)
     robot = robot.with_limits(**read.limits()).with_limit_margin(task.limits.margin)
-    carrying = None if robot.base_moves else robots_with_loads(scenario, robot)
-    return _with_requirements(read, robot.limits, robot, carrying)
+    loaded_robots = None if robot.base_moves else robots_with_loads(scenario, robot)
+    return _with_requirements(read, robot.limits, robot, loaded_robots)
 
 
 def _with_requirements(
     read: JointReader,
     limits: JointLimits,
     robot: Robot | None = None,
-    carrying: LoadedRobots | None = None,
+    loaded_robots: LoadedRobots | None = None,
 ) -> JointSpace:
     """The joints of a reader with their limits, and the requirements of its scenario on them."""
     scenario, targets, near = read.scenario, read.targets(), read.scenario.given.near
@@ -132,7 +132,7 @@ def _with_requirements(
         read.units,
         limits,
         robot,
-        carrying,
+        loaded_robots,
         targets,
         near=None if near is None else read.array(near, "near"),
         end_acceleration=read.end_acceleration(),
@@ -165,7 +165,7 @@ def moved_robot(scenario: Scenario) -> Robot:
             else given.robot,
             relative_to=file.parent if file is not None else None,
         )
-    tool = to_si(given.tool or Tool.model_construct(), *given.units.in_si)
+    tool = to_si(given.tool or Tool.model_construct(), given.units)
     offset = None
     if tool.offset is not None:
         offset = read_placement(tool.offset, scenario.locations, ("tool", "offset"))
