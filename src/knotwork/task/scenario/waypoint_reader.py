@@ -271,8 +271,8 @@ class _WaypointReader:
                 "leaves the position open where the tool moves",
                 "position where it stops: stop: true",
             )
-        in_world = self.source.frames.in_world(i)
-        return CartesianWaypoint(name, time, pose, twist, where, freedom, in_world)
+        in_world_frame = self.source.frames.in_world_frame(i)
+        return CartesianWaypoint(name, time, pose, twist, where, freedom, in_world_frame)
 
     def _state(self, i: int, step: PoseWaypoint | PathWaypoint) -> tuple[pin.SE3, pin.Motion]:
         """Pose and velocity of a waypoint in the base, including the motion of its frame."""
@@ -283,7 +283,7 @@ class _WaypointReader:
             return motion.pose(time), motion.twist(time)
         pose = self.arrivals.poses[i]
         twist = self._twist(i, step) if isinstance(step, PoseWaypoint) else pin.Motion.Zero()
-        return frame.pose_at(pose, time), frame.carried_twist(pose, twist, time)
+        return frame.pose_at(pose, time), frame.twist_at(pose, twist, time)
 
     def _twist(self, i: int, waypoint: PoseWaypoint) -> pin.Motion:
         """Velocity of a waypoint relative to its frame."""
