@@ -69,7 +69,9 @@ def plan(
 
     requested, free = scenario, scenario.free_values
     fixed_arrivals = tuple(
-        scenario.waypoints[i].name for i in free.time_dependent if free.duration_is_free[i - 1]
+        scenario.waypoints[i].name
+        for i in free.time_dependent
+        if free.waypoints[i].duration_is_free
     )
     work = Budget(progress, budget)
     if free.time_dependent:
@@ -152,7 +154,7 @@ def _with_clear_motion(planner: SequencePlanner, best: Plan, tried: int) -> Plan
     requested, late, notes = planner.scenario, planner.budget.is_over, list[str]()
     free = requested.free_values
     ends = _avoidable_ends(best)
-    timed = [i for i in ends if free and free.duration_is_free[i - 1]]
+    timed = [i for i in ends if free and free.waypoints[i].duration_is_free]
     if timed and not late:
         ends = [i for i in ends if i not in timed]
         ways = {requested.task_index[i]: {"way": "clear"} for i in timed}
@@ -170,7 +172,7 @@ def _with_clear_motion(planner: SequencePlanner, best: Plan, tried: int) -> Plan
     if ends and not best.scenario.scene.has_moving_bodies:
         collisions = "the collision" if len(ends) == 1 else "the collisions"
         # motions joined at a free velocity are one motion, which takes no times
-        passed = free and any(free.speed_kinds[i] == "free" for i in ends)
+        passed = free and any(free.waypoints[i].speed_kind == "free" for i in ends)
         times = " without times" if passed and not set(ends) <= set(timed) else ""
         notes.append(
             f"way: clear at {_quoted_names(best, ends)}{times} may avoid {collisions} "
@@ -199,12 +201,12 @@ def _avoidable_ends(plan: Plan) -> list[int]:
     """
     scenario = plan.scenario
     requested = scenario if plan.chosen is None else plan.chosen.requested
-    free = requested.free_values
+    at_waypoints = requested.free_values.waypoints if requested.free_values else ()
     planner, _ = planner_and_rule(scenario.planner)
     if "chosen" not in PLANNER_SPECS[planner].supports or requested.given.chosen:
         return []
     fixed = {i for path in scenario.paths for i in range(path.first, path.last)}
-    fixed |= set(plan.space.waits) | {end - 1 for end in (free.way_options if free else ())}
+    fixed |= set(plan.space.waits) | {i - 1 for i, at in enumerate(at_waypoints) if at.way}
     hit: set[int] = set()
     blocked: set[int] = set()
     for start, end in (s for pair in failed_pairs(plan.report.findings) for s in pair.spans):
@@ -212,7 +214,7 @@ def _avoidable_ends(plan: Plan) -> list[int]:
         hit.add(int(first) - 1)
         blocked.update(range(int(first) - 1, int(last)) if last > first else ())
     ends, unusable = ({i + 1 for i in starts} for starts in (hit - fixed - blocked, blocked))
-    passed = [i for i, kind in enumerate(free.speed_kinds if free else ()) if kind == "free"]
+    passed = [i for i, at in enumerate(at_waypoints) if at.speed_kind == "free"]
     for i in (*passed, *reversed(passed)):
         for together in (ends, unusable):
             if together & {i, i + 1}:

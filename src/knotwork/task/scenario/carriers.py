@@ -184,7 +184,7 @@ def add_time_dependent(source: TaskInSI, free: FreeValues, task_index: Sequence[
     """
     in_moving_frames = [
         waypoint
-        for waypoint in range(free.first_chosen_time, len(task_index))
+        for waypoint in range(free.first_unknown_time, len(task_index))
         if source.carrier(task_index[waypoint]) is not None
     ]
     if in_moving_frames and free.total_duration is not None:

@@ -12,7 +12,7 @@ import numpy as np
 
 from knotwork.curves.trajectory.motion_events import Event, Segment, SegmentKind
 from knotwork.files.documents import Location
-from knotwork.task import Action, ChosenMotion, PlainTask
+from knotwork.task import Action, ChosenSectionFields, PlainTask
 from knotwork.task.actions import parse_switched
 from knotwork.task.scenario.free_values_reader import ends_wait
 from knotwork.task.scenario.scenario import RequestedEvent, Scenario, ScenarioPath, ScenarioWaypoint
@@ -171,7 +171,7 @@ def _output_name(output: int, outputs: Mapping[str, int]) -> str | None:
     return next((name for name, number in outputs.items() if number == output), None)
 
 
-def find_clear_motions(scenario: Scenario) -> Iterator[tuple[list[int], ChosenMotion]]:
+def find_clear_motions(scenario: Scenario) -> Iterator[tuple[list[int], ChosenSectionFields]]:
     """Waypoints of each collision-free motion in the task, by index, and the motion."""
     times = scenario.expected_times
     for motion in scenario.given.chosen or ():
