@@ -81,13 +81,12 @@ def check_without_task(
 
 def _ends(motion: JointTrajectory, task: Task) -> list[dict[str, Any]]:
     """The two ends of a motion as waypoints of a task."""
-    units = task.units.in_si
     return [
         {
             "name": name,
             "time": time,
-            "joints": by_joint(motion, motion(time), *units),
-            "velocity": by_joint(motion, motion(time, 1), *units),
+            "joints": by_joint(motion, motion(time), task.units),
+            "velocity": by_joint(motion, motion(time, 1), task.units),
         }
         for name, time in (("start", motion.start_time), ("end", motion.end_time))
     ]

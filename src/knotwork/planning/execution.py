@@ -192,7 +192,7 @@ def _task_of(plan: CheckedMotion, executed: Execution) -> Task:
     """
     scenario, space, motion = plan.scenario, plan.space, executed.motion
     task = task_with_scene_from(plan, executed.span, executed.ends)
-    units = task.units.in_si
+    units = task.units
     waypoints: dict[int | str, dict[str, Any]] = {}
     for time, name, waypoint in executed.arrivals:
         key = name if waypoint < 0 else scenario.task_index[waypoint]
@@ -200,10 +200,10 @@ def _task_of(plan: CheckedMotion, executed: Execution) -> Task:
             del waypoints[key]["velocity"]
             waypoints[key]["wait"] = time - waypoints[key]["time"]
         else:
-            q, v = (by_joint(space, motion(time, nu), *units) for nu in range(2))
+            q, v = (by_joint(space, motion(time, nu), units) for nu in range(2))
             waypoints[key] = {"time": time, "name": name, "joints": q, "velocity": v}
     _add_actions([*waypoints.values()], plan, executed)
-    first, last = (by_joint(space, motion(t, 2), *units) for t in motion.x[[0, -1]].tolist())
+    first, last = (by_joint(space, motion(t, 2), units) for t in motion.x[[0, -1]].tolist())
     data = {key: value for key, value in task.to_dict().items() if key in EXECUTED_KEYS} | {
         "name": scenario.name,
         "waypoints": [*waypoints.values()],

@@ -77,7 +77,6 @@ def _task_from(
                 f"the task omits; accepted: `tool: {{holds: {{{held}: {{from: {name}, to: …}}}}"
                 "}` with its shape"
             )
-    units = task.units.in_si
     actions = [] if replaced is None else list(replaced.actions)
     immediate = [x for x in actions if x.after is x.before is x.at is None]
     switched: set[str | int | None] = {action.output for action in immediate}
@@ -90,12 +89,12 @@ def _task_from(
     state: dict[str, Any] = {
         "name": name,
         "time": 0.0,
-        "joints": by_joint(motion, q, *units),
-        "velocity": by_joint(motion, v, *units),
+        "joints": by_joint(motion, q, task.units),
+        "velocity": by_joint(motion, v, task.units),
     }
     if kept_on or actions:
         state["do"] = [*kept_on, *actions]
-    ends = {"start": by_joint(motion, a, *units)}
+    ends = {"start": by_joint(motion, a, task.units)}
     if isinstance(task.end_acceleration, EndAcceleration):
         ends["end"] = task.end_acceleration.end
     return task.replace(start=None, waypoints=[state, *goals], end_acceleration=ends)

@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 from knotwork.files.documents import Location, field_at
 from knotwork.files.documents.values import unit_of
-from knotwork.task.task import Task
+from knotwork.task.task import Task, TaskUnits
 from knotwork.task.task_part import TaskPart
 
 PartT = TypeVar("PartT", bound=TaskPart)
@@ -42,19 +42,28 @@ def unit_at(data: Any, location: Location, joints: Mapping[str, str] | None = No
     return re.sub("length|angle", lambda word: own_units[word[0]], unit)
 
 
-def to_si(part: PartT, length: float, angle: float) -> PartT:
-    """A task, or a part of one, with all but joint values in SI.
+def to_si(part: PartT, units: TaskUnits) -> PartT:
+    """A task, or a part of one, with all but joint values in SI; its own `units` become SI.
+
+    >>> ends = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": 2}]
+    >>> units = kw.task.TaskUnits(length="mm")
+    >>> task = kw.Task(units=units, path={"acceleration": 500.0}, waypoints=ends)
+    >>> in_si = to_si(task, task.units)
+    >>> to_si(in_si, in_si.units).path.acceleration
+    0.5
 
     Args:
-        part: Task or part in other units.
-        length: Its unit of length [m].
-        angle: Its unit of angle [rad].
+        part: Task or part.
+        units: Its units.
     """
+    length, angle = units.in_si
     factors = {"length": length, "angle": angle}
 
     def scaled(value: Any, factor: float) -> Any:
+        if isinstance(value, TaskUnits):
+            return TaskUnits()
         if isinstance(value, TaskPart):
-            return to_si(value, length, angle)
+            return to_si(value, units)
         if isinstance(value, dict):
             return {key: scaled(item, factor) for key, item in value.items()}
         if isinstance(value, tuple):

@@ -39,6 +39,7 @@ from knotwork.task.task_part import TaskPart
 from knotwork.task.task_source import moved_paths, read_document, with_moved_paths
 from knotwork.task.task_waypoints import KINDS, TaggedWaypoint, Waypoint, by_key
 from knotwork.task.tool_and_limits import Limits, Tool
+from knotwork.units import Units
 
 
 class TaskUnits(TaskPart):
@@ -51,6 +52,11 @@ class TaskUnits(TaskPart):
     def in_si(self) -> tuple[float, float]:
         """The units of length [m] and angle [rad]."""
         return 1.0 if self.length == "m" else 1e-3, 1.0 if self.angle == "rad" else math.pi / 180
+
+    @property
+    def for_output(self) -> Units:
+        """The same units, with methods to show values."""
+        return Units(self.length, self.angle)
 
 
 class Task(TaskPart):

@@ -70,7 +70,7 @@ def solutions_near(
     """
     positions = solved.waypoints.position if positions is None else positions
     index, paths = solved.scenario.task_index, solved.scenario.paths
-    units = solved.scenario.given.units.in_si
+    units = solved.scenario.given.units
     # In the task, the end of a path and the end of the wait there are one waypoint. A wait on a
     # moving frame is a path as well. A pose without another path to it has its own solution.
     along = ((path.first, i) for path in paths for i in range(path.first + 1, path.last + 1))
@@ -80,7 +80,7 @@ def solutions_near(
         if isinstance(waypoint, CartesianWaypoint) and index[i] not in followed:
             poses.setdefault(index[i], i)
     return {
-        k: {"near": by_joint(solved.space, positions[solved.rows[i]], *units)}
+        k: {"near": by_joint(solved.space, positions[solved.rows[i]], units)}
         for k, i in poses.items()
     }
 
@@ -89,11 +89,12 @@ def _chosen_speed(solved: SolvedTask, i: int, q: FloatArray, v: FloatArray) -> d
     """Keys for the speed or velocity of a waypoint where it is chosen."""
     kind, robot = solved.free_values.waypoints[i].speed_kind, solved.space.robot
     waypoint = solved.scenario.waypoints[i]
-    length, angle = solved.scenario.given.units.in_si
+    units = solved.scenario.given.units
+    length, angle = units.in_si
     if kind == "given":
         return {}
     if robot is None or isinstance(waypoint, JointTarget):
-        return {"velocity": by_joint(solved.space, v, length, angle)}
+        return {"velocity": by_joint(solved.space, v, units)}
     robot, joints = robot.in_frame(in_world_frame=waypoint.in_world_frame)
     twist = robot.twist(q[joints], v[joints])
     if kind == "free":
@@ -119,20 +120,20 @@ def _chosen_section(
         section: A section.
         motion: Its motion.
     """
-    (length, angle), space = timed.given.units.in_si, section.solved.space
+    units, space = timed.given.units, section.solved.space
     x = motion.trajectory.breaks
     times = np.interp(x, motion.time, timed.times[section.waypoints])
     velocities = {
-        timed.waypoints[i].name: by_joint(space, motion.velocity[k], length, angle)
+        timed.waypoints[i].name: by_joint(space, motion.velocity[k], units)
         for k, (i, free) in enumerate(zip(section.waypoints, section.free, strict=True))
         if free.speed_kind != "given"
     }
     extra: dict[str, Any] = {"velocities": velocities, "way": motion.tries}
     if motion.extra_clearance is not None:
-        extra["room"] = motion.extra_clearance / length
+        extra["room"] = motion.extra_clearance / units.in_si[0]
     return ChosenSectionFields(
         times=times.tolist(),
-        accelerations=by_joint(space, motion.trajectory.acceleration(x), length, angle),
+        accelerations=by_joint(space, motion.trajectory.acceleration(x), units),
         **{key: value for key, value in extra.items() if value},
     )
 

@@ -15,7 +15,7 @@ import numpy as np
 from knotwork.arrays import FloatArray
 from knotwork.errors import InputError, RobotError, UnknownNameError
 from knotwork.joint_quantities import DERIVATIVES, JointLimits
-from knotwork.task import Tool
+from knotwork.task import TaskUnits, Tool
 from knotwork.task.scenario import JointTarget
 from knotwork.task.scenario.joint_reader import JointReader, JointState, find_waits
 from knotwork.task.scenario.payloads import LoadedRobots, read_payload, robots_with_loads
@@ -72,18 +72,18 @@ class JointSpace:
 
 
 def by_joint(
-    joints: JointSpace | JointTrajectory, values: FloatArray, length: float, angle: float
+    joints: JointSpace | JointTrajectory, values: FloatArray, units: TaskUnits
 ) -> dict[str, Any]:
-    """Values by joint in the units of a file.
+    """Values by joint in the units of a task.
 
     Args:
         joints: The joints.
         values: Their values in SI, shape (d,), or (n, d) for a list of each joint.
-        length: The unit of lengths of the file [m].
-        angle: Its unit of angles [rad].
+        units: Units of the task.
     """
-    units = np.where(np.array(joints.joint_units) == "m", length, angle)
-    return dict(zip(joints.joint_names, (values / units).T.tolist(), strict=True))
+    length, angle = units.in_si
+    unit = np.where(np.array(joints.joint_units) == "m", length, angle)
+    return dict(zip(joints.joint_names, (values / unit).T.tolist(), strict=True))
 
 
 def joint_space(scenario: Scenario) -> JointSpace:
@@ -165,7 +165,7 @@ def moved_robot(scenario: Scenario) -> Robot:
             else given.robot,
             relative_to=file.parent if file is not None else None,
         )
-    tool = to_si(given.tool or Tool.model_construct(), *given.units.in_si)
+    tool = to_si(given.tool or Tool.model_construct(), given.units)
     offset = None
     if tool.offset is not None:
         offset = read_placement(tool.offset, scenario.locations, ("tool", "offset"))

@@ -53,7 +53,7 @@ def repetition_starts(scenario: Scenario) -> list[list[int]]:
     """The first waypoint of each repetition of each block, by index in the scenario."""
     starts: dict[Location, list[int]] = {}
     for waypoint, i in enumerate(scenario.task_index):
-        location = scenario.locations.given(("waypoints", i))
+        location = scenario.locations.in_file(("waypoints", i))
         if location[2:] == ("repeat", 0) and not ends_wait(scenario.task_index, waypoint):
             starts.setdefault(location[:2], []).append(waypoint)
     return list(starts.values())

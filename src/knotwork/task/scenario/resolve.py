@@ -66,8 +66,7 @@ def resolve_task(
     array([0., 2.])
     """
     given, locations = expand_repeats(task, locations or Locations())
-    length, angle = given.units.in_si
-    source = TaskInSI(with_waits(to_si(given, length, angle)), locations)
+    source = TaskInSI(with_waits(to_si(given, given.units)), locations, given.units)
     _check_keys(source, given)
     task_in_si = source.task
     waypoints, paths, task_index = read_waypoints(source, expected or {})

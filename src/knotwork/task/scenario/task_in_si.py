@@ -10,7 +10,7 @@ import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.files.documents import Location, Locations
-from knotwork.task import JointWaypoint, Placement, PlainTask
+from knotwork.task import JointWaypoint, Placement, PlainTask, TaskUnits
 from knotwork.units import Units
 
 if TYPE_CHECKING:
@@ -29,20 +29,22 @@ class TaskInSI:
     Attributes:
         task: The task; waits in `do` are moved to `wait`.
         locations: Locations of its parts in its file, for errors.
+        file_units: Units of its file; those of `task` are SI.
     """
 
     task: PlainTask
     locations: Locations
+    file_units: TaskUnits
 
     @property
     def units(self) -> Units:
         """Units of the file, for messages."""
-        return Units(self.task.units.length, self.task.units.angle)
+        return self.file_units.for_output
 
     @property
     def length(self) -> float:
-        """The file's unit of length [m]."""
-        return self.task.units.in_si[0]
+        """The file's unit of length [m], in which files of points and meshes are."""
+        return self.file_units.in_si[0]
 
     @cached_property
     def frames(self) -> Frames:

@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
-from knotwork.files.foreign.header import HeadingError, column, quantity_named, words
+from knotwork.files.foreign.header import HeadingError, parse_heading, quantity_named, split_words
 
 PREFERRED_TOPIC = "joint_states"
 """Last part of the topic that is read if several topics have all joints, as ROS names it."""
@@ -98,11 +98,11 @@ def _named_positions(
     for index, heading in enumerate(headings):
         topic, description = _split_heading(heading, names)
         try:
-            content = column(description, names, units)
+            content = parse_heading(description, names, units)
         except HeadingError:
             continue
         if content.joint is not None and content.quantity == "position":
-            stated = {"rad", "deg", "m", "mm", "degrees", "°"} & set(words(description))
+            stated = {"rad", "deg", "m", "mm", "degrees", "°"} & set(split_words(description))
             yield PositionColumn(topic, content.joint, index, content.factor, bool(stated))
 
 
@@ -133,7 +133,7 @@ def _numbered_positions(
         match = _INDEXED.fullmatch(last)
         if match is None:
             continue
-        *kind, word = words(match["word"])
+        *kind, word = split_words(match["word"])
         number = int(match["index"])
         if match["word"] in ("name", "joint_names"):
             names_by_topic.setdefault(topic, {})[number] = first[index].strip()
@@ -191,9 +191,9 @@ def _rank(topic: str) -> int:
     last = topic.rpartition("/")[2]
     if last == PREFERRED_TOPIC:
         return 0
-    if set(words(last)) & set(_REQUESTED):
+    if set(split_words(last)) & set(_REQUESTED):
         return 3
-    return 1 if set(words(topic)) & set(_MEASURED) else 2
+    return 1 if set(split_words(topic)) & set(_MEASURED) else 2
 
 
 def _topic_path(heading: str) -> str:
@@ -217,11 +217,11 @@ def _clock(headings: Sequence[str], topic: str) -> tuple[tuple[int, float], ...]
     times = []
     for index, heading in enumerate(headings):
         try:
-            content = column(heading.strip().lstrip("%"), (), ())
+            content = parse_heading(heading.strip().lstrip("%"), (), ())
         except HeadingError:
             continue
         if content.quantity == "time" and content.clock != "step":
-            stated = words(heading)[-1] in ("s", "sec", "seconds", "ms", "us", "ns")
+            stated = split_words(heading)[-1] in ("s", "sec", "seconds", "ms", "us", "ns")
             times.append((index, content.factor if stated else 0.0))
     if len(times) == 1:
         return (times[0],)

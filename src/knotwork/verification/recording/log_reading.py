@@ -98,7 +98,7 @@ def read_log(
             rows.headings, rows.cells[0], joint_names, joint_units, topic=topic, degrees=degrees
         )
     except HeadingError as error:
-        raise rows.error(rows.head, None, str(error), error.accepted) from error
+        raise rows.heading_error(None, str(error), error.accepted) from error
     return _to_recording(rows, columns, joint_names, joint_units)
 
 
@@ -180,8 +180,7 @@ def _refuse_degrees(
         largest = float(np.abs(position[:, j]).max())
         is_plain = units[j] == "rad" and column.factor == 1.0 and not column.unit_given
         if is_plain and largest > MAX_RADIANS:
-            raise rows.error(
-                rows.head,
+            raise rows.heading_error(
                 column.index,
                 f"joint {names[j]!r} reaches {largest:.6g} rad, more than two whole turns",
                 "rad; if these are degrees, give their unit (--log-unit deg) or "

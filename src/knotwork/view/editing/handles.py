@@ -70,7 +70,7 @@ def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
         scenario: The task.
         robot: Its robot.
     """
-    file = to_si(scenario.given, *scenario.given.units.in_si)
+    file = to_si(scenario.given, scenario.given.units)
     frames = Frames(file.frames, scenario.locations)
     moving = frames.moving.items()
     fixed_frames = {
@@ -97,7 +97,7 @@ def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
             if (name if where == ("frames",) else part.parent) not in fixed_frames:
                 continue
             at, parent = (*where, name), frame(part.parent)
-            if scenario.locations.given(at) != at:
+            if scenario.locations.in_file(at) != at:
                 continue  # the place of a repetition
             pose = parent * read_placement(part, scenario.locations, at)
             form, order = _form(part)
@@ -115,7 +115,7 @@ def _waypoint_handles(scenario: Scenario, file: Task, i: int, frame: Any) -> Ite
         axes = frame(waypoint.orientation_in).rotation
     shown = cast(CartesianWaypoint, scenario.waypoints[scenario.task_index.index(i)])
     turn = frame(None).rotation @ shown.pose.rotation
-    at = scenario.locations.given(("waypoints", i))
+    at = scenario.locations.in_file(("waypoints", i))
     raw = cast(PoseWaypoint, scenario.given.waypoints[i])
     pose = pin.SE3(turn, parent * np.array(waypoint.pose.position))
     form, position = _form(waypoint.pose), raw.pose.position
