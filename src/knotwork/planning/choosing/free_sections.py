@@ -142,7 +142,7 @@ class FreeSection:
 
     @property
     def free(self) -> tuple[FreeWaypoint, ...]:
-        """What is free at each waypoint, and on the way to it from the one before."""
+        """The free values at each waypoint, and on the way to it from the one before."""
         return self.solved.free_values.waypoints[self.waypoints[0] : self.waypoints[-1] + 1]
 
     @property

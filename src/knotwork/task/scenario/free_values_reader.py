@@ -16,7 +16,7 @@ from knotwork.task import AtMost, ClearWay, Fastest, PathWaypoint, PlainTask, We
 
 @dataclass(frozen=True)
 class FreeWaypoint:
-    """What a task leaves free at a waypoint and on the way to it from the one before, in SI.
+    """Free values at a waypoint and on the way to it from the one before, in SI.
 
     Attributes:
         duration_is_free: Whether the time since the waypoint before is free.
@@ -46,7 +46,7 @@ class FreeValues:
     """The values that a task leaves free, in SI.
 
     Attributes:
-        waypoints: Those at each waypoint of the scenario and on the way to it.
+        waypoints: Free values at each waypoint of the scenario and on the way to it.
         objective: Weights of the terms that are minimised.
         total_duration: Given duration of the whole motion [s], or `None`.
         knots_are_free: Whether knots are free where times are given.
@@ -180,7 +180,7 @@ def read_free_values(
 
 
 def _free_waypoint(task: PlainTask, i: int) -> FreeWaypoint:
-    """What a task leaves free at waypoint i and on the way to it."""
+    """Read the free values at waypoint i of a task and on the way to it."""
     given, least = task.waypoints[i], min_duration(task, i)
     highest, on_path = max_speed(getattr(given, "speed", None)), isinstance(given, PathWaypoint)
     kind: Literal["given", "along", "free"] = "given"
