@@ -13,8 +13,8 @@ from knotwork.planning.planned_motion import Plan
 from knotwork.planning.sequence_planner import SequencePlanner
 from knotwork.planning.task_to_joint import SequenceStep, TaskSolution
 from knotwork.task.scenario.resolve import change_task
-from knotwork.verification.collisions import COLLISIONS, failed_pairs
-from knotwork.verification.finding import TRIED, Finding
+from knotwork.verification.collisions import failed_pairs
+from knotwork.verification.finding import TRIED, Finding, Group
 
 TIMED_SEQUENCES, FREE_SEQUENCES = 12, 4
 """Maximum number of sequences of solutions to plan: with given times, with free times."""
@@ -172,6 +172,6 @@ def _quoted_names(plan: Plan, ends: Sequence[int]) -> str:
 
 def _with_finding(plan: Plan, message: str, quantity: str = "sequences_tried") -> Plan:
     """The plan with a finding on the planned sequences of solutions."""
-    finding = Finding.of_motion(COLLISIONS, quantity, message)
+    finding = Finding.of_motion(Group.COLLISIONS, quantity, message)
     report = replace(plan.report, findings=(*plan.report.findings, finding))
     return replace(plan, report=report)

@@ -31,7 +31,7 @@ class PositionColumn:
         joint: Index of the joint.
         index: Index of the column.
         factor: Factor to SI.
-        unit_given: Whether the heading states a unit.
+        unit_given: Whether the heading states the unit.
     """
 
     topic: str
@@ -46,8 +46,8 @@ class LogColumns:
     """Columns of a log.
 
     Attributes:
-        clock: Columns of the time and their factors to s; 0 if the size of the values
-            decides.
+        clock: Columns of the time with their factors to s; a factor of 0 means that the unit
+            follows from the size of the values.
         positions: The column of each joint.
     """
 
@@ -68,14 +68,14 @@ def log_columns(
 
     Args:
         headings: The headings.
-        first: Cells of the first row, perhaps with names of joints (`name[0]`).
+        first: Cells of the first row, which may have names of joints (`name[0]`).
         joint_names: The known joints.
         joint_units: `"rad"` or `"m"` for each.
-        topic: Use columns with this heading before the joint's name.
-        degrees: Columns of rad joints without a unit are in degrees.
+        topic: Heading before the joint's name; columns of other topics are skipped.
+        degrees: Whether columns of rad joints without a unit are in degrees.
 
     Raises:
-        HeadingError: Time is missing, or a joint has not exactly one position.
+        HeadingError: The time is missing, or a joint has no position column, or several.
     """
     columns = list(_named_positions(headings, joint_names, joint_units))
     columns = columns or list(_numbered_positions(headings, first, joint_names))
@@ -124,7 +124,7 @@ def _numbered_positions(
 ) -> Iterable[PositionColumn]:
     """Columns with joint numbers, from 0 or 1: `position[0]`, `actual_q_0`, `field.position0`.
 
-    Columns of names give the order, if there are any. Otherwise it is the order of the robot.
+    Their order is that of the columns with names, if there are any, or else that of the robot.
     """
     names_by_topic: dict[str, dict[int, str]] = {}
     groups: dict[tuple[str, str], list[tuple[int, int]]] = {}
@@ -141,7 +141,7 @@ def _numbered_positions(
             group = (topic, "/".join([topic, *kind]))
             groups.setdefault(group, []).append((number, index))
     for (topic, group_name), columns in groups.items():
-        # in a controller's state the names are next to the groups of values
+        # in the messages of a controller's state, names are one level above the values
         order = names_by_topic.get(topic, names_by_topic.get(topic.rpartition("/")[0]))
         if not order:
             if len(columns) != len(names):
@@ -177,7 +177,7 @@ def _choose_topic(
     if len(chosen) > 1:
         raise HeadingError(
             f"{len(chosen)} topics have positions of all joints: {', '.join(chosen)}",
-            "one of them as the topic (--topic)",
+            "one of them as the topic",
         )
     for joint, name in enumerate(names):
         count = topics[chosen[0]].count(joint)
@@ -202,7 +202,7 @@ def _topic_path(heading: str) -> str:
 
 
 def _clock(headings: Sequence[str], topic: str) -> tuple[tuple[int, float], ...]:
-    """Columns of the time: the stamp of the messages, or otherwise the time of their reception."""
+    """Columns of the time: the stamp of the messages, or else the time of their reception."""
     stamps: dict[str, dict[str, int]] = {}
     for index, heading in enumerate(headings):
         if match := _STAMP.fullmatch(_topic_path(heading)):

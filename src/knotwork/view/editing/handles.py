@@ -72,15 +72,12 @@ def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
     """
     file = to_si(scenario.given, scenario.given.units)
     frames = Frames(file.frames, scenario.locations)
-    moving = frames.moving.items()
     fixed_frames = {
-        name
-        for name, frame in moving
-        if not frame.is_moving and frame.link == scenario.pose_frame_link
+        name for name, frame in frames.items() if frame.rests_on(scenario.pose_frame_link)
     }
 
     def frame(name: str | None) -> pin.SE3:
-        return robot.base_placement * frames[name or "base"]
+        return robot.base_placement * frames[name or "base"].rest_placement
 
     by_place: dict[Location, Handle] = {}
     for i, waypoint in enumerate(file.waypoints):
