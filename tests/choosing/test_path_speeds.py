@@ -255,7 +255,7 @@ def test_path_that_cannot_be_followed_slows_no_other(monkeypatch: pytest.MonkeyP
     task = reach(line("a", 100, stop=True), line("b", -100), limits=LIMITS)
     scenario = kw.load_scenario(task)
     fastest = speeds(kw.plan(scenario))
-    solve, calls = segments.solve_task, count()
+    solve, calls = free_sections.solve_task, count()
 
     def fail_on_second_path(*given: Any) -> Any:
         if next(calls) == 1:
@@ -263,7 +263,7 @@ def test_path_that_cannot_be_followed_slows_no_other(monkeypatch: pytest.MonkeyP
             raise PathError("the steps would be too small", path_start=start)
         return solve(*given)
 
-    monkeypatch.setattr(segments, "solve_task", fail_on_second_path)
+    monkeypatch.setattr(free_sections, "solve_task", fail_on_second_path)
     first, second = speeds(kw.plan(scenario))
     assert first == pytest.approx(fastest[0])
     assert 0.75 * fastest[1] < second < 0.85 * fastest[1]
