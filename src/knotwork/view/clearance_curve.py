@@ -15,10 +15,9 @@ from knotwork.verification.collisions import motion_model
 from knotwork.view.shown_motion import ShownMotion, nearest_around
 
 CLEARANCE_SAMPLES = 200
-STEP_OF_TEST = 8
-"""Every so many samples a pair is tested for motion."""
-AT_REST = 1e-6
-"""Change of a distance below which a pair is at rest [m]."""
+# Interval, in samples, at which a pair is tested for motion, and the change of its distance below
+# which it is at rest [m].
+STEP_OF_TEST, AT_REST = 8, 1e-6
 
 
 class ClearanceCurve(NamedTuple):

@@ -43,18 +43,16 @@ OUTLINE_SAMPLES = 100
 FRAME_RATE = 120.0
 """Frame rate of an animation, unless it would have more than `MAX_FRAMES` frames [Hz]."""
 MAX_FRAMES = 240_000
+# Number of frames above which the tool's speed is left out.
 MAX_SPEEDS = 30_000
-"""Number of frames above which the tool's speed is left out."""
-ELEVATION, STEEP = np.radians(24.0), np.radians(52.0)
-"""Elevation of the camera, and for flat scenes [rad]."""
-FLAT_SCENE = 0.3
-"""Height of a scene relative to its width below which it is flat."""
+# Elevation of the camera [rad], and for scenes whose height is below FLAT_SCENE times their width.
+ELEVATION, STEEP, FLAT_SCENE = np.radians(24.0), np.radians(52.0), 0.3
+# Azimuth of the camera relative to the task, so that the arm does not hide the task [rad].
 ASIDE_ANGLE = np.radians(10.0)
-"""Azimuth of the camera relative to the task, so that the arm does not hide the task [rad]."""
+# Turn of the azimuth away from other robots, so that they do not hide the arm [rad].
 CLEAR_ANGLE = np.radians(75.0)
-"""Turn of the azimuth away from other robots, so that they do not hide the arm [rad]."""
+# Margin around a view of the task alone, as a fraction of its size.
 VIEW_MARGIN = 0.35
-"""Margin around a view of the task alone, as a fraction of its size."""
 
 
 def scene_of(plan: CheckedMotion, before: Mapping[str, Any] | None = None) -> dict[str, Any]:
