@@ -15,17 +15,17 @@ from knotwork.scene.solids import Placed, support_values
 
 
 class SolidPairs:
-    """The pairs of solids of all checked pairs of bodies, as arrays.
+    """The pairs of solids, here called combinations, of all checked pairs of bodies, as arrays.
 
     Attributes:
         model: Bodies and pairs.
         solids: Solids of all bodies.
         joint: Index of the joint that carries each solid, shape (s,).
-        first, second: Solids of each pair of solids, shape (c,).
-        pair: Pair of bodies of each, shape (c,).
+        first, second: Indices of the two solids of each combination, shape (c,).
+        pair: Index of the pair of bodies of each combination, shape (c,).
         margin: Required clearance [m], shape (c,).
-        exact: Whether one of the two is an exact mesh, shape (c,).
-        convex: Whether both are convex, shape (c,).
+        exact: Whether one of the two solids is an exact mesh, shape (c,).
+        convex: Whether both solids are convex, shape (c,).
         windows: Time interval of the presence of each pair of bodies [s], shape (p, 2).
     """
 
@@ -132,7 +132,7 @@ class SolidPairs:
         """Distance of a pair of solids [m], at most 0 if they overlap.
 
         Args:
-            combo: Index of the pair.
+            combo: Index of the combination.
             turn: Rotations of the solids' own axes, shape (s, 3, 3).
             shift: Their origins [m], shape (s, 3).
             max_distance: Upper bound of relevant distances [m], as in `DistanceMeter.distance`.
@@ -151,7 +151,7 @@ class SolidPairs:
 
         Args:
             item: Indices of the k placements, shape (m,).
-            combo: Indices of the pairs of solids, shape (m,).
+            combo: Indices of the combinations, shape (m,).
             normal: Unit vectors from the second to the first, shape (m, 3); for half spaces they
                 are replaced by the normals of their planes.
             turn: Rotations of the solids' own axes, shape (k, s, 3, 3).
