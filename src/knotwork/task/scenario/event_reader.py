@@ -12,7 +12,7 @@ import numpy as np
 
 from knotwork.curves.trajectory.motion_events import Event, Segment, SegmentKind
 from knotwork.files.documents import Location
-from knotwork.task import Action, ChosenMotion, PlainTask
+from knotwork.task import Action, ChosenMotion
 from knotwork.task.actions import parse_switched
 from knotwork.task.scenario.free_values_reader import ends_wait
 from knotwork.task.scenario.scenario import RequestedEvent, Scenario, ScenarioPath, ScenarioWaypoint
@@ -20,15 +20,6 @@ from knotwork.task.scenario.task_in_si import TaskInSI
 
 EVENT_TOLERANCE = 1e-9
 """Tolerance of positions on a path and times, relative to its length and 1 s."""
-
-
-def with_waits(task: PlainTask) -> PlainTask:
-    """A task in which waits among the actions are waits of their waypoints."""
-    steps = []
-    for step in task.waypoints:
-        wait = sum(action.wait or 0.0 for action in step.actions)
-        steps.append(step.model_copy(update={"wait": wait}) if wait else step)
-    return task.model_copy(update={"waypoints": tuple(steps)})
 
 
 @dataclass(frozen=True, eq=False)

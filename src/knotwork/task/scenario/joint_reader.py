@@ -12,7 +12,7 @@ import numpy as np
 from knotwork.arrays import FloatArray
 from knotwork.errors import suggest_name
 from knotwork.joint_quantities import JOINT_QUANTITIES
-from knotwork.task import ChosenMotion
+from knotwork.task import ChosenMotion, JointWaypoint
 from knotwork.task.scenario import JointTarget
 from knotwork.task.scenario.scenario import Scenario
 from knotwork.waypoints import CartesianWaypoint, ChosenSection
@@ -87,10 +87,7 @@ class JointReader:
 
     def targets(self) -> tuple[JointState | None, ...]:
         """Required joint values at each waypoint; `None` for a pose."""
-        return tuple(
-            self._state(waypoint) if isinstance(waypoint, JointTarget) else None
-            for waypoint in self.scenario.waypoints
-        )
+        return tuple(map(self._target, self.scenario.task_index))
 
     def accelerations(self) -> str | FloatArray | None:
         """The planner option of this name; values have shape (n, d)."""
@@ -100,14 +97,14 @@ class JointReader:
         location = "planner_options", "accelerations"
         return np.array([self.array(row, *location, i) for i, row in enumerate(presets)])
 
-    def near_by_waypoint(self) -> dict[int, FloatArray]:
+    def near_at_waypoints(self) -> dict[int, FloatArray]:
         """Joint positions near which solutions are chosen, shape (d,), by index of the waypoint."""
-        waypoints, near_by_waypoint = self.scenario.given.waypoints, {}
+        waypoints, near_at_waypoints = self.scenario.given.waypoints, {}
         for waypoint, i in enumerate(self.scenario.task_index):
             near = getattr(waypoints[i], "near", None) if i >= 0 else None
             if near is not None:
-                near_by_waypoint[waypoint] = self.array(near, "waypoints", i, "near")
-        return near_by_waypoint
+                near_at_waypoints[waypoint] = self.array(near, "waypoints", i, "near")
+        return near_at_waypoints
 
     def chosen_sections(self) -> tuple[ChosenSection, ...] | None:
         """Sections of waypoints with a chosen motion, or `None`."""
@@ -149,10 +146,16 @@ class JointReader:
         start = self.array(accelerations[0], location, "start", missing=0.0)
         return start, self.array(accelerations[1], location, "end", missing=0.0)
 
-    def _state(self, target: JointTarget) -> JointState:
-        position = self.array(target.joints, *target.location)
-        location = (*target.location[:-1], "velocity")
-        return JointState(position, self.array(target.velocity, *location, missing=0.0))
+    def _target(self, task_index: int) -> JointState | None:
+        task, location = self.scenario.given, ("waypoints", task_index)
+        if task_index < 0:
+            return JointState(self.array(task.start, "start"), np.zeros(len(self.names)))
+        waypoint = task.waypoints[task_index]
+        if not isinstance(waypoint, JointWaypoint):
+            return None
+        position = self.array(waypoint.joints, *location, "joints")
+        given = waypoint.velocity if isinstance(waypoint.velocity, dict) else {}
+        return JointState(position, self.array(given, *location, "velocity", missing=0.0))
 
 
 def find_waits(scenario: Scenario, targets: Sequence[JointState | None]) -> Iterator[int]:

@@ -9,9 +9,9 @@ from typing import Any
 
 from knotwork.files import documents
 from knotwork.files.documents import Location, Locations
-from knotwork.task import Limits, PlainTask, Task
+from knotwork.task import Limits, MotionLimits, PlainTask, Task, ToolTolerances
 from knotwork.task.scenario.carriers import add_time_dependent
-from knotwork.task.scenario.event_reader import EventReader, with_waits
+from knotwork.task.scenario.event_reader import EventReader
 from knotwork.task.scenario.free_values_reader import read_free_values
 from knotwork.task.scenario.repetitions import expand_repeats
 from knotwork.task.scenario.scenario import SMALLEST_PATH_TOLERANCE, Scenario
@@ -66,7 +66,7 @@ def resolve_task(
     array([0., 2.])
     """
     given, locations = expand_repeats(task, locations or Locations())
-    source = TaskInSI(with_waits(to_si(given, given.units)), locations, given.units)
+    source = TaskInSI(to_si(given, given.units), locations, given.units)
     _check_keys(source, given)
     task_in_si = source.task
     waypoints, paths, task_index = read_waypoints(source, expected or {})
@@ -80,7 +80,9 @@ def resolve_task(
         waypoints=waypoints,
         given=given,
         planner=given.planner,
-        tolerances=task_in_si.tolerances,
+        tolerances=ToolTolerances.model_construct(
+            **task_in_si.tolerances.model_dump(include={*ToolTolerances.model_fields})
+        ),
         task_index=task_index,
         paths=paths,
         units=source.units,
@@ -163,8 +165,11 @@ def _check_joints_alone(source: TaskInSI) -> None:
     needing_robot += [
         (key,) for key in sorted(keys_given) if getattr(task, key) not in ("free", "travel")
     ]
-    limits = ("tool_speed", "tool_acceleration", "frame_speed", "singular_value")
-    needing_robot += [("limits", key) for key in limits if getattr(task.limits, key) is not None]
+    needing_robot += [
+        ("limits", key)
+        for key in MotionLimits.model_fields
+        if getattr(task.limits, key) is not None
+    ]
     if needing_robot:
         raise source.locations.error(
             needing_robot[0],
@@ -173,15 +178,15 @@ def _check_joints_alone(source: TaskInSI) -> None:
         )
 
 
-def _motion_limits(limits: Limits) -> Limits:
+def _motion_limits(limits: Limits) -> MotionLimits:
     """Limits on the motion of tool and links, with their margin."""
-    frames = [
-        limit.model_copy(update={"speed": limits.margin * limit.speed})
-        for limit in limits.frame_speeds
-    ]
-    tool = {
-        key: limits.margin * value
-        for key in ("tool_speed", "tool_acceleration")
-        if (value := getattr(limits, key)) is not None
-    }
-    return limits.model_copy(update={**tool, "frame_speed": tuple(frames)})
+    margin = limits.margin
+    return MotionLimits.model_construct(
+        tool_speed=limits.tool_speed and margin * limits.tool_speed,
+        tool_acceleration=limits.tool_acceleration and margin * limits.tool_acceleration,
+        frame_speed=tuple(
+            limit.model_copy(update={"speed": margin * limit.speed})
+            for limit in limits.frame_speeds
+        ),
+        singular_value=limits.singular_value,
+    )

@@ -27,7 +27,7 @@ class TaskInSI:
     The readers of its parts share it. Moving frames carry poses, and the robot follows them.
 
     Attributes:
-        task: The task; waits in `do` are moved to `wait`.
+        task: The task.
         locations: Locations of its parts in its file, for errors.
         file_units: Units of its file; those of `task` are SI.
     """
@@ -121,7 +121,9 @@ class TaskInSI:
         """Whether the tool stops at a waypoint where a path begins or ends."""
         waypoint = self.task.waypoints[i]
         at_start = i == 0 and self.task.start is None
-        return bool(waypoint.stop or waypoint.wait) or at_start or i == len(self.task.waypoints) - 1
+        return (
+            bool(waypoint.stop or waypoint.dwell) or at_start or i == len(self.task.waypoints) - 1
+        )
 
 
 def link_text(link: str) -> str:

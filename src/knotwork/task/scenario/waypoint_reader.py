@@ -85,10 +85,10 @@ def read_waypoints(source: TaskInSI, expected: Mapping[int, float]) -> ReadWaypo
     task_index: list[int] = []
     if task.start is not None:
         where = locations.where(("start",))
-        waypoints.append(JointTarget(START, 0.0, task.start, {}, ("start",), where))
+        waypoints.append(JointTarget(START, 0.0, where))
         task_index.append(-1)
     for i, name in enumerate(names):
-        waypoint, wait = reader.waypoint(i, name), task.waypoints[i].wait
+        waypoint, wait = reader.waypoint(i, name), task.waypoints[i].dwell
         waypoints.append(waypoint)
         task_index.append(i)
         if wait is None:
@@ -118,7 +118,7 @@ def _names(source: TaskInSI) -> list[str]:
     owners |= {
         WAITED.format(name): "another waypoint"
         for name, step in zip(names, task.waypoints, strict=True)
-        if step.wait is not None
+        if step.dwell is not None
     }
     for i, name in enumerate(names):
         if name in owners:
@@ -196,7 +196,7 @@ def _read_arrivals(
         else:
             time = _arrival(source, i, before, expected.get(i), is_chosen=is_chosen)
         arrivals.times.append(time)
-        before = time + (waypoint.wait or 0.0)
+        before = time + (waypoint.dwell or 0.0)
     return arrivals
 
 
@@ -266,11 +266,9 @@ class _WaypointReader:
         if isinstance(step, JointWaypoint):
             if step.velocity is None:
                 self._check_stop(i, "velocity: by joint name")
-            velocity = step.velocity if isinstance(step.velocity, dict) else {}
-            location = ("waypoints", i, "joints")
-            return JointTarget(name, time, step.joints, velocity, location, where)
+            return JointTarget(name, time, where)
         pose, twist = self._state(i, step)
-        rides = step.wait is not None and self.source.carrier(i) is not None
+        rides = step.dwell is not None and self.source.carrier(i) is not None
         if freedom is not None and freedom.position_is_free and (rides or twist.vector.any()):
             raise self.source.locations.error(
                 ("waypoints", i, "free"),
