@@ -67,10 +67,10 @@ class EventReader:
         return tuple(sorted(in_file, key=lambda requested: requested.event.time))
 
     def _requested_events(self) -> Iterator[tuple[Location, RequestedEvent]]:
-        for i, step in enumerate(self.source.task.waypoints):
+        for i, given in enumerate(self.source.task.waypoints):
             waited = 0.0
-            for j, action in enumerate(step.actions):
-                item = () if isinstance(step.do, Action) else (j,)
+            for j, action in enumerate(given.actions):
+                item = () if isinstance(given.do, Action) else (j,)
                 location: Location = ("waypoints", i, "do", *item)
                 if action.wait is not None:
                     waited += action.wait
@@ -104,19 +104,15 @@ class EventReader:
         time = path.motion.start_time + float(path.motion.timing.time_of(np.array([s]))[0])
         return RequestedEvent(replace(event, time=time), time - waypoint.time, action.at, path, s)
 
-    def _locate_on_path(
-        self, waypoint: int, at: float, location: Location
-    ) -> tuple[ScenarioPath, float]:
-        """The path through a waypoint, and an arc length along it [m]."""
+    def _locate_on_path(self, i: int, at: float, location: Location) -> tuple[ScenarioPath, float]:
+        """The path through waypoint i of the scenario, and an arc length along it [m]."""
         location = (*location, "at")
         onward = at > 0.0
         candidates = (
-            path
-            for path in self.paths
-            if path.first + (not onward) <= waypoint <= path.last - onward
+            path for path in self.paths if path.first + (not onward) <= i <= path.last - onward
         )
         path = next(candidates, None)
-        name = self.waypoints[waypoint].name
+        name = self.waypoints[i].name
         if path is None:
             raise self.source.locations.error(
                 location,
@@ -124,7 +120,7 @@ class EventReader:
                 "after or before: seconds; or at on a path with along",
             )
         lengths = path.requested.lengths
-        before, length = sum(lengths[: waypoint - path.first]), sum(lengths)
+        before, length = sum(lengths[: i - path.first]), sum(lengths)
         s = before + at
         if not -EVENT_TOLERANCE * length <= s <= (1.0 + EVENT_TOLERANCE) * length:
             low, high = (

@@ -73,9 +73,9 @@ def _torch_at(task: PlainTask, i: int) -> Torch | None:
     if waypoint.pose.torch is not None:
         return waypoint.pose.torch
     along = (waypoint, *onward) if isinstance(waypoint, PathWaypoint) else onward
-    for step in along:
-        if isinstance(step, PathWaypoint) and isinstance(step.orientation, Torch):
-            return step.orientation
+    for end in along:
+        if isinstance(end, PathWaypoint) and isinstance(end.orientation, Torch):
+            return end.orientation
     goes_on = isinstance(waypoint, PathWaypoint) and not waypoint.pose.turned and i > 0
     return _torch_at(task, i - 1) if goes_on else None
 

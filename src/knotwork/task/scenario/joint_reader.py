@@ -80,7 +80,7 @@ class JointReader:
         """Limits by quantity and joint; position limits are pairs."""
         limits = {kind: getattr(self.scenario.given.limits, kind) for kind in JOINT_QUANTITIES}
         return {
-            kind: self.in_si(values, "limits", kind, si=JOINT_QUANTITIES[kind].order is None)
+            kind: self.in_si(values, "limits", kind, si=kind == "effort")
             for kind, values in limits.items()
             if values is not None
         }
@@ -99,11 +99,11 @@ class JointReader:
 
     def near_at_waypoints(self) -> dict[int, FloatArray]:
         """Joint positions near which solutions are chosen, shape (d,), by index of the waypoint."""
-        waypoints, near_at_waypoints = self.scenario.given.waypoints, {}
-        for waypoint, i in enumerate(self.scenario.task_index):
-            near = getattr(waypoints[i], "near", None) if i >= 0 else None
+        given, near_at_waypoints = self.scenario.given.waypoints, {}
+        for i, task_index in enumerate(self.scenario.task_index):
+            near = getattr(given[task_index], "near", None) if task_index >= 0 else None
             if near is not None:
-                near_at_waypoints[waypoint] = self.array(near, "waypoints", i, "near")
+                near_at_waypoints[i] = self.array(near, "waypoints", task_index, "near")
         return near_at_waypoints
 
     def chosen_sections(self) -> tuple[ChosenSection, ...] | None:

@@ -274,11 +274,11 @@ class PathCurves:
         if not spacing.size or not spacing.all():  # repeated points are reported elsewhere
             return
         allowed = MAX_SPACINGS * float(spacing.max())
-        for name, point, waypoint in (("first", points[0], i - 1), ("last", points[-1], i)):
-            gap = float(np.linalg.norm(point - self.poses[waypoint].translation))
+        for name, point, end in (("first", points[0], i - 1), ("last", points[-1], i)):
+            gap = float(np.linalg.norm(point - self.poses[end].translation))
             if gap > allowed:
                 raise PathError(
-                    f"its {name} point is {self.text(gap, 6)} from waypoints[{waypoint}]; the "
+                    f"its {name} point is {self.text(gap, 6)} from waypoints[{end}]; the "
                     "points must begin and end at the waypoints, or at most this far from them: "
                     f"{self.text(allowed, 6)}, {MAX_SPACINGS:g} times their spacing"
                 )

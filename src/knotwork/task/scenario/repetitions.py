@@ -44,7 +44,7 @@ def expand_repeats(task: Task, locations: Locations | None = None) -> tuple[Plai
     locations = locations or Locations()
     if isinstance(task, PlainTask):
         return task, locations
-    if any(isinstance(step, Repeat) for step in task.waypoints):
+    if any(isinstance(item, Repeat) for item in task.waypoints):
         return _Expansion(task, locations).result()
     return PlainTask.model_construct(task.model_fields_set, **dict(task)), locations
 
@@ -52,10 +52,10 @@ def expand_repeats(task: Task, locations: Locations | None = None) -> tuple[Plai
 def repetition_starts(scenario: Scenario) -> list[list[int]]:
     """The first waypoint of each repetition of each block, by index in the scenario."""
     starts: dict[Location, list[int]] = {}
-    for waypoint, i in enumerate(scenario.task_index):
-        location = scenario.locations.given(("waypoints", i))
-        if location[2:] == ("repeat", 0) and not ends_wait(scenario.task_index, waypoint):
-            starts.setdefault(location[:2], []).append(waypoint)
+    for i, task_index in enumerate(scenario.task_index):
+        location = scenario.locations.given(("waypoints", task_index))
+        if location[2:] == ("repeat", 0) and not ends_wait(scenario.task_index, i):
+            starts.setdefault(location[:2], []).append(i)
     return list(starts.values())
 
 
@@ -78,11 +78,11 @@ class _Expansion:
                 "is the frame of the current place in repeat",
                 "any other name",
             )
-        for i, step in enumerate(task.waypoints):
-            if isinstance(step, Repeat):
-                self._add_block(step, ("waypoints", i))
+        for i, item in enumerate(task.waypoints):
+            if isinstance(item, Repeat):
+                self._add_block(item, ("waypoints", i))
             else:
-                self._add(step, ("waypoints", i))
+                self._add(item, ("waypoints", i))
         parts: dict[str, Any] = {"waypoints": tuple(self.waypoints), "frames": self.frames}
         if self.holds:
             held = {name: self._expand_allow(held, name) for name, held in self.holds.items()}

@@ -104,7 +104,7 @@ def read_waypoints(source: TaskInSI, expected: Mapping[int, float]) -> ReadWaypo
             departure = replace(departure, pose=path.motion.pose(end), twist=path.motion.twist(end))
         waypoints.append(departure)
         task_index.append(i)
-    departures = {i: waypoint for waypoint, i in enumerate(task_index)}
+    departures = {in_task: i for i, in_task in enumerate(task_index)}
     paths = [*waits, *(replace(path, first=departures[path.first]) for path in paths)]
     paths.sort(key=lambda path: path.first)
     return ReadWaypoints(tuple(waypoints), tuple(paths), tuple(task_index))
@@ -113,12 +113,12 @@ def read_waypoints(source: TaskInSI, expected: Mapping[int, float]) -> ReadWaypo
 def _names(source: TaskInSI) -> list[str]:
     """Names of the task's waypoints, each once."""
     task = source.task
-    names = [step.name or default_waypoint_name(i) for i, step in enumerate(task.waypoints)]
+    names = [given.name or default_waypoint_name(i) for i, given in enumerate(task.waypoints)]
     owners = {START: "the start of the motion"} if task.start is not None else {}
     owners |= {
         WAITED.format(name): "another waypoint"
-        for name, step in zip(names, task.waypoints, strict=True)
-        if step.dwell is not None
+        for name, given in zip(names, task.waypoints, strict=True)
+        if given.dwell is not None
     }
     for i, name in enumerate(names):
         if name in owners:
@@ -149,7 +149,7 @@ def _rest_poses(source: TaskInSI) -> dict[int, pin.SE3]:
 def _check_turned(source: TaskInSI, i: int, waypoint: PoseWaypoint) -> None:
     """Refuse a pose without orientation unless a path with an orientation begins there."""
     following = source.task.waypoints[i + 1 : i + 2]
-    begins_torch = any(isinstance(getattr(step, "orientation", None), Torch) for step in following)
+    begins_torch = any(isinstance(getattr(end, "orientation", None), Torch) for end in following)
     if not waypoint.pose.turned and not begins_torch:
         raise source.locations.error(
             ("waypoints", i, "pose"),
@@ -261,14 +261,14 @@ class _WaypointReader:
 
     def waypoint(self, i: int, name: str) -> ScenarioWaypoint:
         """A waypoint at the arrival of the tool, possibly along a path."""
-        step, where = self.source.task.waypoints[i], self.source.locations.where(("waypoints", i))
+        given, where = self.source.task.waypoints[i], self.source.locations.where(("waypoints", i))
         time, freedom = self.arrivals.times[i], self.freedoms[i]
-        if isinstance(step, JointWaypoint):
-            if step.velocity is None:
+        if isinstance(given, JointWaypoint):
+            if given.velocity is None:
                 self._check_stop(i, "velocity: by joint name")
             return JointTarget(name, time, where)
-        pose, twist = self._state(i, step)
-        rides = step.dwell is not None and self.source.carrier(i) is not None
+        pose, twist = self._state(i, given)
+        rides = given.dwell is not None and self.source.carrier(i) is not None
         if freedom is not None and freedom.position_is_free and (rides or twist.vector.any()):
             raise self.source.locations.error(
                 ("waypoints", i, "free"),
@@ -278,7 +278,7 @@ class _WaypointReader:
         in_world_frame = bool(self.source.task.frames) and self.source.in_world(i)
         return CartesianWaypoint(name, time, pose, twist, where, freedom, in_world_frame)
 
-    def _state(self, i: int, step: PoseWaypoint | PathWaypoint) -> tuple[pin.SE3, pin.Motion]:
+    def _state(self, i: int, given: PoseWaypoint | PathWaypoint) -> tuple[pin.SE3, pin.Motion]:
         """Pose and velocity of a waypoint in the base, including the motion of its frame."""
         import pinocchio as pin
 
@@ -289,7 +289,7 @@ class _WaypointReader:
             if motion.tool_carrier is not None:
                 return motion.pose(time), twist
         else:
-            twist = self._twist(i, step) if isinstance(step, PoseWaypoint) else pin.Motion.Zero()
+            twist = self._twist(i, given) if isinstance(given, PoseWaypoint) else pin.Motion.Zero()
             if carrier is not None:
                 twist = carrier.carried_twist(pose, twist, time)
         return (pose if carrier is None else carrier.pose_at(pose, time)), twist
@@ -311,8 +311,8 @@ class _WaypointReader:
             from knotwork.task.scenario.speed import neighbours_twist
 
             # of a chosen speed the direction alone is known
-            given = speed if isinstance(speed, float) else 1.0
-            return neighbours_twist(source.locations, i, given, poses)
+            known = speed if isinstance(speed, float) else 1.0
+            return neighbours_twist(source.locations, i, known, poses)
         if velocity is None:
             self._check_stop(i, "velocity: {linear, angular}, speed: along the path")
         return pin.Motion.Zero()
