@@ -25,8 +25,8 @@ from .scene_shapes import SceneObject as SceneObject
 from .scene_shapes import SolidOfRevolution as SolidOfRevolution
 from .scene_shapes import Surroundings as Surroundings
 from .scene_shapes import ToolShape as ToolShape
+from .task import ExpandedTask as ExpandedTask
 from .task import PlacesFile as PlacesFile
-from .task import PlainTask as PlainTask
 from .task import Repeat as Repeat
 from .task import Task as Task
 from .task import TaskUnits as TaskUnits

@@ -16,7 +16,7 @@ from knotwork.errors import InputError
 from knotwork.joint_quantities import DERIVATIVES, JointLimits
 from knotwork.robot import Robot
 from knotwork.scene.collision_model import CollisionModel, find_joint_of_frame
-from knotwork.task import PlainTask
+from knotwork.task import ExpandedTask
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_reader import JointState
 from knotwork.task.scenario.joint_space import JointSpace, joint_space
@@ -233,7 +233,7 @@ class ShownMotion:
 
 def task_without_requirements(name: str) -> Scenario:
     """A task for a motion without one."""
-    task = PlainTask.model_construct(waypoints=())
+    task = ExpandedTask.model_construct(waypoints=())
     return Scenario(name, (), task, task.planner, task.tolerances)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from knotwork.arrays import BoolArray, FloatArray
 from knotwork.files.documents import Location, Locations
-from knotwork.task import AtMost, ClearWay, Fastest, PathWaypoint, PlainTask, Weights
+from knotwork.task import AtMost, ClearWay, ExpandedTask, Fastest, PathWaypoint, Weights
 
 SpeedKind = Literal["given", "along", "free"]
 
@@ -93,7 +93,7 @@ def ends_wait(task_index: Sequence[int], waypoint: int) -> bool:
     return waypoint > 0 and task_index[waypoint] == task_index[waypoint - 1]
 
 
-def min_duration(task: PlainTask, i: int) -> float | None:
+def min_duration(task: ExpandedTask, i: int) -> float | None:
     """Lower bound of a free time to a waypoint [s], 0 without one; `None` for a given time."""
     waypoint = task.waypoints[i]
     if isinstance(waypoint, PathWaypoint):
@@ -106,7 +106,7 @@ def min_duration(task: PlainTask, i: int) -> float | None:
     return 0.0 if waypoint.after == "fastest" or (unstated and left_free) else None
 
 
-def clear_way(task: PlainTask, i: int) -> ClearWay | None:
+def clear_way(task: ExpandedTask, i: int) -> ClearWay | None:
     """Options of a collision-free motion to a waypoint, or `None`; in SI as the task is."""
     waypoint = task.waypoints[i]
     if isinstance(waypoint, PathWaypoint) or (i == 0 and task.start is None):
@@ -123,7 +123,7 @@ def max_speed(speed: float | str | AtMost | None) -> float | None:
 
 
 def read_free_values(
-    task: PlainTask, locations: Locations, task_index: Sequence[int]
+    task: ExpandedTask, locations: Locations, task_index: Sequence[int]
 ) -> FreeValues | None:
     """Read the values that a task leaves free, or `None` without any.
 
@@ -179,7 +179,7 @@ def read_free_values(
     return free if free.any else None
 
 
-def _objective(task: PlainTask, *, has_free_times: bool) -> dict[str, float]:
+def _objective(task: ExpandedTask, *, has_free_times: bool) -> dict[str, float]:
     given = task.objective
     if isinstance(given, Weights):
         return {name: value for name, value in given if value}
@@ -188,7 +188,7 @@ def _objective(task: PlainTask, *, has_free_times: bool) -> dict[str, float]:
     return {"time": 1.0} if has_free_times and task.duration is None else {"jerk": 1.0}
 
 
-def check_free_values(task: PlainTask, locations: Locations) -> None:
+def check_free_values(task: ExpandedTask, locations: Locations) -> None:
     """Refuse times after free ones, free velocities at the ends and free times of paths.
 
     Raises:
@@ -201,14 +201,14 @@ def check_free_values(task: PlainTask, locations: Locations) -> None:
         is_free |= time_is_free(task, i)
 
 
-def time_is_free(task: PlainTask, i: int) -> bool:
+def time_is_free(task: ExpandedTask, i: int) -> bool:
     """Whether the time from the waypoint before waypoint i is free, itself or by a speed."""
     waypoint = task.waypoints[i]
     by_speed = isinstance(waypoint, PathWaypoint) and max_speed(waypoint.speed) is not None
     return by_speed or min_duration(task, i) is not None
 
 
-def _misplaced(task: PlainTask, i: int, *, after_free: bool) -> Iterator[tuple[str, str, str]]:
+def _misplaced(task: ExpandedTask, i: int, *, after_free: bool) -> Iterator[tuple[str, str, str]]:
     """Misplaced keys of a waypoint: the key, its fault and the accepted keys.
 
     Args:
@@ -240,7 +240,7 @@ def _misplaced(task: PlainTask, i: int, *, after_free: bool) -> Iterator[tuple[s
 
 
 def _misused(
-    task: PlainTask, free: FreeValues, task_index: Sequence[int]
+    task: ExpandedTask, free: FreeValues, task_index: Sequence[int]
 ) -> Iterator[tuple[Location, str, str]]:
     """Keys about free values although none is free, and free values that exclude each other."""
     timed, objective = bool(free.duration_is_free.any()), task.objective is not None

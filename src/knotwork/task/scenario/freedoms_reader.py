@@ -6,7 +6,7 @@ import math
 from collections.abc import Collection, Sequence
 
 from knotwork.files.documents import Location, Locations
-from knotwork.task import FreePose, JointWaypoint, PathWaypoint, PlainTask, Torch, Velocity
+from knotwork.task import ExpandedTask, FreePose, JointWaypoint, PathWaypoint, Torch, Velocity
 from knotwork.task.scenario.scenario import ScenarioPath
 from knotwork.task.scenario.task_in_si import TaskInSI
 from knotwork.waypoints import PoseFreedom, TorchRanges
@@ -65,7 +65,7 @@ def _check_velocity(source: TaskInSI, i: int, freedom: PoseFreedom) -> None:
         )
 
 
-def _torch_at(task: PlainTask, i: int) -> Torch | None:
+def _torch_at(task: ExpandedTask, i: int) -> Torch | None:
     """The angles to a seam of a pose, given there or by its path."""
     waypoint, onward = task.waypoints[i], task.waypoints[i + 1 : i + 2]
     if isinstance(waypoint, JointWaypoint):

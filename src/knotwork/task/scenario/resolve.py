@@ -9,7 +9,7 @@ from typing import Any
 
 from knotwork.files import documents
 from knotwork.files.documents import Location, Locations
-from knotwork.task import Limits, MotionLimits, PlainTask, Task, ToolTolerances
+from knotwork.task import ExpandedTask, Limits, MotionLimits, Task, ToolTolerances
 from knotwork.task.scenario.carriers import add_time_dependent
 from knotwork.task.scenario.event_reader import EventReader
 from knotwork.task.scenario.free_values_reader import read_free_values
@@ -97,7 +97,7 @@ def resolve_task(
 
 
 def change_task(
-    scenario: Scenario, task: PlainTask, expected: Mapping[int, float] | None = None
+    scenario: Scenario, task: ExpandedTask, expected: Mapping[int, float] | None = None
 ) -> Scenario:
     """A scenario with another task, from the same file and in continuation of the same motion.
 
@@ -117,7 +117,7 @@ NEEDING_ROBOT = {
 """Keys of a file that need a robot."""
 
 
-def _check_keys(source: TaskInSI, given: PlainTask) -> None:
+def _check_keys(source: TaskInSI, given: ExpandedTask) -> None:
     """Refuse keys that exclude each other, unknown frames and too small tolerances.
 
     Args:

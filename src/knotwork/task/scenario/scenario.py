@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from knotwork.curves.tool_paths import TimedPath
     from knotwork.curves.tool_paths.weave import WeavePattern
     from knotwork.curves.trajectory import JointTrajectory
-    from knotwork.task import PlainTask
+    from knotwork.task import ExpandedTask
     from knotwork.task.scenario.requested_timing import RequestedTiming
 
 
@@ -164,7 +164,7 @@ class Scenario:
 
     name: str
     waypoints: tuple[ScenarioWaypoint, ...]
-    given: PlainTask = field(repr=False, compare=False)
+    given: ExpandedTask = field(repr=False, compare=False)
     planner: str
     tolerances: ToolTolerances
     task_index: tuple[int, ...] = ()

@@ -10,7 +10,7 @@ import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.files.documents import Location, Locations
-from knotwork.task import JointWaypoint, Placement, PlainTask, TaskUnits
+from knotwork.task import ExpandedTask, JointWaypoint, Placement, TaskUnits
 from knotwork.units import Units
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ class TaskInSI:
         file_units: Units of its file; those of `task` are SI.
     """
 
-    task: PlainTask
+    task: ExpandedTask
     locations: Locations
     file_units: TaskUnits
 
