@@ -16,10 +16,10 @@ IndexArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]
 
 
-def read_numbers(
+def number_array(
     values: ArrayLike, shape: tuple[int, ...], subject: str, kind: type = float
 ) -> Any:
-    """Copy values into a read-only array of the given shape and type; infinity and NaN are numbers.
+    """Copy values, infinite ones and NaN included, into a read-only array of a shape and type.
 
     Raises:
         WaypointDataError: The values are not numbers or have a wrong shape.
@@ -50,7 +50,7 @@ def checked_array(
     Raises:
         WaypointDataError: The values are not numbers, not finite or have a wrong shape.
     """
-    array: FloatArray = read_numbers(values, shape, subject)
+    array: FloatArray = number_array(values, shape, subject)
     wrong = np.isinf(array) if unknown else ~np.isfinite(array)
     if wrong.any():
         index = tuple(int(i) for i in np.argwhere(wrong)[0])
@@ -64,10 +64,10 @@ def checked_array(
 
 
 def checked_times(times: ArrayLike, names: Sequence[str] | None = None) -> FloatArray:
-    """Copy waypoint times [s], shape (n,), n >= 2, into a read-only array, strictly increasing.
+    """Copy waypoint times [s], strictly increasing, shape (n,), n >= 2, into a read-only array.
 
     Raises:
-        WaypointDataError: There are fewer than two times, or they are not finite or increasing.
+        WaypointDataError: There are fewer than two times, or they are not finite or don't increase.
     """
     array = np.array(times, dtype=float)
     if array.ndim != 1 or array.size < 2:
@@ -128,7 +128,7 @@ def checked_joints(
 
 
 def rotation_error(matrix: FloatArray, tolerance: float) -> str:
-    """Describe how a matrix (3, 3) differs from a rotation, or give "" within the tolerance."""
+    """Describe how a matrix (3, 3) differs from a rotation; empty within the tolerance."""
     error = float(np.abs(matrix.T @ matrix - np.eye(3)).max())
     determinant = float(np.linalg.det(matrix))
     if error <= tolerance and determinant > 0.0:

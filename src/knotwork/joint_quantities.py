@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.arrays import FloatArray, ReadOnlyArrays, read_numbers
+from knotwork.arrays import FloatArray, ReadOnlyArrays, number_array
 from knotwork.errors import WaypointDataError
 from knotwork.errors.arguments import require_number
 from knotwork.units import Units
@@ -75,7 +75,7 @@ _UNLIMITED: Any = None
 
 @dataclass(frozen=True, eq=False)
 class JointLimits(ReadOnlyArrays, Mapping[str, FloatArray]):
-    """Limits of joints in SI; infinite where there is none.
+    """Limits of joints in SI; an absent limit is infinite.
 
     It maps the name of each of `MAGNITUDES` to its limits. All arrays have shape (d,).
 
@@ -86,8 +86,8 @@ class JointLimits(ReadOnlyArrays, Mapping[str, FloatArray]):
         effort: Effort limits [N m or N], positive; by default infinite.
         lower: Lower position limits [rad or m]; by default -infinite.
         upper: Upper position limits [rad or m]; by default infinite.
-        margin: Factor that is already applied to the limits of magnitudes. Errors name it, and
-            propose limits without it.
+        margin: Factor that the limits of magnitudes already contain. Errors name it, and propose
+            limits without it.
 
     Raises:
         WaypointDataError: Values are not numbers, or a magnitude is not positive.
@@ -108,11 +108,11 @@ class JointLimits(ReadOnlyArrays, Mapping[str, FloatArray]):
 
     @classmethod
     def by_joint(cls, names: Sequence[str], tables: Mapping[str, Mapping[str, Any]]) -> JointLimits:
-        """The limits of joints from tables by quantity and joint; for positions of pairs."""
-        none = {"range": (-np.inf, np.inf), "magnitude": np.inf}
+        """Make limits from a table by joint for each quantity; those of positions are pairs."""
+        unlimited = {"range": (-np.inf, np.inf), "magnitude": np.inf}
         columns: dict[str, Any] = {
             name: np.array(
-                [tables.get(name, {}).get(joint, none[quantity.limit]) for joint in names]
+                [tables.get(name, {}).get(joint, unlimited[quantity.limit]) for joint in names]
             )
             for name, quantity in JOINT_QUANTITIES.items()
         }
@@ -125,7 +125,7 @@ class JointLimits(ReadOnlyArrays, Mapping[str, FloatArray]):
             limit = getattr(self, name)
             if limit is None:
                 limit = np.full(d, -np.inf if name == "lower" else np.inf)
-            array = read_numbers(limit, (d,), f"{name} limit")
+            array = number_array(limit, (d,), f"{name} limit")
             if name in MAGNITUDES and not (array > 0.0).all():
                 raise WaypointDataError(f"{name} limits are {array.tolist()}; give positive ones")
             object.__setattr__(self, name, array)
@@ -149,7 +149,7 @@ class JointLimits(ReadOnlyArrays, Mapping[str, FloatArray]):
         return -self[quantity], self[quantity]
 
     def scaled(self, margin: float) -> JointLimits:
-        """The limits with a margin: a factor on the magnitudes, in addition to an earlier one."""
+        """Multiply the limits of magnitudes by a margin, in addition to an earlier one."""
         magnitudes: dict[str, Any] = {name: margin * limit for name, limit in self.items()}
         return replace(self, margin=margin * self.margin, **magnitudes)
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 
 _FACTORS = {"m": 1.0, "mm": 1e3, "rad": 1.0, "deg": 180.0 / math.pi}
-"""Each unit per SI unit."""
+"""Number of each unit in one SI unit."""
 MAX_DIGITS = 7
-"""Maximum digits of a number without a power of ten."""
+"""Maximum number of digits before the decimal point; larger numbers have a power of ten."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Units:
     angle: str = "rad"
 
     def shown(self, value: float, unit: str) -> tuple[float, str]:
-        """A value in SI in these units, and the name of its unit.
+        """Convert a value from SI, and return it with the name of its unit.
 
         Args:
             value: Value in SI.
@@ -39,7 +39,7 @@ class Units:
         return (value, unit) if name is None else (value * _FACTORS[name], f"{name}{slash}{rate}")
 
     def text(self, value: float, unit: str, form: str = ".6g") -> str:
-        """Text of an SI value in these units.
+        """Format an SI value in these units, with its unit; `form` is a format of Python.
 
         >>> Units("mm", "deg").text(3.14159, "rad/s²", ".4g")
         '180 deg/s²'
@@ -67,7 +67,7 @@ def readable(value: float, form: str = ".4g") -> str:
 
 
 def rounded_up(value: float, digits: int = 6) -> float:
-    """Round a number up to significant digits; it is taken as exact to 1e-12 of it.
+    """Round up to `digits` significant digits; differences below 1e-12 of the value are ignored.
 
     >>> rounded_up(1.3833333), rounded_up(2.0)
     (1.38334, 2.0)
@@ -76,7 +76,7 @@ def rounded_up(value: float, digits: int = 6) -> float:
 
 
 def rounded_down(value: float, digits: int = 6) -> float:
-    """Round a number down to significant digits; it is taken as exact to 1e-12 of it.
+    """Round down to `digits` significant digits; differences below 1e-12 of the value are ignored.
 
     >>> rounded_down(1.3833333, 3), rounded_down(0.0)
     (1.38, 0.0)

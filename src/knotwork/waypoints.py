@@ -26,13 +26,13 @@ if TYPE_CHECKING:
 class TorchRanges(NamedTuple):
     """Ranges in which the angles of a torch to its seam may be chosen.
 
-    With the tool's rotation Rx(-work) Ry(-travel) diag(1, -1, -1) Rz(-a) in these axes, the
-    rotation to the pose is A Ry(travel - t) Rx(work - w) A', where t and w are the pose's angles,
-    a is `axis_angle`, and A = Rz(a) diag(1, -1, -1) Ry(t).
+    In the axes of the seam, the rotation of the tool is Rx(-work) Ry(-travel) diag(1, -1, -1)
+    Rz(-a), where a is `axis_angle`. With the angles t and w of the pose, the rotation from the tool
+    to the pose is A Ry(travel - t) Rx(work - w) A', where A = Rz(a) diag(1, -1, -1) Ry(t).
 
     Attributes:
-        work: Minimum and maximum work angle, relative to the pose's [rad].
-        travel: Minimum and maximum travel angle, relative to the pose's [rad].
+        work: Minimum and maximum work angle, relative to that of the pose [rad].
+        travel: Minimum and maximum travel angle, relative to that of the pose [rad].
         pose_travel: Travel angle of the pose [rad].
         pose_work: Work angle of the pose [rad].
         axis_angle: Rotation about the tool's z axis, from its x axis to the axis that points along
@@ -52,9 +52,9 @@ class PoseFreedom:
 
     Attributes:
         turn: Minimum and maximum turn from the pose [rad]; infinite if unlimited.
-        tilt: Maximum angle between the axis and that of the pose [rad].
+        tilt: Maximum angle of the tool's z axis to that of the pose [rad].
         box: Minimum and maximum position along each axis of the pose [m].
-        torch: Ranges of a torch's angles to a seam, or `None`.
+        torch: Ranges of a torch's angles to its seam, or `None`.
     """
 
     turn: tuple[float, float] = (0.0, 0.0)
@@ -64,7 +64,7 @@ class PoseFreedom:
 
     @property
     def position_is_free(self) -> bool:
-        """Whether the position is free."""
+        """Whether the TCP may leave the position of the pose."""
         return any(low < high for low, high in self.box)
 
     def is_within(self, other: PoseFreedom | None) -> bool:
@@ -169,7 +169,7 @@ class JointWaypoints(ReadOnlyArrays):
         acceleration: Known joint accelerations, for example along a tool path or during a wait
             [rad/s² or m/s²], shape (n, d), NaN where unknown; or `None`.
         waypoint_rows: Row of each waypoint of the scenario, in order; the other rows were inserted
-            along tool paths. By default all.
+            along tool paths. By default every row is that of a waypoint.
 
     Raises:
         WaypointDataError: Shapes do not match, values are not finite, times not increasing,
@@ -213,13 +213,13 @@ class JointWaypoints(ReadOnlyArrays):
 
 @dataclass(frozen=True, eq=False)
 class ChosenSection(ReadOnlyArrays):
-    """A section whose motion was chosen before: accelerations at its knots, linear between them.
+    """A section with a given motion: accelerations at its knots, linear between them.
 
     Attributes:
-        times: Knot times [s], including its waypoints', shape (m,), m >= 4.
+        times: Times of the knots, the waypoints among them [s], shape (m,), m >= 4.
         acceleration: Accelerations at the knots [rad/s² or m/s²], shape (m, d).
-        velocity: Chosen joint velocities [rad/s or m/s], shape (d,), by index of the
-            scenario's waypoint.
+        velocity: Joint velocities [rad/s or m/s], shape (d,), at waypoints without a given one, by
+            index of the scenario's waypoint.
 
     Raises:
         WaypointDataError: Shapes do not match, values are not finite, or times not increasing.

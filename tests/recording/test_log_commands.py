@@ -75,7 +75,7 @@ def test_topic_and_unit(knotwork: Command, tmp_path: Path, deburring: Plan, resu
     samples = record(deburring.trajectory, rate=50.0, noise=1e-4)
     samples.position[:] *= 57.29577951308232
     file = write(tmp_path / "log.csv", samples, 4, topic="/arm/state")
-    assert "--log-unit deg" in knotwork("check", file, "--against", result).refused()
+    assert "the unit of the log" in knotwork("check", file, "--against", result).refused()
     line = ("check", file, "--against", result, "--log-unit", "deg")
     assert knotwork(*line, "--topic", "/arm/state").code == 0
     assert "'/other'" in knotwork(*line, "--topic", "/other").refused()

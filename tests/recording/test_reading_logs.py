@@ -83,7 +83,7 @@ def test_degrees_are_stated_or_noticed(tmp_path: Path) -> None:
     with pytest.raises(InputError) as error:
         read_log(file, NAMES, UNITS)
     assert "joint 'pan' reaches" in str(error.value)
-    assert "--log-unit deg" in str(error.value)
+    assert "the unit of the log" in str(error.value)
     assert "column 2 (pan)" in str(error.value)
 
 
@@ -119,7 +119,7 @@ def refusal(path: Path, headings: str, body: list[list[str]], topic: str | None 
             None,
             "'lift_joint'.*/joint_states/NAME/position",
         ),
-        (TWO_TOPICS, None, "2 topics have positions.*: /left, /right.*--topic"),
+        (TWO_TOPICS, None, "2 topics have positions.*: /left, /right.*the topic"),
         (TWO_TOPICS, "/x", "of the topic '/x'.*'pan', 'lift_joint'"),
         ("time,pan,pan [rad],lift_joint,x", None, "2 columns are the position of joint 'pan'"),
     ],

@@ -12,7 +12,7 @@ import pytest
 import yaml
 
 import knotwork as kw
-from knotwork.errors import FollowingError, InputError
+from knotwork.errors import BranchError, FollowingError, InputError
 from seams import ON as FIRST
 from seams import task
 
@@ -74,6 +74,15 @@ def test_path_not_followed_in_requested_branch() -> None:
     with pytest.raises(FollowingError, match=r"in the requested branch at 'on'.* try branch: free"):
         kw.plan(task(on, off, branch=branch))
     kw.plan(task(on, off, branch={"shoulder": "right", "elbow": "up", "wrist": "no flip"}))
+
+
+def test_path_begins_outside_requested_branch() -> None:
+    """No solution at its start is in the branch, so none is said to be the best of it."""
+    rpy = [-51, 26, -64]
+    on = {**FIRST, "stop": True, "pose": {"position": [-20, 545, 647], "rpy": rpy}}
+    off = {**LINE, "stop": True, "pose": {"position": [20, -545, 647], "rpy": rpy}}
+    with pytest.raises(BranchError, match=r"'on': can't be reached in branch shoulder: right"):
+        kw.plan(task(on, off, branch={"shoulder": "right", "wrist": "no flip"}))
 
 
 @pytest.mark.parametrize("tilt", [[0, 0, 0], [15, -10, 0]])

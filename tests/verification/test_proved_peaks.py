@@ -265,5 +265,5 @@ def test_refuses_limits_that_are_not_positive(limit: Any) -> None:
     plan = planned("ur5_deburring")
     with pytest.raises(kw.InputError, match="limit of the tool speed"):
         kw.verification.tool_speed_bound(plan.space.robot, plan.trajectory, limit=limit)
-    with pytest.raises(kw.InputError, match=r"torque limits.*give 6 positive numbers"):
+    with pytest.raises(kw.InputError, match=r"torque limits.*accepted: 6 positive numbers"):
         kw.verification.torque_bound(plan.space.robot, plan.trajectory, limit=limit)

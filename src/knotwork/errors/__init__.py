@@ -1,6 +1,6 @@
 """All errors that Knotwork raises on purpose.
 
-They have one base class, and each subclass has its data.
+All derive from `KnotworkError`, and each class declares its data as attributes.
 
 The command line turns `InputError` into exit code 2 and `CheckFailedError` into exit code 1.
 """

@@ -11,7 +11,7 @@ from knotwork.errors import InputError, format_value
 
 
 def require_number(value: Any, subject: str, unit: str = "", *, positive: bool = False) -> float:
-    """Return a number as a float.
+    """Check a number, and return it as a float.
 
     Args:
         value: The given value. `True` and text are not numbers.
@@ -30,13 +30,13 @@ def require_number(value: Any, subject: str, unit: str = "", *, positive: bool =
             number = math.nan
     if not math.isfinite(number) or (positive and number <= 0.0):
         kind = "positive and finite number" if positive else "finite number"
-        of = f" [{unit}]" if unit else ""
-        raise InputError(f"{subject} is {format_value(value)}; it must be a {kind}{of}")
+        in_unit = f" [{unit}]" if unit else ""
+        raise InputError(f"{subject} is {format_value(value)}; it must be a {kind}{in_unit}")
     return number
 
 
 def require_count(value: Any, subject: str, minimum: int) -> int:
-    """Return a whole number.
+    """Check a whole number, and return it.
 
     Args:
         value: The given value.
@@ -70,7 +70,7 @@ def require_type(value: Any, types: Any, subject: str, accepted: str) -> None:
 
 
 def require_flag(value: Any, subject: str) -> bool:
-    """Return a flag as a bool.
+    """Check a flag, and return it as a bool.
 
     Args:
         value: The given value. Text, such as "no", is refused.

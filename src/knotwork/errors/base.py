@@ -41,8 +41,8 @@ class InputError(KnotworkError, ValueError):
 
     Attributes:
         where: Location of the fault, for example a field of a file; empty if unknown.
-        others: Errors found together with this one, one per line of its text.
-        hint: Possible cause, at the end of its text.
+        others: Errors found together with this one; `str()` lists each on a line.
+        hint: Possible cause or remedy, with which `str()` ends.
     """
 
     where: str = ""
@@ -55,17 +55,17 @@ class InputError(KnotworkError, ValueError):
 
     @property
     def located_message(self) -> str:
-        """Its own message, with its location."""
+        """Message of this error alone, with its location."""
         message = super().__str__()
         return f"{self.where}: {message}" if self.where else message
 
     def locate(self, where: str) -> None:
-        """Put a location around the present one."""
+        """Put an enclosing location in front of the location of this error."""
         self.where = f"{where}: {self.where}" if self.where else where
 
 
 def merge_errors(errors: Sequence[AnyInputError]) -> AnyInputError:
-    """Return the first of several errors, with all others.
+    """Make the other errors the `others` of the first, and return the first.
 
     >>> print(merge_errors([InputError("is 3", where="a"), InputError("is 4", where="b")]))
     a: is 3
@@ -76,7 +76,7 @@ def merge_errors(errors: Sequence[AnyInputError]) -> AnyInputError:
 
 
 MAX_LISTED = 40
-"""Number of names that an error lists."""
+"""Maximum number of names that an error lists."""
 
 
 def suggest_name(name: object, available: Iterable[object]) -> str:
@@ -88,15 +88,15 @@ def suggest_name(name: object, available: Iterable[object]) -> str:
     names = [str(choice) for choice in available]
     import difflib
 
-    written = {choice.casefold(): choice for choice in names}
-    near = difflib.get_close_matches(str(name).casefold(), written, n=1, cutoff=0.6)
+    by_folded = {choice.casefold(): choice for choice in names}
+    near = difflib.get_close_matches(str(name).casefold(), by_folded, n=1, cutoff=0.6)
     listed, rest = names, ""
-    if len(names) > MAX_LISTED:  # the most similar ones
-        alike = difflib.get_close_matches(str(name).casefold(), written, MAX_LISTED, cutoff=0.0)
-        listed = [written[name] for name in alike]
+    if len(names) > MAX_LISTED:  # only the most similar ones are listed
+        alike = difflib.get_close_matches(str(name).casefold(), by_folded, MAX_LISTED, cutoff=0.0)
+        listed = [by_folded[name] for name in alike]
         rest = f" and {len(names) - MAX_LISTED} more"
     listing = f"accepted: {', '.join(listed)}{rest}" if names else "none is available"
-    meant = f"did you mean {written[near[0]]!r}? " if near else ""
+    meant = f"did you mean {by_folded[near[0]]!r}? " if near else ""
     return f"{meant}{listing[:1].upper()}{listing[1:]}" if near else listing
 
 
@@ -167,7 +167,7 @@ class Problem:
 
 
 MAX_PRINTED_PROBLEMS = 50
-"""Number of problems that a message lists."""
+"""Maximum number of problems that a message lists."""
 
 
 class DocumentError(InputError):
@@ -182,7 +182,7 @@ class DocumentError(InputError):
 
     Attributes:
         file: The file, or `None` for a mapping given in Python.
-        problems: The problems, in the order of the file; the message names the first ones.
+        problems: The problems, in the order of the file; the message lists the first 50.
     """
 
     def __init__(
@@ -194,8 +194,8 @@ class DocumentError(InputError):
         lines = [f"{name}: {problem}" for problem in self.problems[:MAX_PRINTED_PROBLEMS]]
         if len(self.problems) > MAX_PRINTED_PROBLEMS:
             more = len(self.problems) - MAX_PRINTED_PROBLEMS
-            least, plural = "" if complete else "at least ", "" if more == 1 else "s"
-            lines.append(f"{name}: and {least}{more} more problem{plural}")
+            bound, plural = "" if complete else "at least ", "" if more == 1 else "s"
+            lines.append(f"{name}: and {bound}{more} more problem{plural}")
         super().__init__("\n".join(lines))
 
 
@@ -242,7 +242,7 @@ class OptionError(InputError):
 
 
 class KnotError(InputError):
-    """Knots that leave a waypoint outside its span, are not increasing, too few or too many.
+    """Knots that don't increase, are too few or too many, or leave a waypoint outside its span.
 
     >>> task = kw.JointWaypoints(["lift"], [0, 1, 2], [[0], [1], [0]], [[0], [0.5], [0]])
     >>> try:
@@ -302,8 +302,8 @@ class CollisionError(InputError):
     """A collision of the robot with its surroundings at the start.
 
     Attributes:
-        names: The object and the link.
-        depth: Depth within the margin [m].
+        names: Names of the object and of the link.
+        depth: Missing distance between them, from the required clearance [m].
     """
 
     names: Sequence[str] = ()

@@ -21,8 +21,8 @@ class PathError(InputError):
     """A tool path, or a part of one, that can't be made as specified.
 
     Attributes:
-        text: The message with the names of `values` in braces; empty without values.
-        values: Lengths [m] and points in the axes of the path [m] of the message.
+        text: Template of the message, with names of `values` in braces; empty without values.
+        values: Lengths [m], and points in the axes of the path [m], for the template.
     """
 
     text: str = ""
@@ -63,9 +63,9 @@ class RampError(PathError):
         stretch: Index of the stretch.
         length: Its length [m].
         needed: Length required by its changes of speed [m].
-        highest_speed: The highest feasible speed, its neighbours unchanged [m/s]; `None` without
-            one.
-        lowest_acceleration: The lowest feasible acceleration [m/s²].
+        highest_speed: Highest speed of the stretch that is feasible with the present speeds of its
+            neighbours [m/s]; `None` if no speed is.
+        lowest_acceleration: Lowest acceleration for which the length is sufficient [m/s²].
     """
 
     stretch: int = 0
@@ -94,11 +94,11 @@ class LimitingConstraint(NamedTuple):
     Attributes:
         kind: `"joint limit"`, `"velocity limit"`, `"collision"` or `"singularity"`; the last means
             that the tool can't stay on the path with any joint motion.
-        time: Time at which it begins [s].
-        joint: Name of the joint that exceeds its limit; empty without one.
+        time: Time from which the path can't be followed [s].
+        joint: Name of the joint that exceeds its limit; empty for other kinds.
         unit: Unit of its position, `"rad"` or `"m"`.
-        value: Its worst position or speed [rad or m, or per second].
-        bound: Limit that it exceeds [rad or m, or per second].
+        value: Worst position or speed of the joint [rad or m, or per second].
+        bound: Limit that this value exceeds [rad or m, or per second].
         smallest_singular_value: Smallest singular value of the Jacobian at the worst time.
         bodies: Names of two bodies that collide.
     """
@@ -132,11 +132,11 @@ class FollowingError(TaskError):
     """A tool path that the arm can't follow.
 
     Attributes:
-        arc_length: Length that can be followed [m].
+        arc_length: Length of the path that the arm can follow, from its start [m].
         cause: `"joint limit"`, `"velocity limit"`, `"singularity"` or `"collision"`.
-        joint: Name of the joint that would be beyond its limit; empty without one.
+        joint: Name of the joint that would be beyond its limit; empty if no limit is the cause.
         value: Position or speed that the joint would have [rad or m, or per second], or `None`.
-        bound: Limit that it exceeds [rad or m, or per second], or `None`.
+        bound: Limit that this value exceeds [rad or m, or per second], or `None`.
     """
 
     arc_length: float = 0.0

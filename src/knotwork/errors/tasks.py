@@ -11,17 +11,17 @@ from knotwork.errors.base import InputError
 from knotwork.errors.plain_text import waypoint_text
 from knotwork.units import SI, Units
 
-POINT_SHARE = 1e-5
-"""The position counts as reached if its error is below this times the angular error [m/rad]."""
+REACHED_POINT_RATIO = 1e-5
+"""Ratio of position to angular error [m/rad] below which only the orientation is unreachable."""
 
 SMALL_EXCESS = 1e-4
-"""An excess of a joint below this is printed, because the printed position hides it [rad or m]."""
+"""Excess of a joint [rad or m] that its printed position would hide, so that it is printed too."""
 SMALL_RESIDUAL = 1e-12
-"""A residual of a velocity up to this is rounding [m/s or rad/s]."""
-SMALL_PART = 1e-3
-"""A linear or angular part of a twist below this is not printed, relative to the twist."""
+"""Residual of a velocity that rounding explains [m/s or rad/s]."""
+SMALL_TWIST_PART = 1e-3
+"""Linear or angular part, as a fraction of its twist, below which it is not printed."""
 AXIS_COSINE = 0.999
-"""Cosine of the angle up to which a direction is printed as an axis."""
+"""Component of a unit vector above which the vector is printed as an axis, such as `z`."""
 
 
 class TaskError(InputError):
@@ -44,8 +44,8 @@ class OutOfReachError(TaskError):
 class UnreachablePoseError(OutOfReachError):
     """No configuration of the arm brings the tool to the pose.
 
-    The closest pose found within the limits is at the nearest point, and there turned as little as
-    possible: a metre counts as 1000 radians.
+    Of all poses found within the limits, the closest one differs least from the pose, where a metre
+    counts as 1000 radians. Thus its point is the nearest, and there it is turned least.
 
     >>> import pinocchio as pin
     >>> far = pin.SE3(np.eye(3), np.array([2.0, 0.0, 0.0]))
@@ -57,8 +57,8 @@ class UnreachablePoseError(OutOfReachError):
 
     Attributes:
         closest: Joint positions of the closest pose [rad or m].
-        closest_distance: Remaining distance [m].
-        closest_angle: Remaining angle [rad].
+        closest_distance: Distance of the closest pose [m].
+        closest_angle: Angle of the closest pose from the pose [rad].
     """
 
     closest: Sequence[float] = ()
@@ -76,7 +76,7 @@ class UnreachablePoseError(OutOfReachError):
     ) -> None:
         distance = units.text(closest_distance, "m", ".4g")
         angle = units.text(closest_angle, "rad", ".4g")
-        if closest_distance > POINT_SHARE * closest_angle:
+        if closest_distance > REACHED_POINT_RATIO * closest_angle:
             message = f"the pose is out of reach: the nearest point found is {distance} away"
         else:
             message = (
@@ -91,7 +91,7 @@ class OutsideLimitsError(OutOfReachError):
     """The pose is reachable only with joints outside their position limits.
 
     Attributes:
-        joints: For each joint outside: name, value, lower limit and upper limit [rad or m].
+        joints: Name, value, lower and upper limit of each joint outside its limits [rad or m].
     """
 
     joints: Sequence[tuple[str, float, float, float]] = ()
@@ -194,9 +194,9 @@ class FastJoint(NamedTuple):
     Attributes:
         name: Name of the joint.
         unit: Unit of its speed, `"rad/s"` or `"m/s"`.
-        speed: Speed that it would have.
+        speed: Required speed.
         limit: Velocity limit, infinite without one.
-        plausible: The limit, or the speed above which no joint is plausible.
+        plausible: Highest plausible speed: the limit, or a general bound below it.
     """
 
     name: str
@@ -214,11 +214,11 @@ class FastJoint(NamedTuple):
 
 
 def _name_axes(twist: Sequence[float]) -> str:
-    """Name the base axes along and about which a twist is, for example `along z`."""
+    """Describe the direction of a twist, for example `along z of the base frame`."""
     parts, size = [], math.hypot(*twist)
     for verb, vector in (("along", twist[:3]), ("about", twist[3:])):
         norm = math.hypot(*vector)
-        if norm < SMALL_PART * size:
+        if norm < SMALL_TWIST_PART * size:
             continue
         unit = [value / norm for value in vector]
         axis = max(range(3), key=lambda i: abs(unit[i]))
@@ -233,10 +233,10 @@ class NoWayFoundError(InputError):
     Attributes:
         end: `"start"`, `"goal"` or the number of a waypoint between them (`"1"`, ...), if the
             fault is known to be there; else empty.
-        names: Two bodies that are too close there.
-        depth: Depth of the bodies within the margin there [m].
-        waypoints: Indices of the two waypoints without a motion, if only one solution of each was a
-            candidate; else `None`.
+        names: Names of two bodies that are too close there.
+        depth: Missing distance between them, from the required clearance [m].
+        waypoints: Indices of the two waypoints between which no motion was found, if only one
+            solution of each was a candidate; else `None`.
     """
 
     end: str = ""

@@ -20,7 +20,7 @@ from knotwork.task.scenario.joint_space import JointSpace, by_joint, joint_space
 from knotwork.task.task_source import read_document
 from knotwork.verification import Finding, check
 from knotwork.verification.checks import CHECKS_OF_WAYPOINTS
-from knotwork.verification.collisions import nearest_to
+from knotwork.verification.collisions import clearance_from_robot
 from knotwork.verification.report import CheckedMotion
 
 
@@ -141,7 +141,7 @@ def clearance_between(
         scenario.given.replace(scene=with_other), scenario.locations
     ).scene
     space = space if space is not None else joint_space(scenario)
-    nearest = nearest_to(trajectory, replace(scenario, scene=resolved_scene), space, name)
+    nearest = clearance_from_robot(trajectory, replace(scenario, scene=resolved_scene), space, name)
     if nearest is None:
         raise InputError(f"{scenario.name} and {robot.scenario} have no shapes that can collide")
     return nearest

@@ -25,6 +25,7 @@ from knotwork.task.scenario.joint_space import by_joint, joint_space
 from knotwork.task.scenario.waypoint_reader import START
 from knotwork.task.task_source import with_moved_paths
 from knotwork.verification import Finding, Motion, check
+from knotwork.verification.finding import Group
 from knotwork.verification.motion import Arrival, Execution
 from knotwork.verification.path_checks import check_path_geometry
 from knotwork.verification.report import CheckedMotion
@@ -117,7 +118,7 @@ def _geometry(plan: CheckedMotion, executed: Execution, motion: Motion) -> list[
     scenario = plan.scenario
     if not executed.is_on_path:
         fact = "the motion leaves the tool paths of the task, which are not checked"
-        warning = Finding.of_motion("Warnings", "path", fact, "warning")
+        warning = Finding.of_motion(Group.WARNINGS, "path", fact, "warning")
         return [warning] if scenario.paths else []
     moving = on_moving_frames(scenario.given)
     # waypoints in moving frames, and the paths between them, have their own clock
@@ -133,17 +134,17 @@ def _geometry(plan: CheckedMotion, executed: Execution, motion: Motion) -> list[
 
 
 def _misplaced_objects(scenario: Scenario, executed: Execution) -> Iterator[Finding]:
-    """Warnings of objects whose carrier is unknown, because the executed task has joint values."""
+    """Warnings of objects whose frame is unknown, because the executed task has joint values."""
     inner = {arrival.waypoint for arrival in executed.arrivals[1:-1]}
     for held in scenario.scene.held:
         ends = ("before", held.take), ("after", held.leave)
-        for (when, waypoint), carrier in zip(ends, held.carriers, strict=True):
-            if carrier is not None and waypoint in inner:
+        for (when, waypoint), frame in zip(ends, held.frames, strict=True):
+            if not frame.rests_on(scenario.pose_frame_link) and waypoint in inner:
                 fact = (
                     f"{when} {scenario.waypoints[waypoint].name!r}, {held.name!r} moves relative "
                     "to the frame of the poses, but is checked as fixed in it"
                 )
-                yield Finding.of_motion("Warnings", "held_object", fact, "warning")
+                yield Finding.of_motion(Group.WARNINGS, "held_object", fact, "warning")
 
 
 def _execute(

@@ -14,7 +14,7 @@ from knotwork.curves.tool_paths import Curve, OrientationCurve, TimedPath, ToolP
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError, PathError
 from knotwork.errors.arguments import require_number, require_type
-from knotwork.planning.task_to_joint.insertion import with_waypoints_inserted
+from knotwork.planning.task_to_joint.waypoint_insertion import with_waypoints_inserted
 from knotwork.robot import Robot, load_robot
 from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
 from knotwork.robot.kinematics.solutions.pose import solve_pose_ik

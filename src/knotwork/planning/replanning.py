@@ -188,14 +188,14 @@ def _put_down(
         span: Time interval of the planned motion that is executed [s].
     """
     scenario, task = plan.scenario, plan.scenario.given
-    at, carrier = scenario.waypoints[waypoint], held.carriers[waypoint == held.leave]
+    at, frame = scenario.waypoints[waypoint], held.frames[waypoint == held.leave]
     near = [neighbour.time for neighbour in scenario.waypoints[max(waypoint - 1, 0) : waypoint + 2]]
     robot, q = plan.space.robot, plan.trajectory(at.time)
     tool = robot.tool_pose(q, in_world_frame=at.in_world_frame)  # type: ignore[union-attr]
     placed, parent = tool * held.shape.placement, "base"
-    if carrier is not None and carrier.is_moving:
+    if frame.is_moving:
         parent = task.frame_of(task.waypoints[scenario.task_index[waypoint]])
-        placed = carrier.placement_at(at.time).actInv(placed)
+        placed = frame.placement_at(at.time).actInv(placed)
     elif scenario.pose_frame_link and not at.in_world_frame:
         parent = _frame_of_joints(scenario) or "base"
         placed = scenario.frames[parent].actInv(placed)

@@ -14,7 +14,7 @@ import pinocchio as pin
 
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.extended_curve import ExtendedCurve
-from knotwork.curves.tool_paths.moving_frame import KnownJoints, MovingFrame
+from knotwork.curves.tool_paths.moving_frame import BASE_FRAME, KnownJoints, MovingFrame
 from knotwork.errors import InputError
 from knotwork.files.documents import Locations
 from knotwork.robot import Robot
@@ -26,7 +26,7 @@ from knotwork.robot.joint_tree import (
     make_serial_chain,
 )
 from knotwork.scene.bodies import Body
-from knotwork.scene.collision_model import TOOL_BODY, CollisionModel, find_joint_of_frame
+from knotwork.scene.collision_model import TOOL_BODY, CollisionModel, find_carrier
 from knotwork.scene.link_bodies import read_link_bodies
 from knotwork.scene.other_robots import are_in_one_cell, load_other_motion
 from knotwork.scene.pairing import Pairing
@@ -40,7 +40,6 @@ from knotwork.task.scenario import (
     Scenario,
     Scene,
 )
-from knotwork.task.scenario.scene_model import FIXED_CARRIER
 
 WRONG_UNIT_RATIO = 20.0
 """Ratio of a mesh's size to the reach of the arm above which its unit is plausibly wrong."""
@@ -165,11 +164,11 @@ class _Builder:
         bodies = list(self.links.bodies)
         if scene.tool:
             bodies.append(self._tool_body(scene.tool))
-        for frame in scene.moving.values():
-            self._add_carrier(frame)  # for pictures
+        for frame in (BASE_FRAME, *scene.frames.values()):
+            self._carrier(frame)  # for pictures
         for item in scene.objects:
             if not item.visual:
-                bodies.append(self._object_body(item.name, item.shape, item.carrier))
+                bodies.append(self._object_body(item.name, item.shape, item.frame))
         for held in scene.held:
             bodies += self._held_bodies(held)
         for robot in scene.robots:
@@ -194,11 +193,11 @@ class _Builder:
             robots=self.robots,
         )
 
-    def _object_body(self, name: str, shape: PlacedShape, frame: MovingFrame | None) -> Body:
-        """Make the body of a fixed object, or of one that moves with a frame."""
-        joint, carrier = self._joint_of_frame(frame)
+    def _object_body(self, name: str, shape: PlacedShape, frame: MovingFrame) -> Body:
+        """Make the body of an object in a frame."""
+        joint, placement = self._carrier(frame)
         start = self.appearance_times.get(name, -math.inf)
-        return Body(name, "object", joint, (self._solid(shape, carrier),), start=start)
+        return Body(name, "object", joint, (self._solid(shape, placement),), start=start)
 
     def _robot_bodies(self, placed: PlacedRobot) -> Iterator[Body]:
         """Add the joints of another robot, and give its links, tool and held objects as bodies."""
@@ -210,13 +209,10 @@ class _Builder:
         except InputError as error:
             location = ("scene", "robots", placed.name, "scenario")
             raise self.locations.error(location, str(error)) from error
-        if one_cell:
-            link = robot.world_frame
-            carrier, placement = _joint_of_link(robot, link)
-        else:
-            link = theirs.world_frame
-            carrier, placement = self._joint_of_frame(placed.carrier)
+        carrier, placement = self._carrier(BASE_FRAME)
+        if not one_cell:
             placement = placement * placed.placement
+        link = robot.world_frame if one_cell else theirs.world_frame
         base_joint, base_placement = _joint_of_link(theirs, link)
         inverse, columns = invert_chain(motion.model.joints, base_joint, base_placement)
         known = [replace(curve, delay=curve.delay + placed.delay) for curve in motion.known_motions]
@@ -245,24 +241,14 @@ class _Builder:
                     link="",
                 )
 
-    def _joint_of_frame(
-        self, frame: MovingFrame | None, time: float | None = None
-    ) -> tuple[int, Any]:
-        """As `find_joint_of_frame`; without a frame, the joint of the base."""
-        if frame is None:
-            return 0, self.robot.base_placement
-        self._add_carrier(frame)
-        return find_joint_of_frame(self.carriers, frame, time)
+    def _carrier(self, frame: MovingFrame, time: float | None = None) -> tuple[int, Any]:
+        """As `find_carrier`; the joints of the frame are added to the tree if they are missing."""
+        if (frame.link, frame.joints) not in self.carriers:
+            self._add_frame(frame)
+        return find_carrier(self.carriers, frame, time)
 
-    def _add_carrier(self, frame: MovingFrame) -> None:
-        """Add the joints of a moving frame to the tree if they are missing."""
-        key = frame.link, frame.joints
-        if key in self.carriers:
-            return
-        joint, placement = 0, self.robot.base_placement
-        if frame.link:
-            link = self.robot.world_frame if frame.link == FIXED_CARRIER else frame.link
-            joint, placement = _joint_of_link(self.robot, link)
+    def _add_frame(self, frame: MovingFrame) -> None:
+        joint, placement = _joint_of_link(self.robot, frame.link or self.robot.world_frame)
         if frame.joints:
             placements: list[Any] = []
             axes, turns = [], list[bool]()
@@ -273,7 +259,7 @@ class _Builder:
             chain = make_serial_chain(placements, np.concatenate(axes), turns)
             known = [joints.curve for joints in frame.joints]
             joint, placement = self._add_joints(chain, placement, known, joint), pin.SE3.Identity()
-        self.carriers[key] = joint, placement
+        self.carriers[frame.link, frame.joints] = joint, placement
 
     def _add_joints(
         self, tree: JointTree, placement: Any, known: Sequence[ExtendedCurve], carrier: int = 0
@@ -296,8 +282,8 @@ class _Builder:
         frame = self.robot.model.frames[self.robot.require_tool()]
         lying = []
         ends = ((hold.grasp_pose, hold.start), (hold.release_pose, hold.end))
-        for carrier, (pose, time) in zip(held.carriers, ends, strict=True):
-            joint, placement = self._joint_of_frame(carrier, time)
+        for held_in, (pose, time) in zip(held.frames, ends, strict=True):
+            joint, placement = self._carrier(held_in, time)
             lying.append((joint, (self._solid(shape, placement * pose),)))
         (joint_before, solids_before), (joint_after, solids_after) = lying
         carried = (self._solid(shape, frame.placement),)
@@ -315,10 +301,10 @@ class _Builder:
         ]
         return [body for body in bodies if body.start < body.end]
 
-    def _solid(self, shape: PlacedShape, carrier: Any) -> Solid:
+    def _solid(self, shape: PlacedShape, axes: Any) -> Solid:
         """Make the solid of a shape of the scenario; errors name its location in the file."""
         try:
-            placed = make_solid(shape, carrier)
+            placed = make_solid(shape, axes)
             if shape.path is not None:
                 self._check_size(placed, shape)
         except InputError as error:

@@ -8,7 +8,6 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-import pinocchio as pin
 
 from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
@@ -56,21 +55,21 @@ class Pair(NamedTuple):
     involves_scene: bool
 
 
-Carriers = Mapping[tuple[str, tuple[KnownJoints, ...]], tuple[int, Any]]
+FrameCarriers = Mapping[tuple[str, tuple[KnownJoints, ...]], tuple[int, Any]]
 
 
-def find_joint_of_frame(
-    carriers: Carriers, frame: MovingFrame, time: float | None = None
+def find_carrier(
+    carriers: FrameCarriers, frame: MovingFrame, time: float | None = None
 ) -> tuple[int, Any]:
     """Find the joint that carries a frame, and the transform of base poses into its axes.
 
     Args:
         carriers: Attribute of `CollisionModel`.
-        frame: Moving frame.
-        time: Time of the poses [s]; by default with the frame's joints at 0.
+        frame: The frame.
+        time: Time of the poses [s]; by default they are given at rest.
     """
     joint, placement = carriers[frame.link, frame.joints]
-    joint_axes = MovingFrame(frame.joints, pin.SE3.Identity())
+    joint_axes = MovingFrame(frame.joints)
     at = joint_axes.rest_placement if time is None else joint_axes.placement_at(time)
     return joint, placement * at.inverse()
 
@@ -87,7 +86,7 @@ class CollisionModel:
         missing: Sentences on links whose shapes are not available.
         bare: Names of links with visual shapes but no collision shapes.
         known_motions: Positions of the joints after the robot's.
-        carriers: For each moving frame, by its link and joints, the joint that carries it and the
+        carriers: For each frame, by its link and joints, the joint that carries it and the
             placement of its link in that joint's axes, `pin.SE3`.
         robots: For each other robot, by name, its `Robot` and the joint of its root; its own joints
             follow it.
@@ -100,7 +99,7 @@ class CollisionModel:
     missing: tuple[str, ...] = ()
     bare: tuple[str, ...] = ()
     known_motions: tuple[ExtendedCurve, ...] = ()
-    carriers: Carriers = field(default_factory=dict)
+    carriers: FrameCarriers = field(default_factory=dict)
     robots: Mapping[str, tuple[Robot, int]] = field(default_factory=dict)
 
     @property

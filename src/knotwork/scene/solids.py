@@ -90,18 +90,18 @@ _PRIMITIVE_SHAPES = {
 }
 
 
-def make_solid(shape: PlacedShape, carrier: Any) -> Solid:
+def make_solid(shape: PlacedShape, axes: Any) -> Solid:
     """Make the solid of a shape.
 
     Args:
         shape: Its shape.
-        carrier: `pin.SE3` of the shape's frame in the joint's axes.
+        axes: `pin.SE3` of the axes in which the shape is placed, in those of the joint.
 
     Raises:
         InputError: A file can't be read, an exact mesh is not watertight, or points
             fill too many cells.
     """
-    placed = carrier * shape.placement
+    placed = axes * shape.placement
     turn, shift = np.array(placed.rotation), np.array(placed.translation)
     plane = triangles = parts = hull = cells = None
     if shape.path is not None:

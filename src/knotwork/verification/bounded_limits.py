@@ -1,4 +1,4 @@
-"""Efforts, motion of tool and links, distance to singularities: bounded over all time."""
+"""Checks of efforts, speeds of tool and links, and singularities, by bounds over all time."""
 
 from __future__ import annotations
 
@@ -12,18 +12,16 @@ import numpy as np
 from knotwork.joint_quantities import rate_unit
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
-from knotwork.verification.finding import Finding, Subject
+from knotwork.verification.finding import Finding, Group, Subject
 from knotwork.verification.limits import (
     LIMIT_SLACK,
-    SINGULARITY,
     SMALLEST_SINGULAR_VALUE,
-    TOOL_LIMITS,
     TOOL_ORDERS,
     LimitedValue,
     add_slack,
     joint_finding,
-    jumps_below,
     limit_finding,
+    lower_order_jumps,
     slowing_remedy,
 )
 from knotwork.verification.motion import Motion
@@ -54,19 +52,19 @@ def check_tool_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> 
         compute_bound = tool_speed_bound if order == 1 else tool_acceleration_bound
         bound = compute_bound(robot, motion.trajectory, frame=frame, limit=float(add_slack(limit)))
         worst = LimitedValue.from_bound(bound, limit)
-        jumps = jumps_below(motion.curve, 2) if order == 2 else {}
+        jumps = lower_order_jumps(motion.curve, 2) if order == 2 else {}
         if jumps:
             worst = LimitedValue(np.inf, min(jumps.values())[0], limit)
         label = "tool" if frame is None else f"link {frame!r}"
         finding = limit_finding(
-            (TOOL_LIMITS, "tool" if frame is None else "link", frame or ""), quantity,
+            (Group.TOOL_LIMITS, "tool" if frame is None else "link", frame or ""), quantity,
             f"{label}: {quantity.partition('_')[2]}", worst, rate_unit("m", order), scenario.units,
         )  # fmt: skip
         yield replace(finding, remedy=slowing_remedy(finding, order, scenario))
 
 
 def check_singularity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
-    """Find the smallest singular value of the motion, and compare it with its limit, if any."""
+    """Find the smallest singular value over the motion, and compare it with its limit, if any."""
     if space.robot is None or space.robot.tool_frame is None:
         return
     from knotwork.verification.bounds import singular_value_bound
@@ -75,7 +73,7 @@ def check_singularity(motion: Motion, scenario: Scenario, space: JointSpace) -> 
     allowed = None if limit is None else limit * (1.0 - LIMIT_SLACK)
     bound = singular_value_bound(space.robot, motion.trajectory, limit=allowed)
     worst = LimitedValue.from_bound(bound, math.inf if limit is None else limit, -1.0)
-    subject: tuple[str, Subject, str] = (SINGULARITY, "tool", "")
+    subject: tuple[str, Subject, str] = (Group.SINGULARITY, "tool", "")
     label = "tool: the smallest singular value (metres and radians mixed)"
     if limit is not None:
         yield limit_finding(
@@ -97,12 +95,12 @@ def check_effort_limits(motion: Motion, scenario: Scenario, space: JointSpace) -
         if space.robot is not None and space.robot.base_moves:
             name = space.robot.base_frame
             message = f"efforts are not checked: the frame of the poses is on {name}, which moves"
-            yield Finding.of_motion("Motion", "efforts", message, "warning")
+            yield Finding.of_motion(Group.MOTION, "efforts", message, "warning")
         return
     from knotwork.verification.bounds import torque_bound
 
     limits = space.limits["effort"]
-    jumps = jumps_below(motion.curve, 2)  # a jump of one joint is an impulse on all
+    jumps = lower_order_jumps(motion.curve, 2)  # a jump of one joint is an impulse on all joints
     parts = [
         torque_bound(robot, part, limit=add_slack(limits))
         for robot, part in space.carrying.parts(motion.trajectory)
@@ -115,7 +113,7 @@ def check_effort_limits(motion: Motion, scenario: Scenario, space: JointSpace) -
 
 
 def _worst_bound(bounds: Sequence[Bound]) -> Bound:
-    """The worst bound over all parts of a motion. Parts that violate the limit have priority."""
+    """The worst bound over all parts of a motion, among those that violate the limit if any do."""
     decisive = [bound for bound in bounds if not bound.ok] or bounds
     return max(decisive, key=lambda bound: abs(bound.value))._replace(
         bound=max(abs(bound.bound) for bound in bounds),

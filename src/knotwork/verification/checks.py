@@ -17,29 +17,29 @@ from knotwork.verification.event_checks import check_events, report_cycles, repo
 from knotwork.verification.finding import Finding
 from knotwork.verification.freedom_use import report_freedoms
 from knotwork.verification.limits import (
+    check_acceleration_spike,
     check_joint_limits,
-    check_unreachable_accelerations,
-    report_unlimited,
+    report_missing_limits,
 )
 from knotwork.verification.motion import Motion
-from knotwork.verification.path_checks import check_tool_paths, check_uneven_points
+from knotwork.verification.path_checks import check_curve_between_points, check_tool_paths
 from knotwork.verification.waypoint_checks import (
-    check_joint_values,
+    check_joints_at_waypoints,
     check_time_span,
-    check_tool_poses,
+    check_tool_at_waypoints,
     check_waits,
-    report_approach,
+    report_no_start,
 )
 
 Check = Callable[[Motion, Scenario, JointSpace], Iterable[Finding]]
-"""Function that gives the findings on a motion of a scenario's joints."""
+"""Function from a motion, its task and its joints to findings."""
 
 CHECKS: dict[str, Check] = {
     "time_span": check_time_span,
-    "tool_at_waypoints": check_tool_poses,
-    "joints_at_waypoints": check_joint_values,
+    "tool_at_waypoints": check_tool_at_waypoints,
+    "joints_at_waypoints": check_joints_at_waypoints,
     "tool_paths": check_tool_paths,
-    "uneven_points": check_uneven_points,
+    "curve_between_points": check_curve_between_points,
     "freedoms": report_freedoms,
     "waits": check_waits,
     "events": check_events,
@@ -47,28 +47,31 @@ CHECKS: dict[str, Check] = {
     "cycles": report_cycles,
     "joint_limits": check_joint_limits,
     "effort_limits": check_effort_limits,
-    "missing_limits": report_unlimited,
+    "missing_limits": report_missing_limits,
     "tool_limits": check_tool_limits,
     "collisions": check_collisions,
     "continuity": check_continuity,
-    "unreachable_accelerations": check_unreachable_accelerations,
+    "acceleration_spike": check_acceleration_spike,
     "resolution": check_resolution,
     "singularity": check_singularity,
-    "approach": report_approach,
+    "no_start": report_no_start,
 }
-"""Checks by name. `CHECKS["name"] = function` adds a check: its findings are in the report, in its
-pages and tables and in the exit code like all others."""
+"""Checks by name: the quantity of their findings, or what they are about if there are several.
+
+`CHECKS["name"] = function` adds a check. Its findings are in the report, in pages and tables and in
+the exit code like all others.
+"""
 
 CHECKS_OF_WAYPOINTS = (
-    "time_span", "tool_at_waypoints", "joints_at_waypoints", "segments", "approach"
+    "time_span", "tool_at_waypoints", "joints_at_waypoints", "segments", "no_start"
 )  # fmt: skip
-"""Names of checks whose findings mean nothing without the waypoints of a task."""
+"""Checks whose findings mean nothing without the waypoints of a task."""
 
 _SHIPPED = dict(CHECKS)
 
 
 def own_checks() -> list[str]:
-    """Names of checks that were added, replaced or removed, which other processes don't have.
+    """Names of checks that were added, replaced or removed in this process, unlike in others.
 
     >>> own_checks()
     []

@@ -13,7 +13,7 @@ from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors.plain_text import waypoint_text
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
-from knotwork.verification.finding import Finding, Verdict
+from knotwork.verification.finding import Finding, Group, Verdict
 from knotwork.verification.limits import find_grossly_exceeded_limit
 from knotwork.verification.motion import AT_WAYPOINT, Motion, describe_time
 
@@ -22,10 +22,8 @@ if TYPE_CHECKING:
     from knotwork.scene.collision_model import CollisionModel
     from knotwork.verification.bounds.clearance import Clearance
 
-COLLISIONS = "Collisions"
-
 MINIMUM_PRECISION = 2e-4
-"""Precision of the clearance from another robot, see `nearest_to` [m]."""
+"""Precision of the clearance from another robot, see `clearance_from_robot` [m]."""
 
 
 def check_collisions(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -33,15 +31,15 @@ def check_collisions(motion: Motion, scenario: Scenario, space: JointSpace) -> I
     robot, scene = space.robot, scenario.scene
     if robot is None or not (scene.collisions.itself or scene.has_bodies):
         return
-    if absurd := find_grossly_exceeded_limit(motion.curve, space):
-        yield _not_examined(absurd)
+    if exceeded_limit := find_grossly_exceeded_limit(motion.curve, space):
+        yield _not_examined(exceeded_limit)
         return
     from knotwork.verification.bounds.clearance import clearances
 
     model = motion_model(motion, scenario, robot)
     yield from _shape_findings(model, scenario, robot)
     clearances_found = clearances(model, motion.curve, scene.collisions.resolution)
-    # the nearest pair of each object, and of the robot with itself, for tables
+    # tables have the nearest pair of each object, and that of the robot with itself
     nearest: dict[str | None, Clearance] = {}
     for pair in sorted(clearances_found, key=lambda pair: pair.distance)[::-1]:
         nearest[pair.first.name if pair.involves_scene else None] = pair
@@ -49,15 +47,25 @@ def check_collisions(motion: Motion, scenario: Scenario, space: JointSpace) -> I
         yield _pair_finding(pair, scenario, robot, detail=pair not in nearest.values())
 
 
-def nearest_to(
+def clearance_from_robot(
     trajectory: JointTrajectory, scenario: Scenario, space: JointSpace, name: str
 ) -> Finding | None:
-    """Finding of the nearest pair with another robot of the scene; `None` if no pair is checked."""
+    """Report how near the motion comes to another robot of the scene.
+
+    Args:
+        trajectory: The motion.
+        scenario: The task, whose scene has the other robot.
+        space: The joints and their robot.
+        name: Name of the other robot.
+
+    Returns:
+        The finding on the nearest pair of bodies; `None` if no pair is checked.
+    """
     robot, motion = space.robot, Motion(trajectory, space)
     if robot is None:
         return None
-    if absurd := find_grossly_exceeded_limit(motion.curve, space):
-        return _not_examined(absurd)
+    if exceeded_limit := find_grossly_exceeded_limit(motion.curve, space):
+        return _not_examined(exceeded_limit)
     from knotwork.verification.bounds.clearance import least_clearance
 
     model = motion_model(motion, scenario, robot)
@@ -69,7 +77,7 @@ def nearest_to(
 
 
 def motion_model(motion: Motion, scenario: Scenario, robot: Robot) -> CollisionModel:
-    """The collision model of a scenario, with held objects at the motion's grasps and releases.
+    """Build the collision model of a scenario, with objects held between grasp and release.
 
     Raises:
         DocumentError: A mesh is wrong, or a name in the scenario is unknown.
@@ -87,7 +95,7 @@ def motion_model(motion: Motion, scenario: Scenario, robot: Robot) -> CollisionM
 
 def _not_examined(reason: str) -> Finding:
     fact = f"collisions are not examined: {reason}"
-    return Finding.of_motion(COLLISIONS, "clearances", fact, "failed")
+    return Finding.of_motion(Group.COLLISIONS, "clearances", fact, "failed")
 
 
 def _shape_findings(model: CollisionModel, scenario: Scenario, robot: Robot) -> Iterator[Finding]:
@@ -105,9 +113,9 @@ def _shape_findings(model: CollisionModel, scenario: Scenario, robot: Robot) -> 
     elif model.bare:
         notes.append(("warning" if has_bodies else "information", model.bare_links_note))
     for verdict, message in notes:
-        yield Finding.of_motion(COLLISIONS, "collision_shapes", message, verdict)
+        yield Finding.of_motion(Group.COLLISIONS, "collision_shapes", message, verdict)
     for message in model.ignored_pairs_notes:
-        yield Finding.of_motion(COLLISIONS, "pairs_not_checked", message)
+        yield Finding.of_motion(Group.COLLISIONS, "pairs_not_checked", message)
 
 
 def _pair_finding(pair: Clearance, scenario: Scenario, robot: Robot, *, detail: bool) -> Finding:
@@ -115,12 +123,12 @@ def _pair_finding(pair: Clearance, scenario: Scenario, robot: Robot, *, detail: 
     world = robot.base_placement.inverse()
     points = [world.act(point) for point in pair.nearest.points]
     return Finding(
-        group=COLLISIONS,
+        group=Group.COLLISIONS,
         subject="pair",
         name=f"{pair.second.name}, {pair.first.name}",
         quantity="clearance",
         verdict="met" if clear else "failed",
-        fact=_message(pair, points, scenario),
+        fact=_pair_fact(pair, points, scenario),
         value=pair.distance,
         limit=pair.margin,
         margin=(pair.bound if clear else pair.distance) - pair.margin,
@@ -140,7 +148,7 @@ def _pair_finding(pair: Clearance, scenario: Scenario, robot: Robot, *, detail: 
 
 
 def _remedy(pair: Clearance, scenario: Scenario) -> str:
-    """Remedy where `way: clear` does not help, because waypoints themselves collide."""
+    """Remedy if waypoints themselves collide, so that `way: clear` does not help; else empty."""
     inside = [
         waypoint_text(waypoint.name)
         for waypoint in scenario.waypoints
@@ -150,8 +158,8 @@ def _remedy(pair: Clearance, scenario: Scenario) -> str:
     return f"move {', '.join(inside)}, {fault}" if inside else ""
 
 
-def _message(pair: Clearance, points: Sequence[FloatArray], scenario: Scenario) -> str:
-    """The finding on a pair as one sentence, with distance, time and position."""
+def _pair_fact(pair: Clearance, points: Sequence[FloatArray], scenario: Scenario) -> str:
+    """The fact of a pair's finding: distance, time, waypoints around it and nearest points."""
     second, first = (body.name for body in (pair.second, pair.first))
     distance, bound, margin = (
         scenario.units.text(length, "m", ".4g")
@@ -177,14 +185,14 @@ def _message(pair: Clearance, points: Sequence[FloatArray], scenario: Scenario) 
 
 
 def _pair_text(pair: Clearance, scenario: Scenario) -> str:
-    """Distance or penetration of two bodies, as text."""
+    """Text of the distance or the penetration of two bodies."""
     distance = scenario.units.text(abs(pair.distance), "m", ".4g")
     how = f"is {distance} deep in" if pair.distance <= 0 else f"comes within {distance} of"
     return f"{pair.second.name} {how} {pair.first.name}"
 
 
 def _vector_text(vector: FloatArray) -> str:
-    """A vector as text, without negative zeros."""
+    """Text of a vector, without negative zeros."""
     return "[" + ", ".join(f"{value:.4g}" for value in np.round(vector, 4) + 0.0) + "]"
 
 

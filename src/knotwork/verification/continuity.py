@@ -1,4 +1,4 @@
-"""Measured jumps of position, velocity and acceleration at the inner breaks."""
+"""Checks of jumps at the inner breaks, of sudden changes and of rounding errors."""
 
 from __future__ import annotations
 
@@ -10,20 +10,19 @@ from knotwork.curves.polynomial.jumps import ALWAYS_A_JUMP, evaluation_noise, me
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
-from knotwork.verification.finding import Finding
+from knotwork.verification.finding import Finding, Group
 from knotwork.verification.motion import Motion
 
-CONTINUITY_GROUP = "Continuity"
-
 JUMP_ORDERS = 3
-"""Number of derivatives whose jumps are measured: position, velocity and acceleration."""
+"""Jumps of position, velocity and acceleration are measured: derivatives below this order."""
 
 ROUNDING_QUANTITIES = tuple(f"{quantity}_rounding" for quantity in DERIVATIVES[:JUMP_ORDERS])
 """Quantities of findings on rounding errors."""
 
 FASTEST_CHANGES = (1e3, 1e5, 1e6)
-"""Velocity, acceleration and jerk above which a change counts as a jump [rad/s, rad/s², rad/s³, or
-m]. No drive follows such a change, even if a tiny piece connects the two values. The limits of arms
+"""Velocity, acceleration and jerk above which a change counts as a jump [rad or m per s, s², s³].
+
+No drive follows such a change, even if a short piece connects the two values. The limits of arms
 are about 100 times lower.
 """
 
@@ -31,9 +30,9 @@ are about 100 times lower.
 def check_continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Find jumps of position, velocity and acceleration beyond rounding.
 
-    Every joint that jumps is named; without a jump, the joint with the largest change. The
-    scenario's `continuity` is the highest derivative of which a jump fails. A change faster than
-    `FASTEST_CHANGES` is a jump as well.
+    There is a finding for every joint that jumps; if none does, for the joint nearest to a jump.
+    Jumps of derivatives up to the order of the scenario's `continuity` fail. A change faster than
+    `FASTEST_CHANGES` counts as a jump as well.
     """
     for order, quantity in enumerate(DERIVATIVES[:JUMP_ORDERS]):
         required = order <= scenario.given.continuity
@@ -50,7 +49,7 @@ def check_continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> I
             unit = rate_unit(space.joint_units[joint], order)
             text = f"jumps by {scenario.units.text(value, unit, '.3g')} at {time:.6g} s"
             yield Finding.at_most(
-                CONTINUITY_GROUP, "joint", space.joint_names[joint], f"{quantity}_jump",
+                Group.CONTINUITY, "joint", space.joint_names[joint], f"{quantity}_jump",
                 f"joint {space.joint_names[joint]!r}: {quantity} {text}", value, limit,
                 required=required, unit=unit, time=time,
             )  # fmt: skip
@@ -60,18 +59,18 @@ def check_continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> I
             unit = rate_unit(space.joint_units[joint], order + 1)
             rate, fastest = (scenario.units.text(x, unit, ".3g") for x in (value, limit))
             yield Finding.at_most(
-                CONTINUITY_GROUP, "joint", space.joint_names[joint], f"{quantity}_change",
-                f"joint {space.joint_names[joint]!r}: {quantity} changes by {rate} at {time:.6g} "
+                Group.CONTINUITY, "joint", space.joint_names[joint], f"{quantity}_change",
+                f"joint {space.joint_names[joint]!r}: {quantity} changes at {rate} at {time:.6g} "
                 f"s, which is a jump for any drive (at most {fastest})", value, limit,
                 required=required, unit=unit, time=time,
             )  # fmt: skip
 
 
 def check_resolution(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
-    """Check that rounding of position, velocity and acceleration is negligible.
+    """Check that rounding errors of position, velocity and acceleration are negligible.
 
-    If large terms of opposite signs cancel, their rounding errors remain. All other checks assume
-    that these errors are negligible.
+    Where large terms of opposite signs cancel, their rounding errors remain. All other checks
+    assume that these errors are negligible.
     """
     noise = evaluation_noise(motion.curve, JUMP_ORDERS)
     for order, quantity in enumerate(DERIVATIVES[:JUMP_ORDERS]):
@@ -79,8 +78,8 @@ def check_resolution(motion: Motion, scenario: Scenario, space: JointSpace) -> I
             name, unit = space.joint_names[joint], rate_unit(space.joint_units[joint], order)
             value, limit = float(noise[order, joint]), ALWAYS_A_JUMP[order]
             yield Finding.at_most(
-                "Motion", "joint", name, ROUNDING_QUANTITIES[order],
-                f"joint {name!r}: the coefficients cancel one another so far that {quantity} is "
-                f"known to {scenario.units.text(value, unit, '.3g')} only, not to "
+                Group.MOTION, "joint", name, ROUNDING_QUANTITIES[order],
+                f"joint {name!r}: the terms of its polynomials cancel, so {quantity} has a "
+                f"rounding error of {scenario.units.text(value, unit, '.3g')}, tolerance "
                 f"{scenario.units.text(limit, unit, 'g')}", value, limit, unit=unit,
             )  # fmt: skip

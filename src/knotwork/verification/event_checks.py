@@ -1,4 +1,4 @@
-"""Events and the tool's position at them; segments of the motion, and repetitions."""
+"""Checks of events and of the tool's position at them; reports on segments and cycles."""
 
 from __future__ import annotations
 
@@ -13,11 +13,10 @@ from knotwork.task.scenario.event_reader import segments
 from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.task.scenario.repetitions import repetition_starts
 from knotwork.task.scenario.scenario import RequestedEvent
-from knotwork.verification.finding import Finding, Verdict
+from knotwork.verification.finding import Finding, Group, Verdict
 from knotwork.verification.motion import Motion
 from knotwork.verification.waypoint_checks import TIME_ROUNDING
 
-EVENTS = "Events"
 MAX_NAMED_EVENTS = 4
 """Maximum number of events named in a short report."""
 
@@ -45,19 +44,19 @@ def check_events(motion: Motion, scenario: Scenario, space: JointSpace) -> Itera
         missing = "the scenario requests it, but the motion does not have it"
         yield from _missing_from(stored.events, requested, missing)
     elif requested:
-        fact = "the motion has no events, so switching is not checked"
-        yield Finding(EVENTS, "event", "events", "event", "warning", fact)
+        fact = "the motion has no events, so the switching of signals is not checked"
+        yield Finding(Group.EVENTS, "event", "events", "event", "warning", fact)
     yield from _repeated_or_left_on(requested)
 
 
 def _event_finding(
-    event: Event, verdict: Verdict, fact: str, *, group: str = EVENTS, brief: str = ""
+    event: Event, verdict: Verdict, fact: str, *, group: str = Group.EVENTS, brief: str = ""
 ) -> Finding:
     return Finding(group, "event", event.name, "event", verdict, fact, time=event.time, brief=brief)
 
 
 def _repeated_or_left_on(requested: Sequence[Event]) -> Iterator[Finding]:
-    """Signals switched on or off twice in a row, and signals on at the end of the motion."""
+    """Warn of signals switched to the value that they have, and of signals left on at the end."""
     last: dict[str | int, Event] = {}
     faults = []
     for event in requested:
@@ -70,13 +69,13 @@ def _repeated_or_left_on(requested: Sequence[Event]) -> Iterator[Finding]:
     ]
     for event, fault in faults:
         fact = f"{event.text} at {event.time:.3f} s: {fault}"
-        yield _event_finding(event, "warning", fact, group="Warnings")
+        yield _event_finding(event, "warning", fact, group=Group.WARNINGS)
 
 
 def _missing_from(
     events: Sequence[Event], candidates: Sequence[Event], fault: str
 ) -> Iterator[Finding]:
-    """Failures for candidates that are not among the events."""
+    """Report a failure for each candidate that is not among the events."""
     for event in candidates:
         slack = TIME_ROUNDING * max(1.0, event.time)
         near = (other for other in events if abs(other.time - event.time) <= slack)
@@ -85,7 +84,7 @@ def _missing_from(
 
 
 def _location_text(request: RequestedEvent, scenario: Scenario) -> str:
-    """An event's position or time relative to its waypoint, as text."""
+    """Text of an event's position or time relative to its waypoint."""
     offset, unit = (request.delay, "s") if request.path is None else (request.distance, "m")
     if not offset and request.path is None:
         return f"at {request.event.waypoint!r}"
@@ -101,7 +100,7 @@ def _compare_on_path(
         raise TypeError("an event on a path needs a robot")
     time = np.array([min(event.time, motion.end_time)])
     pose = space.robot.forward(motion.curve(time[0]))
-    reached, _, _ = path.motion.relative_motion(
+    reached, _, _ = path.motion.woven_frame.relative_motion(
         time, pose.translation[None], pose.rotation[None], np.zeros((1, 3))
     )
     requested = path.motion.path.position(np.array([request.arc_length]))
@@ -110,7 +109,7 @@ def _compare_on_path(
     located = f"{event.text} at {event.time:.3f} s, {_location_text(request, scenario)}"
     fact = f"{located}: the tool is {shown} from that position, tolerance {allowed}"
     return Finding.at_most(
-        EVENTS, "event", event.name, "event_position", fact, miss, tolerance,
+        Group.EVENTS, "event", event.name, "event_position", fact, miss, tolerance,
         unit="m", time=event.time, points=(tuple(pose.translation.tolist()),),
     )  # fmt: skip
 
@@ -119,7 +118,7 @@ def report_segments(motion: Motion, scenario: Scenario, space: JointSpace) -> It
     """Report the interval of each segment of the motion."""
     for segment in motion.trajectory.segments or segments(scenario):
         yield Finding(
-            "Segments", "segment", segment.name, "segment", "information", segment.text,
+            Group.SEGMENTS, "segment", segment.name, "segment", "information", segment.text,
             interval=(segment.start, segment.end),
         )  # fmt: skip
 
@@ -135,7 +134,8 @@ def report_cycles(motion: Motion, scenario: Scenario, space: JointSpace) -> Iter
         text = f"{len(rows)} repetitions, {durations.mean():.4g} s each"
         if np.ptp(durations) > 1e-3:
             text += f" in the mean, {durations.min():.4g} to {durations.max():.4g} s"
+        fact = f"{text}, from {first!r} to {last!r}"
         yield Finding(
-            "Cycles", "cycle", first, "cycle", "information", f"{text}, from {first!r} to {last!r}",
-            brief=text, interval=(float(starts[0]), float(starts[-1])),
+            Group.CYCLES, "cycle", first, "cycle", "information", fact, brief=text,
+            interval=(float(starts[0]), float(starts[-1])),
         )  # fmt: skip

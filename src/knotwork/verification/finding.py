@@ -17,10 +17,36 @@ Subject = Literal[
 Verdict = Literal["met", "failed", "undecided", "warning", "information"]
 Proof = Literal["exact", "bounded", "sampled"]
 
+
+class Group:
+    """Headings of a report, under which its findings are grouped."""
+
+    AGAINST_PLAN = "Against the plan"
+    COLLISIONS = "Collisions"
+    CONTINUITY = "Continuity"
+    CYCLES = "Cycles"
+    EVENTS = "Events"
+    FREEDOM = "Freedom"
+    JOINT_LIMITS = "Joint limits"
+    JOINTS_AT_WAYPOINTS = "Joints at the waypoints"
+    LOG = "Log"
+    MOTION = "Motion"
+    NOT_PLANNED = "Not planned"
+    NO_LIMIT = "No limit known"
+    SEGMENTS = "Segments"
+    SINGULARITY = "Singularity"
+    TOLERANCES = "Tolerances"
+    TOOL_AT_WAYPOINTS = "Tool at the waypoints"
+    TOOL_LIMITS = "Tool and links"
+    TOOL_PATHS = "Tool paths"
+    WAITS = "Waits"
+    WARNINGS = "Warnings"
+
+
 PASSING_VERDICTS: tuple[Verdict, ...] = ("met", "undecided", "warning", "information")
 """Verdicts that do not fail a report."""
 TRIED = "tried"
-"""Quantity of findings that list remedies that planning already attempted."""
+"""Quantity of findings on remedies that planning has tried in vain."""
 NOT_IN_DATA = ("involves_scene", "bodies", "brief", "fact", "label", "remedy")
 """Fields for other outputs than JSON, or contained in name and message."""
 
@@ -37,9 +63,6 @@ class Finding:
     All output of a report (table, page, JSON, marks in the 3D scene, exit code) iterates over
     findings and is independent of specific checks.
 
-    The attributes are, in this order: what is judged, the verdict, the numbers, when, how it is
-    proved, what was requested, and what is shown.
-
     Attributes:
         group: Heading in the report, for example `"Joint limits"`.
         subject: Kind of subject, for example `"joint"`.
@@ -49,8 +72,9 @@ class Finding:
             be decided with a noisy log; `"warning"` for a plausible mistake; `"information"`
             without a requirement. Only `"failed"` fails a report.
         fact: The finding as one sentence, without the remedy.
-        value: Value, or error of a requested value; infinite at a jump, `None` without a number.
-        limit: The limit or tolerance, with the sign of that side; `None` without one.
+        value: The value, or the error of a requested value; infinite at a jump, `None` if there is
+            no number.
+        limit: The limit or tolerance on the side of the value; `None` if there is none.
         margin: Proved distance to the limit, negative beyond it. `None` without a limit, or if only
             samples keep it.
         unit: SI unit of value, limit and margin.
@@ -63,11 +87,11 @@ class Finding:
         requested: Requested vector; an orientation as a quaternion x, y, z, w.
         achieved: Achieved vector, in the same form.
         points: Points of the finding in the base frame [m].
-        label: Label in pictures, if it is not composed of quantity, value and limit.
+        label: Label in pictures; by default it is composed of quantity, value and limit.
         remedy: Remedy, or why the usual one does not help, if known.
-        brief: Text in short reports even if nothing fails, if any.
-        detail: Whether it is left out of tables, because another finding is more informative. It is
-            in JSON.
+        brief: Text that short reports print even if nothing fails; may be empty.
+        detail: Whether tables leave the finding out, because another one is more informative. JSON
+            has it.
         involves_scene: Whether one body of a pair is an object of the scene.
         bodies: Names of the bodies of a pair.
     """
@@ -98,7 +122,7 @@ class Finding:
     bodies: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse wrong values; drop a margin that is not proved or within rounding.
+        """Refuse wrong values; drop a margin that is not proved, and raise a met one to 0.
 
         Raises:
             InputError: The verdict or the proof is unknown, or the value is NaN.
@@ -173,12 +197,12 @@ class Finding:
 
     @property
     def title(self) -> str:
-        """Text of the quantity."""
+        """The quantity in words."""
         return self.quantity.replace("_", " ")
 
     @property
     def kind(self) -> tuple[str, str, str]:
-        """Group, subject and quantity. Of findings of a kind, short reports name the worst."""
+        """Group, subject and quantity. Short reports name the worst finding of each kind."""
         return self.group, self.subject, self.quantity
 
     @property
@@ -226,7 +250,7 @@ class Finding:
         return "x, y, z, w" if self.requested and self.quantity == "orientation" else ""
 
     def to_dict(self) -> dict[str, Any]:
-        """Give it as plain data, ready for JSON; infinite numbers are `None`."""
+        """Return the finding as plain data, ready for JSON; infinite numbers become `None`."""
         data = {key: value for key, value in asdict(self).items() if key not in NOT_IN_DATA}
         data |= {"ok": self.ok, "message": self.message, "form": self.form}
         return {key: _plain(value) for key, value in data.items()}

@@ -1,4 +1,4 @@
-"""Free values of poses: where a motion is in their ranges."""
+"""Use of the free ranges of poses, such as a free turn or tilt, by a motion."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from knotwork.task.scenario import Scenario, ScenarioPath
 from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.units import Units
 from knotwork.verification.bounds.free_turn import free_angles, open_ranges
-from knotwork.verification.finding import Finding, Subject
+from knotwork.verification.finding import Finding, Group, Subject
 from knotwork.verification.motion import Motion
 from knotwork.verification.path_checks import group_paths_by_turn
 from knotwork.waypoints import CartesianWaypoint, PoseFreedom
@@ -20,11 +20,10 @@ from knotwork.waypoints import CartesianWaypoint, PoseFreedom
 if TYPE_CHECKING:
     from knotwork.robot import Robot
 
-FREEDOM = "Freedom"
 PATH_TIMES = 400
-"""Number of times along a path."""
+"""Number of times at which each path is sampled."""
 UNUSED = 1e-6
-"""Size below which angles and distances count as zero [rad or m]."""
+"""Angles and distances below this size count as zero [rad or m]."""
 
 
 class FreedomUse(NamedTuple):
@@ -34,8 +33,8 @@ class FreedomUse(NamedTuple):
         subject: `"waypoint"` or `"path"`.
         name: Name of the waypoint or path.
         time: Sample times [s], shape (k,).
-        values: Angles and positions [rad or m] by name and unit, shape (k,) each.
-        bounds: Minimum and maximum allowed of each.
+        values: Free angles and positions [rad or m] by name and unit, shape (k,) each.
+        bounds: Allowed minimum and maximum of each value.
     """
 
     subject: Subject
@@ -46,7 +45,7 @@ class FreedomUse(NamedTuple):
 
 
 def sample_freedoms(motion: Motion, scenario: Scenario, robot: Robot) -> Iterator[FreedomUse]:
-    """Sample free turns, tilts and positions; turns are continuous along joined paths."""
+    """Sample free turns, tilts and positions. Turns are continuous along adjoining paths."""
     for paths in group_paths_by_turn(scenario):
         uses = []
         for path in paths:
@@ -108,7 +107,7 @@ def _freedom_use(
 
 
 def _continue_turn(uses: list[FreedomUse]) -> list[FreedomUse]:
-    """Make the turn continuous along joined paths, as near the middle of its range as possible."""
+    """Make the turn continuous along adjoining paths, near the middle of its range."""
     key = ("turn", "rad")
     if not uses or key not in uses[0].values:
         return uses
@@ -122,7 +121,7 @@ def _continue_turn(uses: list[FreedomUse]) -> list[FreedomUse]:
 
 
 def report_freedoms(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
-    """Report from samples where free values are in their ranges, and how far external axes move."""
+    """Report the sampled free values within their ranges, and how far external axes move."""
     robot = space.robot
     if robot is None:
         return
@@ -139,7 +138,7 @@ def report_freedoms(motion: Motion, scenario: Scenario, space: JointSpace) -> It
 
 
 def _external_axis_findings(motion: Motion, scenario: Scenario, robot: Robot) -> Iterator[Finding]:
-    """Distances of external axes along each path."""
+    """Report how far external axes move along each path."""
     axes = [i for i, name in enumerate(robot.joint_names) if name in robot.external_axes]
     for path in scenario.paths:
         times = _path_times(path)
@@ -161,7 +160,7 @@ def _sampled_finding(
 ) -> Finding:
     fact = f"{name}: {text}"
     return Finding(
-        FREEDOM, subject, name, quantity, "information", fact, value=value, unit=unit,
+        Group.FREEDOM, subject, name, quantity, "information", fact, value=value, unit=unit,
         interval=(float(time[0]), float(time[-1])), proof="sampled", brief=fact,
     )  # fmt: skip
 

@@ -18,30 +18,26 @@ from knotwork.joint_quantities import DERIVATIVES, JOINT_QUANTITIES, MAGNITUDES,
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.units import Units, rounded_up
-from knotwork.verification.continuity import CONTINUITY_GROUP
-from knotwork.verification.finding import Finding, Proof, Subject, verdict_on
+from knotwork.verification.finding import Finding, Group, Proof, Subject, verdict_on
 from knotwork.verification.motion import Motion, describe_time
 
 if TYPE_CHECKING:
     from knotwork.verification.bounds import Bound
 
-JOINT_LIMITS, TOOL_LIMITS, SINGULARITY = "Joint limits", "Tool and links", "Singularity"
-LIMIT_GROUPS = JOINT_LIMITS, TOOL_LIMITS, SINGULARITY
+LIMIT_GROUPS = Group.JOINT_LIMITS, Group.TOOL_LIMITS, Group.SINGULARITY
 TOOL_ORDERS = {"tool_speed": 1, "tool_acceleration": 2, "frame_speed": 1}
 """Order of the limited derivative of a position of tool or link, by the quantity of its finding."""
 SMALLEST_SINGULAR_VALUE = "smallest_singular_value"
 LIMIT_SLACK = 1e-9
-"""Rounding tolerance of limits, relative to the limit (or to 1 in SI)."""
+"""Rounding tolerance of limits, relative to the limit, or to 1 in SI for smaller limits."""
 
-ABSURD_FACTOR = 10.0
-"""A motion is absurd above this factor on a velocity limit."""
+GROSS_FACTOR = 10.0
+"""Multiple of a velocity limit above which the limit is grossly exceeded."""
 
-ABSURD_DISTANCE = 10.0
-"""A motion is absurd if a joint leaves its range by more than this [rad or m], and by more than the
-width of the range.
+GROSS_DISTANCE = 10.0
+"""Distance beyond a position limit above which the limit is grossly exceeded [rad or m], unless the
+joint's range is wider.
 """
-
-NO_LIMIT = "No limit known"
 
 MAX_ACCELERATION = 1e3
 """Acceleration that no arm reaches [rad/s² or m/s²], for joints without a limit."""
@@ -57,10 +53,10 @@ def check_joint_limits(motion: Motion, scenario: Scenario, space: JointSpace) ->
 
 
 def slowing_remedy(finding: Finding, order: int, scenario: Scenario) -> str:
-    """Text of the factor of duration with which a motion keeps the limit that it breaks.
+    """State how many times the duration a motion needs to keep a limit that it breaks.
 
-    In k times the duration, derivatives decrease by a factor of k to the power of their order. The
-    text is empty if the limit is kept, and for positions and jumps, where slowing does not help.
+    In k times the duration, a derivative of order n decreases by the factor kⁿ. The text is empty
+    if the limit is kept, and for positions and jumps, where slowing does not help.
 
     Args:
         finding: Comparison of a derivative with its limit.
@@ -83,7 +79,7 @@ def check_derivative_limits(space: JointSpace, curve: PiecewisePolynomial) -> It
         curve: Joint positions, trailing shape (d,), joints in the order of `space`.
     """
     for order, quantity in enumerate(DERIVATIVES):
-        extrema, jumps = curve.extrema(order), jumps_below(curve, order)
+        extrema, jumps = curve.extrema(order), lower_order_jumps(curve, order)
         lower, upper = space.limits.bounds(quantity)
         highest = np.transpose([extrema.maximum, extrema.maximum_time, upper]).tolist()
         lowest = np.transpose([extrema.minimum, extrema.minimum_time, lower]).tolist()
@@ -101,13 +97,13 @@ def find_grossly_exceeded_limit(curve: PiecewisePolynomial, space: JointSpace) -
         space: The joints and their limits.
 
     Returns:
-        Text of the limit; empty for other motions.
+        Text that names the joint and the limit; empty if no limit is grossly exceeded.
     """
     lower, upper = space.limits.bounds("position")
     position, velocity = curve.extrema(0), curve.extrema(1)
     excess = np.maximum(lower - position.minimum, position.maximum - upper)
-    outside = excess > np.maximum(upper - lower, ABSURD_DISTANCE)
-    fast = ~(velocity.peak <= ABSURD_FACTOR * space.limits.bounds("velocity")[1])
+    outside = excess > np.maximum(upper - lower, GROSS_DISTANCE)
+    fast = ~(velocity.peak <= GROSS_FACTOR * space.limits.bounds("velocity")[1])
     for quantity, exceeded in (("velocity", fast), ("position", outside)):
         for i in np.flatnonzero(exceeded).tolist():
             return f"the {quantity} of joint {space.joint_names[i]!r} is far beyond its limit"
@@ -120,7 +116,7 @@ class LimitedValue(NamedTuple):
     Attributes:
         value: Value in SI; infinite at a jump.
         time: Time of the value [s].
-        limit: The limit with the sign of that side; infinite if none is given.
+        limit: The upper or lower limit, whichever `side` selects; infinite if none is given.
         side: 1 for an upper limit, -1 for a lower one.
         proof: Kind of proof.
         excess: Maximum difference between the true worst value and `value`.
@@ -135,20 +131,20 @@ class LimitedValue(NamedTuple):
 
     @classmethod
     def from_bound(cls, bound: Bound, limit: float, side: float = 1.0) -> LimitedValue:
-        """Convert a bound to a value with its excess, if that is proved."""
+        """Convert a bound; its excess is kept only if it is proved."""
         if not bound.proved:
             return cls(bound.value, bound.time, limit, side, "sampled")
         return cls(bound.value, bound.time, limit, side, "bounded", bound.excess)
 
     @property
     def margin(self) -> float:
-        """Proved distance to the limit; beyond it, that of the value itself."""
+        """Proved distance to the limit; beyond the limit, the negative distance of the value."""
         margin = self.side * (self.limit - self.value)
         return margin - self.excess if margin >= 0.0 else margin
 
 
 def add_slack(limit: ArrayLike) -> FloatArray:
-    """A limit increased by rounding."""
+    """Increase limits by their rounding tolerance."""
     limits = np.asarray(limit, dtype=float)
     return np.asarray(limits + LIMIT_SLACK * np.maximum(1.0, np.abs(limits)))
 
@@ -226,21 +222,21 @@ def joint_finding(
         i: Index of the joint.
         quantity: Name of the quantity.
         worst: The worst value.
-        jump: Time [s] and sign of a jump, at which the quantity is infinite.
+        jump: Time [s] and sign of a jump at which the quantity is infinite, if there is one.
     """
     if jump is not None and np.isfinite(worst.limit):
         time, side = jump
         worst = LimitedValue(side * np.inf, time, side * abs(worst.limit), side)
     name, unit = space.joint_names[i], JOINT_QUANTITIES[quantity].units[space.joint_units[i]]
     label = f"joint {name!r}: {quantity}"
-    subject: tuple[str, Subject, str] = (JOINT_LIMITS, "joint", name)
+    subject: tuple[str, Subject, str] = (Group.JOINT_LIMITS, "joint", name)
     return limit_finding(subject, quantity, label, worst, unit, space.units)
 
 
-def jumps_below(curve: PiecewisePolynomial, order: int) -> dict[int, tuple[float, float]]:
-    """Joints with a jump of the derivative below an order: time [s] and sign of the largest.
+def lower_order_jumps(curve: PiecewisePolynomial, order: int) -> dict[int, tuple[float, float]]:
+    """Time [s] and sign of the largest jump of the derivative of order - 1, by index of the joint.
 
-    At a jump the derivative of that order itself is infinite.
+    At such a jump the derivative of the given order is infinite.
     """
     if order == 0:
         return {}
@@ -254,7 +250,9 @@ def jumps_below(curve: PiecewisePolynomial, order: int) -> dict[int, tuple[float
     return jumps
 
 
-def report_unlimited(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def report_missing_limits(
+    motion: Motion, scenario: Scenario, space: JointSpace
+) -> Iterator[Finding]:
     """Report missing limits of a robot, with the peaks of the motion."""
     if space.robot is None:
         return
@@ -276,10 +274,10 @@ def report_unlimited(motion: Motion, scenario: Scenario, space: JointSpace) -> I
     if parts:
         brief = ", ".join(parts)
         fact = f"no limit is known for {space.robot.name} of {brief}"
-        yield Finding.of_motion(NO_LIMIT, "missing_limits", fact, brief=brief)
+        yield Finding.of_motion(Group.NO_LIMIT, "missing_limits", fact, brief=brief)
 
 
-def check_unreachable_accelerations(
+def check_acceleration_spike(
     motion: Motion, scenario: Scenario, space: JointSpace
 ) -> Iterator[Finding]:
     """Find accelerations above `MAX_ACCELERATION` of a robot's joints without a limit."""
@@ -292,7 +290,7 @@ def check_unreachable_accelerations(
         value, time = float(extrema.peak[i]), float(extrema.peak_time[i])
         reached, allowed = (scenario.units.text(x, unit) for x in (value, MAX_ACCELERATION))
         yield Finding.at_most(
-            CONTINUITY_GROUP, "joint", name, "acceleration_spike",
+            Group.CONTINUITY, "joint", name, "acceleration_spike",
             f"joint {name!r}: acceleration peaks at {reached} at {time:.6g} s, "
             f"{describe_time(scenario, time)}; without a limit, no more than {allowed} is accepted",
             value, MAX_ACCELERATION, unit=unit, time=time,

@@ -15,7 +15,7 @@ from knotwork.task.scenario import Scenario, Stretch
 from knotwork.task.scenario.joint_space import JointSpace
 
 AT_WAYPOINT = 1e-6
-"""Times within this of a waypoint [s] are at the waypoint."""
+"""A time within this distance of a waypoint's [s] is at the waypoint."""
 
 OUTSIDE = "outside the waypoints"
 
@@ -29,7 +29,7 @@ class Motion:
     (25.0, array([3.14159265]))
 
     Attributes:
-        trajectory: The trajectory.
+        trajectory: The motion with its own names and order of joints.
         curve: Joint positions, trailing shape (d,), joints in the order of the joint space.
     """
 
@@ -51,12 +51,12 @@ class Motion:
 
 
 class Arrival(NamedTuple):
-    """A waypoint that an executed motion reaches, or one of its ends.
+    """A waypoint that an executed motion reaches, or an end of that motion.
 
     Attributes:
-        time: Time in this motion [s].
-        name: Its name.
-        waypoint: Index in the scenario; -1 for an end of the motion between waypoints.
+        time: Time in the executed motion [s].
+        name: Name of the waypoint or the end.
+        waypoint: Index of the waypoint in the scenario; -1 for an end between waypoints.
     """
 
     time: float
@@ -70,9 +70,9 @@ class Execution:
 
     Attributes:
         motion: The executed motion of the joints.
-        clock: Time of the planned motion over that of the executed one; constant if it leaves the
-            path.
-        arrivals: Its ends and the waypoints that it passes, in order of time.
+        clock: Time in the planned motion as a function of time in the executed one; constant if the
+            executed motion leaves the planned path.
+        arrivals: Ends of the executed motion and the waypoints that it passes, in order of time.
     """
 
     motion: PiecewisePolynomial
@@ -81,34 +81,36 @@ class Execution:
 
     @property
     def ends(self) -> tuple[str, str]:
-        """Names of its ends."""
+        """Names of the two ends of the executed motion."""
         return self.arrivals[0].name, self.arrivals[-1].name
 
     @property
     def span(self) -> tuple[float, float]:
-        """Time interval of the planned motion that is executed [s]."""
+        """The interval of the planned motion that is executed [s]."""
         start, end = self.clock(self.clock.x[[0, -1]]).tolist()
         return start, end
 
     @property
     def is_on_path(self) -> bool:
-        """Whether it follows the planned motion."""
+        """Whether the executed motion follows the planned path."""
         return self.span[0] < self.span[1]
 
     @property
     def waypoint_times(self) -> dict[int, float]:
-        """Times [s] of the waypoints that it passes, by index in the scenario."""
+        """Times in the executed motion [s] of the waypoints that it passes, by index."""
         return {waypoint: time for time, _, waypoint in self.arrivals if waypoint >= 0}
 
-    def stretch(
+    def executed_stretch(
         self, stretch: Stretch, waypoint: int, names: tuple[str, str]
     ) -> tuple[tuple[str, str], Stretch]:
-        """Ends and executed part of a stretch of a tool path, at any speed; it may be empty.
+        """Names of the ends of a stretch's executed part, and that part, possibly empty.
+
+        Its speed is infinite, which means that any speed is accepted.
 
         Args:
-            stretch: The stretch.
+            stretch: A stretch of a tool path in the planned motion.
             waypoint: Index in the scenario of the waypoint at its start.
-            names: Names of the waypoints at its ends.
+            names: Names of the waypoints at both ends.
         """
         start, end = self.clock.x[[0, -1]].tolist()
         (first, last), times = self.span, self.waypoint_times
@@ -129,7 +131,7 @@ class Execution:
 
 
 def describe_time(scenario: Scenario, time: float) -> str:
-    """The waypoint at a time [s], or the two around it, as text."""
+    """Name the waypoint at a time [s], or the two waypoints before and after it."""
     before = None
     for waypoint in scenario.waypoints:
         if abs(waypoint.time - time) <= AT_WAYPOINT:

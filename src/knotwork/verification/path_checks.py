@@ -10,7 +10,7 @@ import numpy as np
 
 from knotwork.task.scenario import Scenario, ScenarioPath, Stretch
 from knotwork.task.scenario.joint_space import JointSpace
-from knotwork.verification.finding import Finding, verdict_on
+from knotwork.verification.finding import Finding, Group, verdict_on
 from knotwork.verification.motion import Execution, Motion
 from knotwork.waypoints import CartesianWaypoint, PoseFreedom
 
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from knotwork.verification.bounds.path_criteria import PathBound, PathErrors
     from knotwork.verification.bounds.stretch_bounds import StretchBounds
 
-TOOL_PATHS = "Tool paths"
 CRITERION_UNITS = {
     "path_deviation": "m",
     "path_orientation": "rad",
@@ -33,7 +32,7 @@ CRITERION_UNITS = {
 }
 """SI unit of each criterion."""
 POSE_TOLERANCE = 1e-9
-"""Relative difference below which poses are equal."""
+"""Poses are equal if they differ by less than this, relative to their numbers."""
 MAX_BULGE = 0.2
 """Maximum distance of a plausible curve from the line between two points, relative to the line.
 
@@ -50,20 +49,23 @@ def check_tool_paths(
         motion: The motion.
         scenario: The task.
         space: The joints and their robot.
-        execution: Another clock of the motion, if any; speeds are then not compared.
+        execution: The clock of the motion if it is not that of the task. Speeds are then not
+            compared.
     """
     if space.robot is None:
         return
     for group in group_paths_by_turn(scenario):
-        paths = [path for path in group if execution is None or path.motion.tool_carrier is None]
+        paths = [path for path in group if execution is None or not path.motion.has_own_clock]
         for followed in _follow_paths(motion, scenario, space.robot, paths, execution):
             yield from _stretch_findings(scenario, followed)
 
 
-def check_uneven_points(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
-    """Warn of a curve that deviates far from the line between two of its points.
+def check_curve_between_points(
+    motion: Motion, scenario: Scenario, space: JointSpace
+) -> Iterator[Finding]:
+    """Warn of a curve that deviates far from the straight line between two of its points.
 
-    Its points are then few or uneven, and the tool is on the curve but hardly where it should be.
+    Its points are then too few or unevenly spaced, and the curve is hardly what the user means.
     """
     scale, unit = scenario.shown_length
     for path in scenario.paths:
@@ -77,7 +79,7 @@ def check_uneven_points(motion: Motion, scenario: Scenario, space: JointSpace) -
             i = int((bulges / chords).argmax())
             if bulges[i] > MAX_BULGE * chords[i]:
                 yield Finding(
-                    "Warnings", "waypoint", last.name, "curve_between_points", "warning",
+                    Group.WARNINGS, "waypoint", last.name, "curve_between_points", "warning",
                     f"the curve through points to {last.name!r} leaves the straight line between "
                     f"points {i} and {i + 1}, {scale * chords[i]:.4g} {unit} apart, by "
                     f"{scale * bulges[i]:.4g} {unit}: add points there, or leave out points that "
@@ -100,21 +102,21 @@ def check_path_geometry(
     own_clock = [
         path
         for path in scenario.paths
-        if path.motion.tool_carrier is not None and path.times[0] < end and start < path.times[-1]
+        if path.motion.has_own_clock and path.times[0] < end and start < path.times[-1]
     ]
     for path in own_clock:
         names = scenario.waypoints[path.first].name, scenario.waypoints[path.last].name
-        kind = "woven" if path.motion.carrier is None else "in a moving frame"
+        kind = "in a moving frame" if path.motion.frame.is_moving else "woven"
         fact = f"the tool path from {names[0]!r} to {names[1]!r} is {kind} and is not checked"
-        yield Finding.of_motion("Warnings", "path", fact, "warning")
+        yield Finding.of_motion(Group.WARNINGS, "path", fact, "warning")
     yield from check_tool_paths(motion, scenario, space, execution)
 
 
 def group_paths_by_turn(scenario: Scenario) -> list[list[ScenarioPath]]:
-    """Groups of paths along which a turn of the tool is continuous.
+    """Group paths along which the free turn of the tool is continuous.
 
-    Each path begins where the previous one ends, or after a wait there. Both have the same freedom,
-    or ranges of the same turn.
+    Within a group each path begins where the previous one ends, or after a wait there. Both have
+    the same freedom, or ranges of the same turn.
     """
     groups: list[list[ScenarioPath]] = []
     for path in scenario.paths:
@@ -128,7 +130,7 @@ def group_paths_by_turn(scenario: Scenario) -> list[list[ScenarioPath]]:
 
 
 def _same_turn(a: PoseFreedom | None, b: PoseFreedom | None) -> bool:
-    """Whether both have a range of the same angle."""
+    """Whether both freedoms limit the turn about the same axis."""
     if a is None or b is None or (a.torch and a.torch[2:]) != (b.torch and b.torch[2:]):
         return False
     return all(0.0 < high - low < math.inf for low, high in (a.turn, b.turn))
@@ -154,6 +156,7 @@ class _FollowedStretch(NamedTuple):
 
     @property
     def keeps_turn(self) -> bool:
+        """Whether the turn is proved to stay within its range."""
         turn = self.result.bounds.get("path_turn")
         return turn is None or (turn.proved and turn.value <= turn.limit)
 
@@ -165,10 +168,10 @@ def _follow_paths(
     paths: Sequence[ScenarioPath],
     execution: Execution | None,
 ) -> list[_FollowedStretch]:
-    """Follow the tool along joined paths, and its turn continuously, whole turns counted.
+    """Follow the tool along adjoining paths; its turn is continuous and counts whole turns.
 
-    If several whole turns are possible at the beginning, one is taken that keeps the turn within
-    its range.
+    If the turn at the beginning is ambiguous by whole turns, one is taken that keeps the turn
+    within its range along all paths, if there is one.
     """
     stretches = list(_executed_stretches(motion, scenario, paths, execution))
     clock = None if execution is None else execution.clock
@@ -197,7 +200,7 @@ def _follow_stretches(
     clock: PiecewisePolynomial | None,
     turn: float,
 ) -> list[_FollowedStretch]:
-    """Bounds on each stretch, of which the first one begins at about a turn [rad]."""
+    """Bound the errors on each stretch; `turn` is the approximate turn at the beginning [rad]."""
     from knotwork.verification.bounds.path_criteria import PathLimits
     from knotwork.verification.bounds.stretch_bounds import path_bounds
 
@@ -222,18 +225,18 @@ def _follow_stretches(
 def _executed_stretches(
     motion: Motion, scenario: Scenario, paths: Sequence[ScenarioPath], execution: Execution | None
 ) -> Iterator[tuple[ScenarioPath, tuple[str, str], Stretch]]:
-    """Stretches within the time of a motion, with their paths and the names of their ends."""
+    """The stretches within the time of a motion, with their paths and the names of their ends."""
     for path in paths:
         for waypoint, stretch in enumerate(path.stretches, path.first):
             ends = scenario.waypoints[waypoint].name, scenario.waypoints[waypoint + 1].name
             if execution is not None:
-                ends, stretch = execution.stretch(stretch, waypoint, ends)
+                ends, stretch = execution.executed_stretch(stretch, waypoint, ends)
             if max(stretch.start, motion.start_time) < min(stretch.end, motion.end_time):
                 yield path, ends, stretch
 
 
 def _stretch_findings(scenario: Scenario, followed: _FollowedStretch) -> Iterator[Finding]:
-    """Findings on a stretch, one for each criterion."""
+    """Make the findings on a stretch, one for each criterion."""
     (begin, end), stretch, result = followed.ends, followed.stretch, followed.result
     tolerances, progress = scenario.tolerances, result.progress
     bounds = dict(result.bounds)
@@ -245,7 +248,10 @@ def _stretch_findings(scenario: Scenario, followed: _FollowedStretch) -> Iterato
     )
     for quantity, bound in bounds.items():
         unit = CRITERION_UNITS[quantity]
-        fact, brief = f"from {begin!r} to {end!r} {_text(quantity, bound, followed, scenario)}", ""
+        fact, brief = (
+            f"from {begin!r} to {end!r} {_error_text(quantity, bound, followed, scenario)}",
+            "",
+        )
         if not bound.proved:
             low, high = bound.where
             upper = scenario.units.text(bound.bound, unit, ".3g")
@@ -255,9 +261,9 @@ def _stretch_findings(scenario: Scenario, followed: _FollowedStretch) -> Iterato
             off = f"{scale * bound.value:.3g} of {scale * bound.limit:.3g} {length} off"
             brief = f"{begin} to {end}: {off}"
             if "path_speed" in bounds:
-                brief += f", {_speeds(result.errors, scenario, 4)}"
+                brief += f", {_speed_range_text(result.errors, scenario, 4)}"
         yield Finding(
-            group=TOOL_PATHS,
+            group=Group.TOOL_PATHS,
             subject="path",
             name=f"{begin} to {end}",
             quantity=quantity,
@@ -277,8 +283,10 @@ def _stretch_findings(scenario: Scenario, followed: _FollowedStretch) -> Iterato
         )
 
 
-def _text(quantity: str, bound: PathBound, followed: _FollowedStretch, scenario: Scenario) -> str:
-    """Text of an error on a stretch."""
+def _error_text(
+    quantity: str, bound: PathBound, followed: _FollowedStretch, scenario: Scenario
+) -> str:
+    """Text of the error on a stretch by one criterion."""
     stretch, progress, freedom = followed.stretch, followed.result.progress, followed.path.freedom
     scale, length = scenario.shown_length
     value, limit, beyond = (
@@ -291,7 +299,7 @@ def _text(quantity: str, bound: PathBound, followed: _FollowedStretch, scenario:
         return f"the orientation of the tool is off by {value}, tolerance {limit}"
     if quantity == "path_turn" and freedom is not None:
         side = "outside" if bound.value > 0.0 else "inside"
-        ranges = _ranges(freedom, scenario.units)
+        ranges = _angle_ranges_text(freedom, scenario.units)
         return f"the orientation is {value} {side} its free range ({ranges}), tolerance {limit}"
     if quantity == "path_progress":
         start, end, total, backward = (
@@ -307,12 +315,12 @@ def _text(quantity: str, bound: PathBound, followed: _FollowedStretch, scenario:
     if quantity == "path_ramp":
         return f"where the speed changes it is {beyond} beyond 0 to {speed}, {within}"
     start, end = (f"{time:.3f} s" for time in stretch.full_speed_interval)
-    speeds = _speeds(followed.result.errors, scenario, 5)
+    speeds = _speed_range_text(followed.result.errors, scenario, 5)
     return f"the speed is {speeds}, required {speed} from {start} to {end}, {within}"
 
 
-def _ranges(freedom: PoseFreedom, units: Units) -> str:
-    """Text of the ranges of angles except tilts."""
+def _angle_ranges_text(freedom: PoseFreedom, units: Units) -> str:
+    """Text of the free ranges of turn, travel and work angle."""
     from knotwork.verification.bounds.free_turn import open_ranges
 
     return ", ".join(
@@ -322,7 +330,7 @@ def _ranges(freedom: PoseFreedom, units: Units) -> str:
     )
 
 
-def _speeds(errors: PathErrors, scenario: Scenario, digits: int) -> str:
-    """Text of the proved speeds at full speed."""
+def _speed_range_text(errors: PathErrors, scenario: Scenario, digits: int) -> str:
+    """Text of the proved minimum and maximum speed where full speed is required."""
     scale, length = scenario.shown_length
     return f"{scale * errors.slowest:.{digits}g} to {scale * errors.fastest:.{digits}g} {length}/s"

@@ -21,13 +21,14 @@ from knotwork.units import Units
 from knotwork.verification.brief import (
     BRIEF_INDENT,
     NOTABLE_UTILISATION,
+    group_alike,
     group_lines,
     utilisation_text,
     worst_lines,
     wrap,
 )
 from knotwork.verification.checks import CHECKS
-from knotwork.verification.finding import TRIED, Finding
+from knotwork.verification.finding import TRIED, Finding, Group
 from knotwork.verification.motion import Motion
 from knotwork.waypoints import JointWaypoints
 
@@ -52,16 +53,16 @@ def check(
 ) -> Report:
     """Check a trajectory against a scenario, by every check in `knotwork.verification.CHECKS`.
 
-    Position, velocity, acceleration and jerk limits hold over all time: their extrema are exact.
-    Each finding has its kind of proof.
+    Extrema of position, velocity, acceleration and jerk are exact, so these limits are checked over
+    all time. Each finding states its kind of proof.
 
     Args:
         trajectory: The motion, with joints in any order.
         scenario: The task.
         space: The scenario's joints and robot, if already loaded.
-        defects: Texts of known faults of the trajectory; each fails the report.
-        known: Additional findings for the report.
-        without: Names of checks that are left out.
+        defects: Texts on known faults of the trajectory; each becomes a finding that fails.
+        known: Findings to add to the report.
+        without: Names of checks to leave out.
 
     Raises:
         InputError: An argument has another type, the trajectory has other joints than the
@@ -80,7 +81,7 @@ def check(
         )
     space = space if space is not None else joint_space(scenario)
     motion = Motion(trajectory, space)
-    faults = [Finding.of_motion("Motion", "defect", message, "failed") for message in defects]
+    faults = [Finding.of_motion(Group.MOTION, "defect", message, "failed") for message in defects]
     judges = [judge for name, judge in CHECKS.items() if name not in without]
     by_check = (judge(motion, scenario, space) for judge in judges)
     return Report(
@@ -96,7 +97,7 @@ def check(
 
 @dataclass(frozen=True, repr=False)
 class Report:
-    """The verdict on a trajectory, finding by finding. Its text has a few lines.
+    """The findings of a check, and the verdict on the trajectory.
 
     >>> import knotwork as kw
     >>> report = kw.plan("paper_case").report
@@ -156,7 +157,7 @@ class Report:
 
     @property
     def tried(self) -> tuple[Finding, ...]:
-        """Findings that list remedies that planning already attempted."""
+        """Findings on remedies that planning has tried in vain."""
         return tuple(finding for finding in self.findings if finding.quantity == TRIED)
 
     @property
@@ -169,13 +170,13 @@ class Report:
 
     @property
     def counts(self) -> tuple[int, int]:
-        """Numbers of requirements met, and of requirements."""
+        """Number of requirements met, and number of all requirements."""
         required = [finding for finding in self.findings if finding.required]
         return sum(finding.ok for finding in required), len(required)
 
     @property
     def tightest(self) -> tuple[Finding, ...]:
-        """The finding with the largest utilisation for each requirement met, in this order.
+        """The tightest finding of each kind of requirement that is met, by falling utilisation.
 
         >>> report = kw.plan("ur5_deburring").report
         >>> [f"{finding.title} {finding.utilisation:.0%}" for finding in report.tightest[:2]]
@@ -186,21 +187,28 @@ class Report:
             for finding in self.findings
             if finding.verdict == "met" and finding.utilisation is not None and not finding.detail
         ]
-        worst: dict[tuple[str, str, str], Finding] = {}
-        for finding in sorted(met, key=lambda finding: -(finding.utilisation or 0.0)):
-            worst.setdefault(finding.kind, finding)
-        return tuple(worst.values())
+        worst = [kind[0] for kind in group_alike(met)]
+        return tuple(sorted(worst, key=lambda finding: -(finding.utilisation or 0.0)))
+
+    @property
+    def notable(self) -> tuple[Finding, ...]:
+        """The findings of `tightest` that use at least `NOTABLE_UTILISATION` of their limits."""
+        return tuple(
+            finding
+            for finding in self.tightest
+            if (finding.utilisation or 0.0) >= NOTABLE_UTILISATION
+        )
 
     @property
     def reservations(self) -> str:
-        """Text of the numbers of undecided and of sampled requirements; usually empty."""
+        """Text with the numbers of undecided and of sampled requirements; usually empty."""
         undecided = sum(finding.verdict == "undecided" for finding in self.findings)
         counted = {"undecided": undecided, "sampled only": len(self.sampled)}
         return "".join(f", {count} {word}" for word, count in counted.items() if count)
 
     @property
     def result(self) -> str:
-        """Text of the numbers of requirements met, of all, failed, undecided and sampled."""
+        """Text with the numbers of requirements: met, all, failed, undecided and sampled."""
         met, required = self.counts
         failed = f", {required - met} failed" if required > met else ""
         return f"{met} of {required} requirements met{failed}{self.reservations}"
@@ -213,14 +221,13 @@ class Report:
         '102 of 102 met; tightest 81 %: ...'
         """
         met, required = self.counts
-        tight = [item for item in self.tightest if (item.utilisation or 0.0) >= NOTABLE_UTILISATION]
-        tightest = (
-            f"; tightest {utilisation_text(tight[0], self.units)}" if tight and self.ok else ""
-        )
-        return f"{met} of {required} met{self.reservations}{tightest}"
+        text = f"{met} of {required} met{self.reservations}"
+        if self.ok and (notable := self.notable):
+            text += f"; tightest {utilisation_text(notable[0], self.units)}"
+        return text
 
     def brief(self, width: int = REPORT_WIDTH) -> list[str]:
-        """The report in about 15 lines: verdict, failures, the finding nearest its limit by group.
+        """The report in about 15 lines: verdict, failures, and the tightest finding of each group.
 
         Args:
             width: Width of the lines in characters, exceeded only by longer words.
@@ -252,7 +259,7 @@ class Report:
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """Give the report as plain data, ready for JSON."""
+        """Return the report as plain data, ready for JSON."""
         return {
             "version": REPORT_VERSION,
             "ok": self.ok,
@@ -287,9 +294,9 @@ class CheckedMotion:
 
     Attributes:
         scenario: The task.
-        space: The joints it moves and their robot.
-        joint_waypoints: Joint positions and velocities at the waypoints; `None` where they are
-            unknown, as of a motion from a file.
+        space: The joints that the task moves, and their robot.
+        joint_waypoints: Joint positions and velocities at the waypoints; `None` if they are
+            unknown, as for a motion from a file.
         trajectory: The motion.
         report: Findings of the check.
     """

@@ -1,4 +1,4 @@
-"""Comparison of the motion with waypoints at their times, and with waits after them."""
+"""Checks of the motion at the times of waypoints and during waits."""
 
 from __future__ import annotations
 
@@ -18,23 +18,21 @@ from knotwork.task.scenario.joint_reader import JointState
 from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.units import Units
 from knotwork.verification.bounds.free_turn import turned_beyond
-from knotwork.verification.finding import Finding, verdict_on
+from knotwork.verification.finding import Finding, Group, verdict_on
 from knotwork.verification.motion import Execution, Motion
 from knotwork.waypoints import CartesianWaypoint, PoseFreedom
 
 if TYPE_CHECKING:
     from knotwork.task.scenario import ScenarioWaypoint
 
-JOINT_ERRORS = "Joints at the waypoints"
-"""The group of findings on joint values at waypoints."""
 MIN_TOLERANCE = np.finfo(float).tiny
-"""Replacement of a tolerance that underflows to zero in SI, by which errors are divided."""
+"""Tolerance in place of one that underflows to zero in SI, because errors are divided by it."""
 SAME_JOINTS = 1e-9
 """Joint positions within this distance [rad or m] are equal."""
 TIME_ROUNDING = 1e-9
 """Relative rounding tolerance of times."""
 MAX_TIME_SLACK = 1e-6
-"""Maximum of that tolerance [s]. The tolerance is at least the floating-point resolution."""
+"""Maximum rounding tolerance of times [s], unless their floating-point resolution is coarser."""
 
 
 def check_time_span(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -45,11 +43,11 @@ def check_time_span(motion: Motion, scenario: Scenario, space: JointSpace) -> It
     message = f"the trajectory lasts from {motion.start_time:.12g} s to {motion.end_time:.12g} s"
     if not same:
         message += f", but the waypoints of the scenario are from {first:.12g} s to {last:.12g} s"
-    yield Finding.of_motion("Motion", "time_span", message, verdict_on(same))
+    yield Finding.of_motion(Group.MOTION, "time_span", message, verdict_on(same))
 
 
-def report_approach(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
-    """Report that a motion without a start begins at its first waypoint."""
+def report_no_start(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+    """Report that a motion without a start begins at its first waypoint, so has no approach."""
     if space.robot is None or scenario.given.start is not None:
         return
     home = space.robot.configurations.get("home")
@@ -59,11 +57,13 @@ def report_approach(motion: Motion, scenario: Scenario, space: JointSpace) -> It
     cause = "the motion begins at speed" if at_speed else "the file has no start"
     name = f"the approach to {scenario.waypoints[0].name!r}"
     fact = f"{name} is neither planned nor checked: {cause}"
-    yield Finding.of_motion("Not planned", "no_start", fact, brief=f"{name}: {cause}")
+    yield Finding.of_motion(Group.NOT_PLANNED, "no_start", fact, brief=f"{name}: {cause}")
 
 
-def check_tool_poses(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
-    """Compare the tool's pose and velocity with the waypoints', by forward kinematics (eq 1)."""
+def check_tool_at_waypoints(
+    motion: Motion, scenario: Scenario, space: JointSpace
+) -> Iterator[Finding]:
+    """Compare the tool's pose and velocity, by forward kinematics (eq 1), with the waypoints."""
     for i, time in _passing_times(motion, scenario).items():
         yield from _tool_findings(i, scenario.waypoints[i], time, motion, scenario, space)
 
@@ -77,7 +77,7 @@ def check_tool_at_arrivals(
         motion: The motion.
         scenario: The task, with its own times.
         space: The joints and their robot.
-        execution: The motion and its clock.
+        execution: The clock of the motion and the waypoints that it passes.
     """
     for i, time in execution.waypoint_times.items():
         waypoint, rate = scenario.waypoints[i], float(execution.clock(time, 1))
@@ -86,10 +86,12 @@ def check_tool_at_arrivals(
             yield from _tool_findings(i, passed, time, motion, scenario, space)
 
 
-def check_joint_values(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
-    """Compare joint values with those of waypoints and of the two ends.
+def check_joints_at_waypoints(
+    motion: Motion, scenario: Scenario, space: JointSpace
+) -> Iterator[Finding]:
+    """Compare joint values with those that the waypoints and the two ends require.
 
-    If the tool must stop, all joints must stop, because self-motion would not move the tool.
+    Where the tool must stop, all joints must stop, because self-motion would not move the tool.
     """
     passed = _passing_times(motion, scenario)
     times = np.array([*passed.values()])
@@ -110,7 +112,7 @@ def check_joint_values(motion: Motion, scenario: Scenario, space: JointSpace) ->
 def _joint_requirements(
     waypoint: ScenarioWaypoint, state: JointState | None, space: JointSpace
 ) -> Iterator[tuple[int, FloatArray]]:
-    """Orders of derivatives with the values required at a waypoint, shape (d,)."""
+    """Required joint values at a waypoint, shape (d,), each with the order of its derivative."""
     if state is not None:
         yield from enumerate(state)
     elif isinstance(waypoint, CartesianWaypoint) and not waypoint.twist.vector.any():
@@ -123,7 +125,7 @@ def _time_slack(motion: Motion) -> float:
 
 
 def _passing_times(motion: Motion, scenario: Scenario) -> dict[int, float]:
-    """Times in the motion [s] of the waypoints within its time, by index."""
+    """Times [s] of the waypoints within the motion's time, by index."""
     start, end, slack = motion.start_time, motion.end_time, _time_slack(motion)
     return {
         i: min(max(waypoint.time, start), end)
@@ -180,14 +182,14 @@ def _tool_findings(
     )
     for quantity, requested, achieved, error, unit in rows:
         yield _error_finding(
-            "Tool at the waypoints", waypoint.name, waypoint.time, quantity, requested=requested,
+            Group.TOOL_AT_WAYPOINTS, waypoint.name, waypoint.time, quantity, requested=requested,
             achieved=achieved, error=error, tolerance=getattr(scenario.tolerances, quantity),
             unit=unit, units=scenario.units,
         )  # fmt: skip
 
 
 def _excess_rotation(freedom: PoseFreedom, requested: FloatArray, reached: FloatArray) -> float:
-    """Minimum rotation [rad] into the free range, of the axis or of both."""
+    """Smallest rotation that brings a tool into its free ranges of tilt and turn [rad]."""
     R = requested.T @ reached
     tilt = float(np.arctan2(np.hypot(R[0, 2], R[1, 2]), R[2, 2]))
     tilt = max(tilt - freedom.tilt, 0.0)
@@ -206,13 +208,13 @@ def _joint_finding(
     scenario: Scenario,
     space: JointSpace,
 ) -> Finding:
-    """Compare joint values, and report the joint with the largest error for its tolerance."""
+    """Compare joint values, and report the joint with the largest error relative to tolerance."""
     quantity = f"joint_{DERIVATIVES[order]}"
     tolerances = space.tolerances[quantity]
     errors = np.abs(achieved - requested)
     worst = worst_joint(errors, tolerances)
     return _error_finding(
-        JOINT_ERRORS, name, time, quantity, requested=requested, achieved=achieved,
+        Group.JOINTS_AT_WAYPOINTS, name, time, quantity, requested=requested, achieved=achieved,
         error=float(errors[worst]), tolerance=float(tolerances[worst]),
         unit=rate_unit(space.joint_units[worst], order), units=scenario.units,
     )  # fmt: skip
@@ -265,12 +267,12 @@ def check_waits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterat
         distance, tolerance = float(extrema.peak[worst]), float(tolerances[worst])
         unit = space.joint_units[worst]
         yield Finding.at_most(
-            group="Waits",
+            group=Group.WAITS,
             subject="wait",
             name=waypoint.name,
             quantity="movement",
             fact=f"{waypoint_text(waypoint.name)}: the arm must be at rest from {start:.3f} s to "
-            f"{end:.3f} s, and {space.joint_names[worst]} moves by "
+            f"{end:.3f} s, but {space.joint_names[worst]} moves by up to "
             f"{scenario.units.text(distance, unit, '.3g')}, tolerance "
             f"{scenario.units.text(tolerance, unit, '.3g')}",
             value=distance,

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from knotwork.arrays import FloatArray
+from knotwork.curves.tool_paths.moving_frame import BASE_FRAME
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.scene.other_robots import load_other_motion
 from knotwork.view.base_joints import drawn_joints
@@ -53,7 +54,7 @@ def draw_other_robots(parts: SceneParts, shown: ShownMotion, size: float) -> Non
                 ]
                 carrier = root + body.joint
                 parts.draw("other robots", merge_meshes(meshes), carrier=carrier, between=span)
-        carrier, base = shown.carrier_of(other.carrier)
+        carrier, base = shown.carrier_of(BASE_FRAME)
         position = (base * other.placement).translation
         parts.write(other.name, "object", position, f"robot {other.name!r}", carrier=carrier)
         parts.warnings += [f"robot {other.name!r}: {warning}" for warning in links.warnings]

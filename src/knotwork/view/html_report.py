@@ -14,7 +14,6 @@ from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.units import Units
 from knotwork.verification import Finding, Report
 from knotwork.verification.brief import (
-    NOTABLE_UTILISATION,
     brief_texts_by_group,
     group_alike,
     representatives,
@@ -94,14 +93,9 @@ def _tightest(report: Report) -> list[Finding]:
     """Failures first, then the finding nearest its limit for each other quantity."""
     measured = [finding for finding in report.failures if finding.value is not None]
     failing = [worst for worst, *_ in group_alike(measured)][:MAX_ROWS]
-    tight = [
-        finding
-        for finding in report.tightest
-        if (finding.utilisation or 0.0) >= NOTABLE_UTILISATION
-    ]
     unused = [finding for group in report.groups.values() for finding in representatives(group)]
     rows: dict[tuple[str, str, str], Finding] = {}
-    for finding in (*failing, *tight[:MAX_ROWS], *unused):
+    for finding in (*failing, *report.notable[:MAX_ROWS], *unused):
         rows.setdefault(finding.kind, finding)
     return list(rows.values())
 

@@ -94,7 +94,7 @@ def draw_paths(
         "broken": bool(trace.broken.any()),
         "way": clear is not None,
         "path": bool(paths),
-        "moving": any(path.motion.carrier is not None for path in paths),
+        "moving": any(path.motion.frame.is_moving for path in paths),
     }
 
 
@@ -149,7 +149,7 @@ def given_path_points(
     """
     for path in shown.scenario.paths:
         curve, dashes = path.motion.path, []
-        carrier, base = shown.carrier_of(None if at_rest else path.motion.carrier)
+        carrier, base = shown.root if at_rest else shown.carrier_of(path.motion.frame)
         count = int(min(max(np.ceil(curve.length / (2 * DASH * size)), 4), MAX_DASHES))
         starts = np.linspace(0.0, curve.length, 2 * count)  # dash, gap, dash, …, dash
         for low, far in zip(starts[:-1:2], starts[1::2], strict=True):

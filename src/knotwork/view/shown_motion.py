@@ -11,11 +11,12 @@ import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.tool_paths.moving_frame import MovingFrame
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.joint_quantities import DERIVATIVES, JointLimits
 from knotwork.robot import Robot
-from knotwork.scene.collision_model import CollisionModel, find_joint_of_frame
+from knotwork.scene.collision_model import CollisionModel, find_carrier
 from knotwork.task import ExpandedTask
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_reader import JointState
@@ -214,21 +215,28 @@ class ShownMotion:
         Raises:
             InputError: A mesh, or another robot's scenario, is wrong.
         """
-        scene = self.scenario.scene
-        riding = any(item.carrier is not None for item in scene.objects)
-        if not (scene.robots or scene.moving or riding):
+        scene, link = self.scenario.scene, self.scenario.pose_frame_link
+        frames = [*scene.frames.values(), *(item.frame for item in scene.objects)]
+        frames += [frame for held in scene.held for frame in held.frames]
+        if not scene.robots and all(frame.rests_on(link) for frame in frames):
             return None
         return motion_model(Motion(self.trajectory, self.space), self.scenario, self.robot)
 
-    def carrier_of(self, frame: Any, time: float | None = None) -> tuple[int | None, Any]:
-        """The joint that carries a moving frame, and the transform of base poses into its axes.
+    @property
+    def root(self) -> tuple[None, Any]:
+        """No joint, and the base frame in the axes of the URDF's root."""
+        return None, self.robot.base_placement
 
-        The frame is at rest, or at a time [s]. Without a frame, or without moving obstacles, it
-        is the URDF's root: `None`.
+    def carrier_of(self, frame: MovingFrame, time: float | None = None) -> tuple[int | None, Any]:
+        """The joint that carries a frame, and the transform of base poses into its axes.
+
+        The frame is at rest, or at a time [s]. If it is fixed relative to the URDF's root, this is
+        `root`.
         """
-        if self.model is None or frame is None:
-            return None, self.robot.base_placement
-        return find_joint_of_frame(self.model.carriers, frame, time)
+        if self.model is None:
+            return self.root
+        joint, placement = find_carrier(self.model.carriers, frame, time)
+        return joint or None, placement
 
 
 def task_without_requirements(name: str) -> Scenario:

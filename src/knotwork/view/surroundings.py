@@ -86,7 +86,7 @@ def draw_surroundings(parts: SceneParts, shown: ShownMotion, size: float) -> Non
     for item in shown.scenario.scene.objects:
         between = None if item.appears is None else [times[item.appears], None]
         plane = item.shape.kind == "half_space"
-        carrier, placement = shown.carrier_of(item.carrier)
+        carrier, placement = shown.carrier_of(item.frame)
         mesh = shape_mesh(item.shape, PLANE_COLOUR if plane else OBJECT_COLOUR, size).place(
             placement
         )
@@ -123,9 +123,12 @@ def _draw_carried(
         in_tool = mesh.place(frame.placement)
         parts.draw("held", in_tool, carrier=joint, between=[take, leave], of=held.name)
         spans = [appears, take], [leave, None]
-        for time, support, between in zip((take, leave), held.carriers, spans, strict=True):
-            carrier, placement = shown.carrier_of(support, time)
-            lying = mesh.place(placement * robot.forward(curve(time)))
+        ends = (held.take, take), (held.leave, leave)
+        for (waypoint, time), held_in, between in zip(ends, held.frames, spans, strict=True):
+            carrier, placement = shown.carrier_of(held_in, time)
+            in_world = shown.scenario.waypoints[waypoint].in_world_frame
+            tool = robot.tool_pose(curve(time), in_world_frame=in_world)
+            lying = mesh.place(placement * tool)
             parts.draw("held", lying, carrier=carrier, between=between, of=held.name)
 
 

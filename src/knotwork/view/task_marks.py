@@ -73,7 +73,7 @@ def draw_frames(parts: SceneParts, shown: ShownMotion, size: float) -> None:
     """Draw the named frames of a task. Moving ones move in the scene."""
     placed: dict[int | None, list[pin.SE3]] = {}
     for name, frame in shown.scenario.frames.items():
-        carrier, base = shown.carrier_of(shown.scenario.scene.moving.get(name))
+        carrier, base = shown.carrier_of(shown.scenario.scene.frames[name])
         pose = base * frame
         placed.setdefault(carrier, []).append(pose)
         parts.write(name, "frame", pose.translation, f"frame {name!r}", carrier=carrier)

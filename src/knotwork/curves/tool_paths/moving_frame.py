@@ -1,8 +1,8 @@
-"""`MovingFrame`: a frame carried by a chain of joints with known motions."""
+"""`MovingFrame`: a frame at rest, or moved by joints with known positions over time."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -19,16 +19,18 @@ class KnownJoints:
     """Consecutive joints with a common origin and known positions over time.
 
     Attributes:
-        placement: `pin.SE3` of their axes at position 0, relative to their carrier.
+        placement: `pin.SE3` of their axes at position 0, in those of the joint before them.
         axis: Unit vector of each joint in these axes, shape (e, 3).
         turns: Whether each joint is revolute; otherwise prismatic.
         curve: Joint positions over time [rad or m].
+        name: Name of the frame that they move.
     """
 
     placement: pin.SE3
     axis: FloatArray
     turns: tuple[bool, ...]
     curve: ExtendedCurve
+    name: str = ""
 
 
 class ToolMotion(NamedTuple):
@@ -70,58 +72,31 @@ class FrameDerivatives(NamedTuple):
         Y, dY, ddY = inner
         return FrameDerivatives(X @ Y, dX @ Y + X @ dY, ddX @ Y + 2.0 * dX @ dY + X @ ddY)
 
-    def carried_tool(self, tool: ToolMotion) -> ToolMotion:
-        """The motion of a tool from its motion in this frame."""
-        R, dR, ddR = (X[:, :3, :3] for X in self)
-        p, dp, ddp = (X[:, :3, 3] for X in self)
-        r, v, w = tool.position, tool.twist[:, :3], tool.twist[:, 3:]
-        a, b = tool.acceleration[:, :3], tool.acceleration[:, 3:]
-        inverse = R.transpose(0, 2, 1)
-        linear = multiply(dR, r) + dp + multiply(R, v)
-        angular = _skew_vector(dR @ inverse) + multiply(R, w)
-        linear_acceleration = multiply(ddR, r) + ddp + 2.0 * multiply(dR, v) + multiply(R, a)
-        angular_acceleration = _skew_vector(ddR @ inverse) + multiply(dR, w) + multiply(R, b)
-        return ToolMotion(
-            multiply(R, r) + p,
-            R @ tool.rotation,
-            np.hstack((linear, angular)),
-            np.hstack((linear_acceleration, angular_acceleration)),
-        )
-
-    def relative_motion(
-        self, position: FloatArray, rotation: FloatArray, velocity: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Points [m], rotations and velocities [m/s] of the base frame, in the moving frames.
-
-        Args:
-            position: Points in the base frame, shape (k, 3).
-            rotation: Rotations in the base frame, shape (k, 3, 3).
-            velocity: Velocities in the base frame, shape (k, 3).
-        """
-        inverse = self.matrix[:, :3, :3].transpose(0, 2, 1)
-        local = multiply(inverse, position - self.matrix[:, :3, 3])
-        slip = velocity - self.rate[:, :3, 3] - multiply(self.rate[:, :3, :3], local)
-        return local, inverse @ rotation, multiply(inverse, slip)
-
 
 @dataclass(frozen=True, eq=False)
 class MovingFrame:
-    """A frame in motion.
+    """A frame at rest or in motion, relative to a link of the robot or the cell.
+
+    Its fixed points are given in two ways: at a time, and at rest, with all joints at 0.
 
     Attributes:
-        joints: Joints that carry the frame, the outermost first; empty for a fixed frame.
+        joints: Joints that move the frame, the outermost first; none for a frame at rest.
         placement: `pin.SE3` in the axes of the last joint.
-        link: Link of the robot that carries the chain; empty for the base.
+        link: Link of the robot that carries the frame with its joints; empty for the cell.
     """
 
-    joints: tuple[KnownJoints, ...]
-    placement: pin.SE3
+    joints: tuple[KnownJoints, ...] = ()
+    placement: pin.SE3 = field(default_factory=pin.SE3.Identity)
     link: str = ""
 
     @property
     def is_moving(self) -> bool:
-        """Whether a joint carries the frame."""
+        """Whether joints move the frame relative to its link or the cell."""
         return bool(self.joints)
+
+    def rests_on(self, link: str) -> bool:
+        """Whether the frame is at rest relative to a link, or to the cell if the name is empty."""
+        return not self.joints and self.link == link
 
     @property
     def rest_placement(self) -> pin.SE3:
@@ -136,10 +111,10 @@ class MovingFrame:
         return replace(self, placement=self.placement * placement)
 
     def with_joints(
-        self, axis: FloatArray, turns: tuple[bool, ...], curve: ExtendedCurve
+        self, axis: FloatArray, turns: tuple[bool, ...], curve: ExtendedCurve, name: str = ""
     ) -> MovingFrame:
         """This frame with joints added at its origin; arguments of `KnownJoints`."""
-        added = KnownJoints(self.placement, axis, turns, curve)
+        added = KnownJoints(self.placement, axis, turns, curve, name)
         return MovingFrame((*self.joints, added), pin.SE3.Identity(), self.link)
 
     def motion(self, t: ArrayLike, placement: pin.SE3 | None = None) -> FrameDerivatives:
@@ -159,33 +134,73 @@ class MovingFrame:
         return pin.SE3(self.motion([time]).matrix[0])
 
     def pose_at(self, pose: pin.SE3, time: float) -> pin.SE3:
-        """Pose at a time [s] of a pose fixed in the frame, given with all joints at 0."""
+        """Pose at a time [s] of a pose fixed in the frame, given at rest."""
+        if not self.joints:
+            return pose
         return self.placement_at(time) * self.rest_placement.actInv(pose)
 
     def pose_at_rest(self, pose: pin.SE3, time: float) -> pin.SE3:
         """Inverse of `pose_at`."""
+        if not self.joints:
+            return pose
         return self.rest_placement * self.placement_at(time).actInv(pose)
 
-    def carried_twist(self, pose: pin.SE3, twist: pin.Motion, time: float) -> pin.Motion:
-        """Velocity of a tool that moves in the frame, in base axes.
+    def carried_tool(self, t: ArrayLike, tool: ToolMotion) -> ToolMotion:
+        """Motion at times (k,) [s] of a tool that moves in the frame, given at rest."""
+        if not self.joints:
+            return tool
+        X, dX, ddX = self._since_rest(t)
+        R, dR, ddR = (matrix[:, :3, :3] for matrix in (X, dX, ddX))
+        p, dp, ddp = (matrix[:, :3, 3] for matrix in (X, dX, ddX))
+        r, v, w = tool.position, tool.twist[:, :3], tool.twist[:, 3:]
+        a, b = tool.acceleration[:, :3], tool.acceleration[:, 3:]
+        inverse = R.transpose(0, 2, 1)
+        linear = multiply(dR, r) + dp + multiply(R, v)
+        angular = _skew_vector(dR @ inverse) + multiply(R, w)
+        linear_acceleration = multiply(ddR, r) + ddp + 2.0 * multiply(dR, v) + multiply(R, a)
+        angular_acceleration = _skew_vector(ddR @ inverse) + multiply(dR, w) + multiply(R, b)
+        return ToolMotion(
+            multiply(R, r) + p,
+            R @ tool.rotation,
+            np.hstack((linear, angular)),
+            np.hstack((linear_acceleration, angular_acceleration)),
+        )
 
-        Args:
-            pose: Pose of the tool with all joints at 0.
-            twist: Twist of the tool in the frame, in base axes with all joints at 0.
-            time: Time [s].
-        """
+    def carried_twist(self, pose: pin.SE3, twist: pin.Motion, time: float) -> pin.Motion:
+        """Velocity at a time [s] of a tool with a pose and a twist in the frame, given at rest."""
         position, rotation = np.array(pose.translation), np.array(pose.rotation)
         tool = ToolMotion(position[None], rotation[None], twist.vector[None], np.zeros((1, 6)))
-        return pin.Motion(self.since_rest([time]).carried_tool(tool).twist[0])
+        return pin.Motion(self.carried_tool([time], tool).twist[0])
 
-    def since_rest(self, t: ArrayLike) -> FrameDerivatives:
-        """`motion` of the frame that coincides with the base frame when all joints are at 0."""
+    def relative_motion(
+        self, t: ArrayLike, position: FloatArray, rotation: FloatArray, velocity: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Motion of tools relative to the frame, as if it were at rest.
+
+        Args:
+            t: Times [s], shape (k,).
+            position: Positions in the base frame [m], shape (k, 3).
+            rotation: Rotations, shape (k, 3, 3).
+            velocity: Velocities [m/s], shape (k, 3).
+        """
+        if not self.joints:
+            return position, rotation, velocity
+        X, dX, _ = self._since_rest(t)
+        inverse = X[:, :3, :3].transpose(0, 2, 1)
+        local = multiply(inverse, position - X[:, :3, 3])
+        slip = velocity - dX[:, :3, 3] - multiply(dX[:, :3, :3], local)
+        return local, inverse @ rotation, multiply(inverse, slip)
+
+    def _since_rest(self, t: ArrayLike) -> FrameDerivatives:
+        """`motion` of the frame that coincides with the base frame at rest."""
         return self.motion(t, self.placement * self.rest_placement.inverse())
 
 
-def add_weave(frame: MovingFrame | None, weave: ExtendedCurve) -> MovingFrame:
-    """Add a motion to a frame, or to the base: in base axes with all joints at 0 [m]."""
-    frame = MovingFrame((), pin.SE3.Identity()) if frame is None else frame
+BASE_FRAME = MovingFrame()
+
+
+def add_weave(frame: MovingFrame, weave: ExtendedCurve) -> MovingFrame:
+    """Add a motion to a frame, in base axes at rest [m]."""
     return frame.inside(frame.rest_placement.inverse()).with_joints(np.eye(3), (False,) * 3, weave)
 
 

@@ -106,21 +106,21 @@ def _names(rows: Rows) -> list[str]:
     names = [cell.strip() for cell in rows.headings]
     accepted = "x, y, z and, for the rotation, qx, qy, qz, qw or the surface's normal nx, ny, nz"
     if all(map(is_number, names)):
-        raise rows.error(rows.head, None, "has no headings above the numbers", accepted)
+        raise rows.heading_error(None, "has no headings above the numbers", accepted)
     allowed = (*POSITION_COLUMNS, *QUATERNION_COLUMNS, *NORMAL_COLUMNS)
     for i, name in enumerate(names):
         if name not in allowed:
             hint = suggest_name(name.lower(), allowed)
-            raise rows.error(rows.head, i, f"unknown heading {name!r}", hint)
+            raise rows.heading_error(i, f"unknown heading {name!r}", hint)
         if name in names[:i]:
-            raise rows.error(rows.head, i, f"is column {names.index(name) + 1}, too")
+            raise rows.heading_error(i, f"is column {names.index(name) + 1}, too")
     groups = [
         columns for columns in (QUATERNION_COLUMNS, NORMAL_COLUMNS) if set(names) & set(columns)
     ]
     if len(groups) > 1:
-        raise rows.error(rows.head, None, "gives rotations and normals", "one of them")
+        raise rows.heading_error(None, "gives rotations and normals", "one of them")
     needed = (*POSITION_COLUMNS, *(name for columns in groups for name in columns))
     missing = [name for name in needed if name not in names]
     if missing:
-        raise rows.error(rows.head, None, f"no column is named {', '.join(missing)}", accepted)
+        raise rows.heading_error(None, f"no column is named {', '.join(missing)}", accepted)
     return names

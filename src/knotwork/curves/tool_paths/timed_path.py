@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial.extended_curve import ExtendedCurve
-from knotwork.curves.tool_paths.moving_frame import MovingFrame, ToolMotion, add_weave
+from knotwork.curves.tool_paths.moving_frame import BASE_FRAME, MovingFrame, ToolMotion, add_weave
 from knotwork.curves.tool_paths.timing_profile import Timing
 from knotwork.curves.tool_paths.tool_path import LENGTH_MISMATCH, ToolPath
 from knotwork.errors import PathError, TimeRangeError
@@ -24,17 +24,13 @@ class TimedPath:
         path: The path.
         timing: Timing along the path.
         start_time: Start time [s].
-        carrier: Moving frame that carries the path, or `None`.
-        weave: Offset added to the path, in base axes with the carrier at joint positions 0 [m],
-            shape (3,).
+        frame: Frame in which the path is fixed; by default the base frame.
+        weave: Offset added to the path, in base axes with the frame at rest [m], shape (3,).
         breaks: Breaks of the weave, as times since the start [s].
 
     Attributes:
-        path, timing, start_time: The arguments; the path is given with the carrier at joint
-            positions 0.
-        carrier: The argument.
-        tool_carrier: The carrier with the weave added; `None` without both. With it the tool has a
-            clock of its own, which a change of the speed along the path does not affect.
+        path, timing, start_time, frame: The arguments; the path is given with the frame at rest.
+        woven_frame: The frame with the weave added. The tool follows `path` in it.
         end_time: End time [s].
         breaks: Times of the breaks of curves, orientation, ramps and weave, and both ends [s].
         full_speed: Maximum speed along the path [m/s].
@@ -57,13 +53,13 @@ class TimedPath:
         path: ToolPath,
         timing: Timing,
         start_time: float = 0.0,
-        carrier: MovingFrame | None = None,
+        frame: MovingFrame = BASE_FRAME,
         weave: ExtendedCurve | None = None,
         breaks: ArrayLike = (),
     ) -> None:
         self.path, self.timing, self.start_time = path, timing, float(start_time)
-        self.carrier = carrier
-        self.tool_carrier = carrier if weave is None else add_weave(carrier, weave)
+        self.frame = frame
+        self.woven_frame = frame if weave is None else add_weave(frame, weave)
         self.end_time = self.start_time + timing.duration
         length = float(timing(np.array([timing.duration]))[0])
         self.is_wait = not timing.arc_length.c.any()
@@ -85,6 +81,11 @@ class TimedPath:
         self.full_speed = float(timing.speeds[0] if self.is_wait else timing(local, 1).max())
         self.breaks: FloatArray = self.start_time + local
         self.breaks[-1] = self.end_time
+
+    @property
+    def has_own_clock(self) -> bool:
+        """Whether frame or weave move over time, at any speed along the path."""
+        return self.woven_frame.is_moving
 
     def _check_stop(self, curve: int, s: float) -> None:
         t = self.timing.time_of(np.array([s]))
@@ -143,27 +144,11 @@ class TimedPath:
         twist = np.hstack((tangent * ds, rate * ds))
         acceleration = np.hstack((bend * ds**2 + tangent * dds, change * ds**2 + rate * dds))
         tool = ToolMotion(position, rotation, twist, acceleration)
-        carrier = self.tool_carrier
-        return tool if carrier is None else carrier.since_rest(t).carried_tool(tool)
+        return self.woven_frame.carried_tool(t, tool)
 
     def twist(self, t: float) -> pin.Motion:
         """Velocity of the tool at a time [s], in base axes."""
         return pin.Motion(self.state(np.array([t]))[2][0])
-
-    def relative_motion(
-        self, t: ArrayLike, position: FloatArray, rotation: FloatArray, velocity: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Motion of tools relative to the carrier of the path, comparable with `path`.
-
-        Args:
-            t: Times [s], shape (k,).
-            position: Positions in the base frame [m], shape (k, 3).
-            rotation: Rotations, shape (k, 3, 3).
-            velocity: Velocities [m/s], shape (k, 3).
-        """
-        if self.tool_carrier is None:
-            return position, rotation, velocity
-        return self.tool_carrier.since_rest(t).relative_motion(position, rotation, velocity)
 
     def requested_speed(self, t: ArrayLike) -> FloatArray:
         """Full speed of the stretches that contain times [m/s], shape (k,)."""

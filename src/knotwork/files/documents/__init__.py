@@ -1,4 +1,4 @@
-"""YAML files and mappings, validated as models; every problem with its line and field.
+"""YAML files and mappings, validated as models. Each problem has its line and field.
 
 Files are YAML 1.2 (core schema): `1e-3` is a number, `on` is text, and a key given twice is an
 error.

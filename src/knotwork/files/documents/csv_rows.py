@@ -17,15 +17,15 @@ from knotwork.files.documents.yaml_text import read_text
 
 MAX_CSV_BYTES = 500_000_000
 MAX_CSV_CELLS = 21_000_000
-"""More than the largest exported table has."""
+"""Maximum number of cells, more than the largest exported table has."""
 MAX_CSV_COLUMNS = 10_000
 
 _DECIMAL_COMMA = re.compile(r"^(\s*[+-]?\d*),(\d+(?:[eE][+-]?\d+)?\s*)$")
 _QUOTED = re.compile('"[^"]*"')
 _FIRST_ROW = re.compile(r"^(?![^\S\n]*(?:#|$))", re.MULTILINE)
 """The start of the first line that is neither empty nor a comment."""
-LONGEST_HEAD = 1_000_000
-"""Number of heading characters that are searched for the delimiter."""
+MAX_HEADING_LENGTH = 1_000_000
+"""Number of characters of the first row that are searched for the delimiter."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,14 +34,14 @@ class Rows:
 
     Attributes:
         path: The file.
-        head: Line number of the headings.
+        heading_line: Line number of the headings.
         headings: The headings.
         lines: Line number of each row below them.
         cells: Rows, each with as many cells as there are headings.
     """
 
     path: Path
-    head: int
+    heading_line: int
     headings: list[str]
     lines: list[int]
     cells: list[list[str]]
@@ -49,9 +49,13 @@ class Rows:
     def error(
         self, line: int | None, index: int | None, message: str, accepted: str = ""
     ) -> DocumentError:
-        """The error for a line, or for one column of it, by its index."""
+        """Make the error for a line, or for its cell in the column of an index."""
         field = "" if index is None else f"column {index + 1} ({self.headings[index].strip()})"
         return DocumentError(self.path, [Problem(line, field, message, accepted)])
+
+    def heading_error(self, index: int | None, message: str, accepted: str = "") -> DocumentError:
+        """Make the error for the headings, or for the one of an index."""
+        return self.error(self.heading_line, index, message, accepted)
 
     def numbers(
         self, index: int, *, gaps: bool = False, finite: bool = False
@@ -70,7 +74,7 @@ class Rows:
         for i, cells in enumerate(self.cells):
             try:
                 if not gaps or cells[index].strip():
-                    values[i] = number(cells[index])
+                    values[i] = parse_number(cells[index])
             except ValueError:
                 message = f"{cells[index].strip()!r} is not a number"
                 raise self.error(self.lines[i], index, message) from None
@@ -100,10 +104,10 @@ def read_rows(path: Path, delimiter: str = "") -> Rows:
     comments: list[tuple[int, str]] = []
 
     def lines() -> Iterator[str]:
-        for at, line in enumerate(io.StringIO(text), 1):
+        for line_number, line in enumerate(io.StringIO(text), 1):
             comment = line.lstrip().startswith("#")
             if comment and not rows:
-                comments.append((at, line.lstrip().lstrip("#")))
+                comments.append((line_number, line.lstrip().lstrip("#")))
             yield "\n" if comment else line
 
     rows: list[tuple[int, list[str]]] = []
@@ -118,8 +122,8 @@ def read_rows(path: Path, delimiter: str = "") -> Rows:
             rows.append((reader.line_num, cells))
             remaining -= len(cells)
             if len(cells) > MAX_CSV_COLUMNS or remaining < 0:
-                most = f"at most {MAX_CSV_COLUMNS} columns and {MAX_CSV_CELLS} numbers are accepted"
-                raise DocumentError(path, [Problem(reader.line_num, "", "is too large", most)])
+                accepted = f"at most {MAX_CSV_COLUMNS} columns and {MAX_CSV_CELLS} numbers"
+                raise DocumentError(path, [Problem(reader.line_num, "", "is too large", accepted)])
     except csv.Error as error:
         problem = Problem(reader.line_num, "", f"is not valid CSV: {error}")
         raise DocumentError(path, [problem]) from error
@@ -127,18 +131,18 @@ def read_rows(path: Path, delimiter: str = "") -> Rows:
         raise DocumentError(path, [Problem(None, "", "has no rows")])
     if comments and all(map(is_number, rows[0][1])):
         # headings in a comment, as NumPy's savetxt writes them
-        at, above = comments[-1]
-        cells = next(_reader(iter([above]), delimiter), [])
+        heading_line, comment = comments[-1]
+        cells = next(_reader(iter([comment]), delimiter), [])
         if len(cells) == len(rows[0][1]):
-            rows.insert(0, (at, cells))
-    (head, headings), *body = rows
+            rows.insert(0, (heading_line, cells))
+    (heading_line, headings), *body = rows
     for line_number, cells in body:
         if len(cells) != len(headings):
             problem = Problem(
                 line_number, "", f"has {len(cells)} values", f"{len(headings)}, as in the headings"
             )
             raise DocumentError(path, [problem])
-    return Rows(path, head, headings, [line for line, _ in body], [cells for _, cells in body])
+    return Rows(path, heading_line, headings, [line for line, _ in body], [row for _, row in body])
 
 
 def _reader(lines: Iterator[str], delimiter: str):  # type: ignore[no-untyped-def]
@@ -146,17 +150,17 @@ def _reader(lines: Iterator[str], delimiter: str):  # type: ignore[no-untyped-de
 
 
 def _delimiter(text: str) -> str:
-    """The character between the cells of the first row, outside quotes."""
+    """Find the character that separates the cells of the first row."""
     first = _FIRST_ROW.search(text)
     start = first.start() if first else 0
-    head = _QUOTED.sub("", text[start : start + LONGEST_HEAD]).partition("\n")[0]
+    row = _QUOTED.sub("", text[start : start + MAX_HEADING_LENGTH]).partition("\n")[0]
     # Spaces also separate the words of a heading: they count only without another delimiter.
-    best = max((",", ";", "\t"), key=head.count)
-    return " " if best not in head and " " in head else best
+    best = max((",", ";", "\t"), key=row.count)
+    return " " if best not in row and " " in row else best
 
 
-def number(cell: str) -> float:
-    """A number in plain notation; Python would also read `1_000` and digits of every script."""
+def parse_number(cell: str) -> float:
+    """Parse a number. Unlike `float`, refuse `1_000` and digits of other scripts."""
     if "_" in cell or not cell.isascii():
         raise ValueError(cell)
     return float(cell)
@@ -165,7 +169,7 @@ def number(cell: str) -> float:
 def is_number(cell: str) -> bool:
     """Whether a cell is a number."""
     try:
-        number(cell)
+        parse_number(cell)
     except ValueError:
         return False
     return True

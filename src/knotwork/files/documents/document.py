@@ -1,4 +1,4 @@
-"""Plain data, with the location of each part in its file."""
+"""`Document`: plain data, with the location of each part in its file."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Locations:
         file: The file, or `None`.
         lines: Line, counted from 1, of each location that does not share the line of the enclosing
             part.
-        prefix: Location of the data in the file.
+        prefix: Location of the data in the file; empty if they are all of it.
         origins: Location in the file by location in the data, where the two differ.
     """
 
@@ -29,7 +29,7 @@ class Locations:
     prefix: Location = ()
     origins: Mapping[Location, Location] = field(default_factory=dict, repr=False)
 
-    def given(self, location: Location) -> Location:
+    def in_file(self, location: Location) -> Location:
         """Location in the file of a location in the data."""
         for size in range(len(location), 0, -1) if self.origins else ():
             if (origin := self.origins.get(location[:size])) is not None:
@@ -38,11 +38,11 @@ class Locations:
 
     def path(self, location: Location) -> str:
         """Field path of a location in the whole file."""
-        return field_path(self.prefix + self.given(location))
+        return field_path(self.prefix + self.in_file(location))
 
     def line(self, location: Location) -> int | None:
         """Line of a location, or of the innermost enclosing part that has one."""
-        location = self.given(location)
+        location = self.in_file(location)
         while location and location not in self.lines:
             location = location[:-1]
         return self.lines.get(location)
@@ -59,20 +59,20 @@ class Locations:
         problem = Problem(self.line(location), self.path(location), message, accepted)
         return DocumentError(self.file, [problem])
 
-    def named_file(self, given: str, location: Location) -> Path:
-        """The path of a file named at a location, relative to this one.
+    def named_file(self, name: str, location: Location) -> Path:
+        """Path of another file, whose name at a location is relative to the folder of this one.
 
         Raises:
             DocumentError: The file does not exist.
         """
-        path = (self.file.parent if self.file is not None else Path()) / Path(given).expanduser()
+        path = (self.file.parent if self.file is not None else Path()) / Path(name).expanduser()
         if not path.is_file():
             fault = f"{path} is not a regular file" if path.exists() else f"there is no file {path}"
             raise self.error(location, fault)
         return path
 
     def document(self, data: Any, location: Location) -> Document:
-        """Data at a location as its own document, with locations in the same file."""
+        """Make data at a location a document, with locations in the same file."""
         size = len(location)
         lines = {key[size:]: line for key, line in self.lines.items() if key[:size] == location}
         line = self.line(location)
@@ -108,7 +108,7 @@ class Document(Locations):
         return Locations(self.file, self.lines, self.prefix, self.origins)
 
     def part(self, location: Location) -> Document:
-        """Take a part as its own document, with locations in the same file."""
+        """Make a part a document, with locations in the same file."""
         data = self.data
         for key in location:
             data = data[key]

@@ -1,7 +1,7 @@
-"""Edits of a document: in its data, or in its text, of which the rest stays unchanged.
+"""Edits of a document's data, and of its text, whose other parts stay unchanged.
 
-Only the text of changed values is replaced, so that comments, order and layout are kept. Writing
-whole text anew by ruamel.yaml would lose comments inside flow collections, and their line breaks.
+Only the text of changed values is replaced, so that comments, order and layout are kept. With
+ruamel.yaml, flow collections would lose their comments and line breaks.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from knotwork.files.documents.document import Document, Location, field_path
 from knotwork.files.documents.yaml_text import parse, to_block_yaml, to_flow_yaml
 
 REMOVED = object()
-"""Removes a key, in place of its value."""
+"""Value of an edit that removes the key or item."""
 
 Edits = Mapping[Location, Any]
-"""New values by location; a key that is new to a mapping is added."""
+"""New values by location; a key that a mapping does not have is added."""
 
 
 class Change(NamedTuple):
-    """New text that replaces the old one from start to end."""
+    """New text for the characters of a text from index `start` to before `end`."""
 
     start: int
     end: int
@@ -33,7 +33,7 @@ class Change(NamedTuple):
 
 
 def apply_edits(document: Document, edits: Edits) -> Document:
-    """Give a document with other values.
+    """Return the document with other values.
 
     >>> apply_edits(Document({"a": 1, "b": [2, 3]}), {("b", 1): 4.5, ("a",): REMOVED}).data
     {'b': [2, 4.5]}
@@ -52,7 +52,7 @@ def apply_edits(document: Document, edits: Edits) -> Document:
 
 
 def differences(old: Any, new: Any, location: Location = ()) -> Edits:
-    """The edits that turn one set of data into another; a whole number equals the same float.
+    """Find the edits that turn old data into new; a whole number equals the same float.
 
     >>> differences({"a": 1, "b": [2, 3]}, {"a": 1, "b": [2, 5], "d": 6})
     {('b', 1): 5, ('d',): 6}
@@ -84,7 +84,7 @@ def value_at(data: Any, location: Location) -> Any:
 
 
 def with_values(text: str, edits: Edits) -> str:
-    r"""The text of a YAML file with other values, otherwise unchanged.
+    r"""Return the text of a YAML file with other values, and otherwise unchanged.
 
     Raises:
         InputError: A value can't be changed on its own, for example because it is in an alias.
@@ -98,11 +98,11 @@ def with_values(text: str, edits: Edits) -> str:
     if any("#" in text[change.start : change.end] for change in changes):
         comments = _comments(text)
         changes = [_with_comments(text, comments, change) for change in changes]
-    return _written(text, changes, wanted, [*edits])
+    return _apply_changes(text, changes, wanted, [*edits])
 
 
 def with_change(text: str, location: Location, value: Any, *, insert: bool = False) -> str:
-    r"""The text of a YAML file with one change at any location.
+    r"""Return the text of a YAML file with one value or item changed, added or removed.
 
     Missing mappings around a new key are added; a mapping that loses its last key is removed.
 
@@ -153,13 +153,13 @@ def with_change(text: str, location: Location, value: Any, *, insert: bool = Fal
         change = _inserted_item(text, part, int(last), value)
     else:
         change = _removal(text, part, int(last))
-    return _written(text, [change], wanted, [location])
+    return _apply_changes(text, [change], wanted, [location])
 
 
-def _written(
+def _apply_changes(
     text: str, changes: Sequence[Change], wanted: Any, locations: Sequence[Location]
 ) -> str:
-    """The changed text, if it has the wanted content.
+    """Change a text, and check that it then has the wanted content.
 
     Raises:
         InputError: The text has another content.
@@ -168,20 +168,20 @@ def _written(
     for start, end, new in sorted(changes, key=lambda change: change[:2], reverse=True):
         result = result[:start] + new + result[end:]
     try:
-        done = parse(result).data
+        content = parse(result).data
     except InputError:
-        done = None
-    if done != wanted:
+        content = None
+    if content != wanted:
         named = ", ".join(map(field_path, locations[:3]))
         raise InputError(
-            f"the change can't be written into the text of the file, at {named} or further on; "
+            f"the text of the file can't be changed at {named} or further on; "
             "write out aliases (*), and give each waypoint as a mapping of its own"
         )
     return result
 
 
 def _nodes(text: str) -> dict[Location, tuple[Any, Any]]:
-    """Index in its part, and node, by location."""
+    """Each node and its index in the enclosing collection, by location."""
 
     def walk(
         node: Any, location: Location, index: int
@@ -197,7 +197,7 @@ def _nodes(text: str) -> dict[Location, tuple[Any, Any]]:
 
 
 def _changes(text: str, edits: Edits) -> list[Change]:
-    """The changes of a text; new keys take the place of removed ones."""
+    """Changes of the text that make the edits; a new key takes the place of a removed one."""
     nodes, changes = _nodes(text), list[Change]()
     new_keys: dict[Location, list[tuple[Any, Any]]] = {}
     for location, value in edits.items():
@@ -209,7 +209,7 @@ def _changes(text: str, edits: Edits) -> list[Change]:
         (_, part), (index, node) = nodes[location[:-1]], nodes[location]
         column = _indent(text, part)
         if value is not REMOVED:
-            # a list in block style may begin at the column of its key, at most
+            # a block list may begin in the column of its key, but its replacement may not
             space = "  " if isinstance(node, yaml.SequenceNode) and not node.flow_style else ""
             new = space + to_flow_yaml(value, column)
             changes.append(Change(node.start_mark.index, _end(node), new))
@@ -243,7 +243,7 @@ def _removal(text: str, part: Any, index: int) -> Change:
 
 
 def _inserted_key(text: str, part: Any, key: str, value: Any, *, top: bool) -> Change:
-    """Insert a key into a mapping: at the end, in block style below the top after the first key."""
+    """Insert a key: in a nested block mapping after the first key, elsewhere at the end."""
     if part.flow_style:
         at = _end(part.value[-1]) if part.value else part.start_mark.index + 1
         comma = ", " if part.value else ""
@@ -258,7 +258,7 @@ def _inserted_key(text: str, part: Any, key: str, value: Any, *, top: bool) -> C
 
 
 def _inserted_item(text: str, part: Any, index: int, value: Any) -> Change:
-    """Insert an item into a list that has some."""
+    """Insert an item into a list that is not empty."""
     items = part.value
     if part.flow_style:
         if index < len(items):
@@ -274,12 +274,12 @@ def _inserted_item(text: str, part: Any, index: int, value: Any) -> Change:
 
 
 def _start(entry: Any) -> int:
-    """Start of an item of a list, or of the key and value of a mapping."""
+    """Index at which a list's item, or the key of a mapping, starts."""
     return int((entry[0] if isinstance(entry, tuple) else entry).start_mark.index)
 
 
 def _end(entry: Any) -> int:
-    """End of an entry or a node, without blank lines and comments after a block."""
+    """Index at which an entry or node ends, before blank lines and comments after a block."""
     node = entry[1] if isinstance(entry, tuple) else entry
     if isinstance(node, yaml.ScalarNode) or node.flow_style:
         return int(node.end_mark.index)
@@ -287,7 +287,7 @@ def _end(entry: Any) -> int:
 
 
 def _line_end(text: str, at: int) -> int:
-    """Start of the next line."""
+    """Index at which the next line starts."""
     return text.find("\n", at) + 1 or len(text)
 
 
@@ -302,7 +302,7 @@ def _key_and_value(key: Any, value: Any, column: int) -> str:
 
 
 def _with_comments(text: str, comments: Sequence[tuple[int, str]], change: Change) -> Change:
-    """A change with the comments of the replaced text in front, one a line."""
+    """Put the comments of the replaced text in front of the new one, each on its own line."""
     start, end, new = change
     texts = [comment for at, comment in comments if start <= at < end]
     if not texts:
@@ -319,7 +319,7 @@ def _with_comments(text: str, comments: Sequence[tuple[int, str]], change: Chang
 
 
 def _comments(text: str) -> list[tuple[int, str]]:
-    """Start and text of all comments, in order; they are between the tokens."""
+    """Index and text of each comment, in order. Comments are only between tokens."""
     comments: list[tuple[int, str]] = []
     done = 0
     for token in yaml.scan(text, Loader=yaml.SafeLoader):

@@ -17,13 +17,12 @@ from knotwork.files.documents.values import StrictModel
 ModelT = TypeVar("ModelT", bound=StrictModel)
 
 MAX_REPORTED_PROBLEMS = 1_000
-"""Number of problems that are reported."""
+"""Maximum number of problems that are reported."""
+# A longer description of a field is no hint in an error.
+MAX_HINT_LENGTH = 130
 
-
-# Maximum length of a description in an error.
-LONGEST_HINT = 130
 _YAML_1_1_BOOLEANS = ("yes", "no", "on", "off", "y", "n")
-# By pydantic's name of the error, with placeholders for its bounds.
+# Message by pydantic's name of the error, with placeholders for its bounds.
 _ERROR_WORDS = {
     "float_type": "must be a number",
     "int_type": "must be a whole number",
@@ -45,9 +44,10 @@ _ERROR_WORDS = {
     "too_long": "has {count}, more than {max_length}",
     "recursion_loop": "contains itself",
 }
-# Errors with a text of this package.
-_OWN = ("kind", "waypoint_kind", "value_error")
-SAY_WHAT_IS_ACCEPTED = (*_OWN, "literal_error")
+# Errors with a message of this package.
+_OWN_ERRORS = ("kind", "waypoint_kind", "value_error")
+# Errors whose message already states the accepted values.
+_STATING_ACCEPTED = (*_OWN_ERRORS, "literal_error")
 
 
 def validate(model: type[ModelT], document: Document, instance: ModelT | None = None) -> ModelT:
@@ -56,7 +56,7 @@ def validate(model: type[ModelT], document: Document, instance: ModelT | None = 
     Args:
         model: The model.
         document: Data to check.
-        instance: An empty instance to fill in, in place of a new one.
+        instance: Instance to fill in; by default a new one.
 
     Raises:
         DocumentError: There are problems; the first `MAX_REPORTED_PROBLEMS` are listed.
@@ -74,14 +74,14 @@ def validate(model: type[ModelT], document: Document, instance: ModelT | None = 
     else:
         return cast(ModelT, checked)
     many = len(errors) > MAX_REPORTED_PROBLEMS
-    errors = [item for item in errors if not _long_enough(item)]
+    errors = [item for item in errors if not _is_long_enough(item)]
     problems = [_problem(model, document, item) for item in errors[:MAX_REPORTED_PROBLEMS]]
     problems.sort(key=lambda problem: problem.line or 0)
     raise DocumentError(document.file, list(dict.fromkeys(problems)), complete=not many)
 
 
-def _long_enough(item: dict[str, Any]) -> bool:
-    """Whether a list counts as too short only because of wrong items, also reported."""
+def _is_long_enough(item: dict[str, Any]) -> bool:
+    """Whether a list is called too short only because pydantic does not count its wrong items."""
     return item["type"] == "too_short" and not len(item["input"]) < item["ctx"]["min_length"]
 
 
@@ -90,11 +90,11 @@ def field_at(model: type[BaseModel], data: Any, location: Location) -> FieldInfo
     return _resolve(model, data, location).field
 
 
-class _Place(NamedTuple):
+class _ErrorLocation(NamedTuple):
     """The location of an error in the data, and its possible models.
 
     Attributes:
-        location: Keys and indices.
+        location: Keys and indices from the whole data inwards.
         owners: Models that may own the last key.
         inner: Possible models of the location itself.
         field: The last field on the path, or `None`.
@@ -110,7 +110,7 @@ def _problem(model: type[BaseModel], document: Document, item: dict[str, Any]) -
     place = _resolve(model, document.data, item["loc"])
     kind, value = item["type"], item["input"]
     described = "" if place.field is None else place.field.description
-    accepted = "" if kind in SAY_WHAT_IS_ACCEPTED else hint(described)
+    accepted = "" if kind in _STATING_ACCEPTED else hint(described)
     if item["loc"][-1:] == ("[key]",):
         words = "a name is empty" if value == "" else f"the key {format_value(value)} must be text"
         accepted = "text of one character or more" if value == "" else ""
@@ -127,8 +127,8 @@ def _problem(model: type[BaseModel], document: Document, item: dict[str, Any]) -
     return Problem(document.line(location), document.path(location), words, accepted)
 
 
-def _resolve(model: type[BaseModel], data: Any, loc: tuple[str | int, ...]) -> _Place:
-    """Find pydantic's location of an error, without its names for parts of a union."""
+def _resolve(model: type[BaseModel], data: Any, loc: tuple[str | int, ...]) -> _ErrorLocation:
+    """Translate pydantic's location of an error, which also names parts of unions."""
     location: list[str | int] = []
     inner: list[Any] = [model]
     owners: list[type[BaseModel]] = [model]
@@ -148,7 +148,7 @@ def _resolve(model: type[BaseModel], data: Any, loc: tuple[str | int, ...]) -> _
             field = _fields(owner).get(part, field)
         inner = _children(inner, part)
         data = data[part] if inside else None
-    return _Place(tuple(location), owners, [k for k in inner if _is_model(k)], field)
+    return _ErrorLocation(tuple(location), owners, [k for k in inner if _is_model(k)], field)
 
 
 def _is_model(kind: Any) -> bool:
@@ -156,7 +156,7 @@ def _is_model(kind: Any) -> bool:
 
 
 def _fields(model: type[BaseModel]) -> dict[str | int, FieldInfo]:
-    """Fields by key."""
+    """Fields of a model by their keys in a file."""
     return {
         str(key): info
         for name, info in model.model_fields.items()
@@ -169,7 +169,7 @@ def _keys(models: Iterable[type[BaseModel]]) -> list[str]:
 
 
 def _flat_types(kind: Any) -> list[Any]:
-    """Expand unions and annotations."""
+    """Types that a type allows: the members of a union, without annotations."""
     if typing.get_origin(kind) is typing.Annotated:
         return _flat_types(typing.get_args(kind)[0])
     if typing.get_origin(kind) in (typing.Union, types.UnionType):
@@ -191,7 +191,7 @@ def _children(kinds: Iterable[Any], part: str | int) -> list[Any]:
 
 
 def problem_words(kind: str, value: Any, message: str, context: Mapping[str, Any]) -> str:
-    """Describe the problem with a value.
+    """Describe the problem that pydantic found with a value.
 
     Args:
         kind: Pydantic's name for the error.
@@ -199,7 +199,7 @@ def problem_words(kind: str, value: Any, message: str, context: Mapping[str, Any
         message: Pydantic's message, used if it is from this package.
         context: Bounds or choices given by pydantic.
     """
-    if kind in _OWN:
+    if kind in _OWN_ERRORS:
         words = message.removeprefix("Value error, ")
         return words if isinstance(value, dict) else f"{_value_text(value)}: {words}"
     if kind == "too_short" and not value:
@@ -223,6 +223,6 @@ def _value_text(value: Any) -> str:
 def hint(description: str | None) -> str:
     """First clause of a field's description, with its unit, as the accepted values."""
     first = (description or "").partition("; ")[0]
-    if not first or len(first) > LONGEST_HINT:
+    if not first or len(first) > MAX_HINT_LENGTH:
         return ""
     return first if first[1:2].isupper() else f"{first[0].lower()}{first[1:]}"

@@ -19,10 +19,10 @@ from pydantic import (
 )
 from pydantic.fields import FieldInfo
 
-# No length, angle, time or limit of a real task is larger, and nothing computed from numbers of
+# No length, angle, time or limit of a real task is larger, and no result computed from numbers of
 # this size leaves the range of floats.
 LARGEST_NUMBER = 1e12
-# Nothing real is smaller; after a change of units or division by a time it could round to zero.
+# No quantity of a real task is smaller. A change of units or division could round it to zero.
 SMALLEST_NUMBER = 1e-100
 
 
@@ -46,13 +46,13 @@ if TYPE_CHECKING:
 else:
 
     class Items:
-        """A list of a file as a tuple of a task, so that nothing in a task can be changed."""
+        """A list in a file, which becomes a tuple, so that no part of a task can be changed."""
 
         def __class_getitem__(cls, item: Any) -> Any:
             return tuple[item, ...]
 
     class NonEmpty:
-        """A list of a file with at least one item."""
+        """A list in a file with at least one item, which becomes a tuple."""
 
         def __class_getitem__(cls, item: Any) -> Any:
             return Annotated[tuple[item, ...], Field(min_length=1)]
@@ -74,9 +74,9 @@ class StrictModel(BaseModel):
         # Only whole documents are validated: their parts need no validators of their own.
         defer_build=True,
     )
-    # Groups of fields of which at most one may be given.
+    # Groups of fields, of each of which at most one may be given.
     ALTERNATIVES: ClassVar[tuple[tuple[str, ...], ...]] = ()
-    # Fields of which one or more must be given.
+    # Fields of which at least one must be given.
     ONE_OR_MORE: ClassVar[tuple[str, ...]] = ()
 
     @model_validator(mode="after")
@@ -92,7 +92,7 @@ class StrictModel(BaseModel):
 
 def required(description: str, *, unit: str = "", key: str | None = None) -> Any:
     """A field that must be given. The arguments have the same meaning as in `optional`."""
-    return Field(**_about(description, unit, key))
+    return Field(**_field_arguments(description, unit, key))
 
 
 def optional(
@@ -111,10 +111,10 @@ def optional(
         unit: Unit of the numbers in the field, for example `"length/s"`. The description shows it
             in brackets after its first clause.
         key: Key in a file, if the field has another name in Python.
-        si_default: Default in SI, whatever the units of the file, so that the schema has none; the
-            description states it.
+        si_default: Default in SI, whatever the units of the file. The schema has no default then,
+            but the description states it.
     """
-    about = _about(description, unit, key)
+    about = _field_arguments(description, unit, key)
     if si_default is not None:
         return Field(default_factory=lambda: si_default, **about)
     if default in ({}, ()):
@@ -122,7 +122,7 @@ def optional(
     return Field(default=default, **about)
 
 
-def _about(description: str, unit: str, key: str | None) -> dict[str, Any]:
+def _field_arguments(description: str, unit: str, key: str | None) -> dict[str, Any]:
     about: dict[str, Any] = {"description": description}
     if unit:
         clause, semicolon, others = description.partition(";")
@@ -140,7 +140,7 @@ def unit_of(field: FieldInfo | None) -> str:
 
 
 def _kind(value: Any) -> str | None:
-    """Classify text, mappings, lists and numbers, so that only one form is validated."""
+    """Classify a value, so that it is only validated as the form of its kind."""
     if isinstance(value, str):
         return "text"
     if isinstance(value, dict | StrictModel):
@@ -153,7 +153,7 @@ def _kind(value: Any) -> str | None:
 
 
 class Forms:
-    """A union whose parts differ in kind (text, mapping, list, number); errors name them all.
+    """A union whose parts differ in kind (text, mapping, list, number); errors list all forms.
 
     Args:
         accepted: All forms, in words.
@@ -179,7 +179,7 @@ class Forms:
 
 
 def _form(part: Any) -> tuple[str, tuple[Any, ...]]:
-    """The kind of a part of a union, and its words if it accepts only these."""
+    """The kind of a part of a union, and the only texts that it accepts, if it has such."""
     origin = get_origin(part)
     if origin is Annotated:
         return _form(get_args(part)[0])

@@ -22,9 +22,9 @@ MAX_YAML_DEPTH = 100
 MAX_REPEATED = 1_000_000
 # A hundred thousand waypoints have a tenth of this.
 MAX_YAML_BYTES = 100_000_000
-# If each of them is wrong, it takes some 1,400 bytes.
+# The report of a wrong value takes some 1,400 bytes, and each value may be wrong.
 MAX_YAML_VALUES = 1_500_000
-# A new value that begins a line is broken into lines after this number of characters.
+# New values are written in lines of at most this number of characters.
 LINE_WIDTH = 100
 # Reserve for the last value of a line, before which PyYAML does not break.
 LAST_VALUE_WIDTH = 20
@@ -70,7 +70,7 @@ class Dumper(yaml.SafeDumper):
 
 
 class _Reader:
-    """Turns a tree of YAML nodes into a `Document`'s data and lines.
+    """Turns a tree of YAML nodes into data, and records lines and problems.
 
     A line is recorded only if it differs from that of the enclosing part, because most numbers of a
     long file share a line. `Document` uses the line of the enclosing part for the others.

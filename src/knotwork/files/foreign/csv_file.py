@@ -11,7 +11,7 @@ import numpy as np
 from knotwork.arrays import FloatArray
 from knotwork.errors import DocumentError, Problem
 from knotwork.files.documents.csv_rows import Rows, is_number, read_rows
-from knotwork.files.foreign.header import Column, HeadingError, column
+from knotwork.files.foreign.header import Column, HeadingError, parse_heading
 from knotwork.files.foreign.point_table import QUANTITIES, Joints, PointTable
 
 
@@ -21,7 +21,7 @@ def read_csv(path: Path, joints: Joints, start_time: float) -> PointTable:
     Args:
         path: The file.
         joints: The known joints; the columns may have any order.
-        start_time: Added to times named `time_from_start`, and to the sums of those named
+        start_time: Time that is added to times named `time_from_start`, and to sums of those named
             `time_step` [s].
 
     Raises:
@@ -31,7 +31,7 @@ def read_csv(path: Path, joints: Joints, start_time: float) -> PointTable:
     rows = read_rows(path)
     if all(map(is_number, rows.headings)):
         accepted = f"a line above the numbers, with time and {', '.join(joints.names)}"
-        raise rows.error(rows.head, None, "has no headings", accepted)
+        raise rows.heading_error(None, "has no headings", accepted)
     columns = _columns(rows, joints)
     count = len(rows.lines)
     time = np.empty(count)
@@ -43,7 +43,7 @@ def read_csv(path: Path, joints: Joints, start_time: float) -> PointTable:
         numbers = rows.numbers(i, finite=True) * content.factor
         first_column.setdefault(content.quantity, i)
         if content.quantity == "time":
-            time = _absolute(numbers, content.clock, start_time)
+            time = _to_scenario_time(numbers, content.clock, start_time)
         else:
             values[content.quantity][:, content.joint] = numbers
     has = {quantity: np.full(count, quantity in first_column) for quantity in QUANTITIES}
@@ -55,8 +55,8 @@ def read_csv(path: Path, joints: Joints, start_time: float) -> PointTable:
     return PointTable(joints, time, values, has, error)
 
 
-def _absolute(time: FloatArray, clock: str, start_time: float) -> FloatArray:
-    """Times of the scenario, from those of a column."""
+def _to_scenario_time(time: FloatArray, clock: str, start_time: float) -> FloatArray:
+    """Convert times of a column to times of the scenario [s]."""
     if clock == "absolute":
         return time
     return start_time + (np.cumsum(time) if clock == "step" else time)
@@ -65,36 +65,37 @@ def _absolute(time: FloatArray, clock: str, start_time: float) -> FloatArray:
 def _columns(rows: Rows, joints: Joints) -> list[Column]:
     # line breaks of every kind are read as \n
     names = [re.sub("\r\n?", "\n", name) for name in joints.names]
-    problems, columns = list[Problem](), list[Column]()
+    problems, columns, line = list[Problem](), list[Column](), rows.heading_line
     contents: set[tuple[str, int | None]] = set()
     for i, cell in enumerate(rows.headings):
         try:
-            content = column(cell, names, joints.units)
+            content = parse_heading(cell, names, joints.units)
         except HeadingError as error:
-            problems.append(Problem(rows.head, f"column {i + 1}", str(error), error.accepted))
+            problems.append(Problem(line, f"column {i + 1}", str(error), error.accepted))
             continue
         if content.quantity and (content.quantity, content.joint) in contents:
             quantity = content.quantity
             if content.joint is not None:
                 quantity = f"the {quantity} of joint {joints.names[content.joint]!r}"
             message = f"{quantity} is given twice"
-            problems.append(Problem(rows.head, f"column {i + 1}", message))
+            problems.append(Problem(line, f"column {i + 1}", message))
         columns.append(content)
         contents.add((content.quantity, content.joint))
-    lacks = [Problem(rows.head, "", message) for message in _missing_columns(columns, joints.names)]
-    if problems or lacks:
-        raise DocumentError(rows.path, problems or lacks)
+    if not problems:
+        problems = [Problem(line, "", fault) for fault in _missing_columns(columns, joints.names)]
+    if problems:
+        raise DocumentError(rows.path, problems)
     return columns
 
 
 def _missing_columns(columns: list[Column], joint_names: Sequence[str]) -> list[str]:
-    """Faults of missing columns: time, positions of all joints, rates of all or none."""
-    lacks: list[str] = []
+    """Describe missing columns: time and positions are required, rates for all joints or none."""
+    faults: list[str] = []
     if not any(content.quantity == "time" for content in columns):
-        lacks.append("the time is missing; a column named time [s] must be given")
+        faults.append("the time is missing; a column named time [s] must be given")
     for quantity in QUANTITIES:
-        having = {content.joint for content in columns if content.quantity == quantity}
-        absent = [name for i, name in enumerate(joint_names) if i not in having]
-        if absent and (quantity == "position" or having):
-            lacks.append(f"the {quantity} of joint {', '.join(map(repr, absent))} is missing")
-    return lacks
+        present = {content.joint for content in columns if content.quantity == quantity}
+        missing = [name for i, name in enumerate(joint_names) if i not in present]
+        if missing and (quantity == "position" or present):
+            faults.append(f"the {quantity} of joint {', '.join(map(repr, missing))} is missing")
+    return faults

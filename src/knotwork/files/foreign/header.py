@@ -1,4 +1,4 @@
-"""The meaning of the columns of a CSV file, from their headings, and the units named by tools."""
+"""Headings of the columns of a CSV file, and the names of units in them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _QUANTITY_WORDS = {
 }
 _QUANTITY = {word: quantity for quantity, words in _QUANTITY_WORDS.items() for word in words}
 LABELS = ("segment", "event")
-"""Columns of text, which are skipped."""
+"""Headings of columns of text, which are skipped."""
 
 _CLOCKS = {
     "absolute": ("time", "times", "t", "timestamp", "stamp", "seconds", "secs", "sec", "s"),
@@ -43,11 +43,11 @@ _POSITION_UNITS = (
     ("m", 1e-3, ("mm",)),
 )
 _BASES = {word: (unit, size) for unit, size, names in _POSITION_UNITS for word in names}
-"""Unit of a joint, and the size in it, by the word for a unit of position."""
+"""By a word for a unit of position: SI unit of the joint, and size of the unit in it."""
 _PER_TIME = {"s": 1, "sec": 1, "second": 1, "s2": 2, "sec2": 2, "s3": 3, "sec3": 3}
-"""Power of seconds in the denominator of a quantity."""
-_LOADS = ("nm", "n", "a", "ma")
-"""Units of efforts and currents; such columns are skipped."""
+"""Power of seconds by a word in the denominator of a unit."""
+_SKIPPED_UNITS = ("nm", "n", "a", "ma")
+"""Units of efforts and currents, whose columns are skipped."""
 _SEPARATORS = re.compile(r"[._/\s\[\](){}:|-]+")
 _NEWTON_METRE = re.compile(r"(?<![^\W_])n[\s·⋅*.]?m(?![^\W_])")
 
@@ -71,21 +71,21 @@ class Column:
 
 
 class HeadingError(Exception):
-    """An invalid heading; the message has the reason, `accepted` the accepted ones."""
+    """An invalid heading; `accepted` describes the accepted headings."""
 
     def __init__(self, message: str, accepted: str) -> None:
         self.accepted = accepted
         super().__init__(message)
 
 
-def column(heading: str, joint_names: Sequence[str], joint_units: Sequence[str]) -> Column:
+def parse_heading(heading: str, joint_names: Sequence[str], joint_units: Sequence[str]) -> Column:
     """Parse one heading.
 
     Time is `time`, `t`, `timestamp` and the like, `time_from_start` or `time_step`, optionally with
     a unit s, ms, us or ns. A joint's position is its name, or the name with a word for the quantity
     before or after it, and its unit: `elbow`, `elbow.position_rad`, `vel_elbow`, `elbow [deg]`,
     `elbow_velocity (deg/s)`. Jerks, efforts, currents and the like, labels, and columns of `tool`
-    are skipped. Headings of our export are matched whole, so a joint may have any name.
+    are skipped. Headings of Knotwork's own tables are matched whole, so a joint may have any name.
 
     Raises:
         HeadingError: The heading is unknown, has a unit that the joint does not have, or
@@ -93,14 +93,14 @@ def column(heading: str, joint_names: Sequence[str], joint_units: Sequence[str])
     """
     if _OWN_TOOL.fullmatch(heading) or heading in LABELS:
         return Column("")
-    own = _OWN_JOINT.fullmatch(heading)
+    own_heading = _OWN_JOINT.fullmatch(heading)
     named = None if _OWN_TIME.fullmatch(heading) else _longest_named(heading, joint_names)
-    if own is not None and own[1] in joint_names:
-        named = joint_names.index(own[1]), own[2]
+    if own_heading is not None and own_heading[1] in joint_names:
+        named = joint_names.index(own_heading[1]), own_heading[2]
     if named is not None:
         joint, description = named
         name, unit = joint_names[joint], joint_units[joint]
-        quantity, factor = _content(heading, words(description), name, unit)
+        quantity, factor = _joint_quantity(heading, split_words(description), name, unit)
         return Column(quantity, joint, factor) if quantity in QUANTITIES else Column("")
     time = _time(heading)
     if time is not None:
@@ -116,12 +116,12 @@ def column(heading: str, joint_names: Sequence[str], joint_units: Sequence[str])
 
 
 def quantity_named(word: str) -> str | None:
-    """The quantity named by a word, `"velocity"` for `qd`, or `None`."""
+    """The quantity that a word names, for example `"velocity"` for `qd`; or `None`."""
     return _QUANTITY.get(word.lower())
 
 
-def _content(heading: str, parts: list[str], name: str, unit: str) -> tuple[str, float]:
-    """Quantity and factor of a joint's column, from the words next to the joint's name."""
+def _joint_quantity(heading: str, parts: list[str], name: str, unit: str) -> tuple[str, float]:
+    """Quantity of a joint's column, and its factor to SI, from the words next to the name."""
     accepted = "rad, rad/s and rad/s2 (or deg)" if unit == "rad" else "m, m/s and m/s2 (or mm)"
     quantities = list(dict.fromkeys(_QUANTITY[word] for word in parts if word in _QUANTITY))
     stated = [word for word in parts if word not in _QUANTITY and word != "per"]
@@ -129,7 +129,7 @@ def _content(heading: str, parts: list[str], name: str, unit: str) -> tuple[str,
         message = f"the column {heading!r} is named {quantities[0]} and {quantities[1]}"
         raise HeadingError(message, "one of them")
     quantity = quantities[0] if quantities else ""
-    if quantity == "effort" or (not quantity and len(stated) == 1 and stated[0] in _LOADS):
+    if quantity == "effort" or (not quantity and len(stated) == 1 and stated[0] in _SKIPPED_UNITS):
         return "effort", 1.0
     if not stated:
         return quantity or "position", 1.0
@@ -157,7 +157,7 @@ def _longest_named(text: str, joint_names: Sequence[str]) -> tuple[int, str] | N
 
 def _time(heading: str) -> Column | None:
     """Parse the heading of a column of times; `None` for another heading."""
-    parts = words(heading)
+    parts = split_words(heading)
     whole, name = "_".join(parts), "_".join(parts[:-1])
     if whole in _TIMES:
         return Column("time", clock=_TIMES[whole])
@@ -168,15 +168,15 @@ def _time(heading: str) -> Column | None:
     return Column("time", None, _TIME_UNITS[parts[-1]], _TIMES[name])
 
 
-def words(text: str) -> list[str]:
-    """Words of a heading or unit in lower case, powers as digits: `rad/s²` is rad, s2."""
+def split_words(text: str) -> list[str]:
+    """Split a heading or unit into words in lower case, powers as digits: `rad/s²` is rad, s2."""
     text = text.lower().replace("²", "2").replace("³", "3").replace("^", "").replace("**", "")
     text = _NEWTON_METRE.sub("nm", text)
     return [word for word in _SEPARATORS.split(text) if word]
 
 
 def is_si(text: str) -> bool:
-    """Whether a text names s, rad, m, a rate of these, or a unit of efforts or currents."""
-    base, *per = [word for word in words(text) if word != "per"] or [""]
-    own = base in (*_SECONDS, *_LOADS) or (base in _BASES and _BASES[base][1] == 1.0)
-    return own and all(word in _PER_TIME for word in per)
+    """Whether a unit is s, rad, m, a rate of these, or one of efforts or currents."""
+    base, *per = [word for word in split_words(text) if word != "per"] or [""]
+    is_si_base = base in (*_SECONDS, *_SKIPPED_UNITS) or _BASES.get(base, ("", 0.0))[1] == 1.0
+    return is_si_base and all(word in _PER_TIME for word in per)

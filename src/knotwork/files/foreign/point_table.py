@@ -46,10 +46,10 @@ class PointTable:
     Attributes:
         joints: The joints.
         time: Times [s], shape (n,).
-        values: By the name of each of `QUANTITIES` [rad or m, and per s], shape (n, d); NaN in the
-            rows without it.
-        has: Rows that have each of them, shape (n,).
-        error: Maker of errors with the location of a value in the file.
+        values: Values of each of `QUANTITIES` [rad or m, and per s], shape (n, d); NaN in rows
+            without the quantity.
+        has: Whether each row has each of `QUANTITIES`, shape (n,).
+        error: Function that makes an error with the location of a value in the file.
     """
 
     joints: Joints
@@ -74,21 +74,22 @@ def check_points(table: PointTable) -> None:
         before, after = (repr(float(table.time[i])).removesuffix(".0") for i in (row - 1, row))
         message = f"the time {after} s is not after {before} s, the previous one"
         raise table.error(row, "time", message, "increasing times")
-    alone = np.flatnonzero(table.has["acceleration"] & ~table.has["velocity"])
-    if alone.size:
+    without_velocity = np.flatnonzero(table.has["acceleration"] & ~table.has["velocity"])
+    if without_velocity.size:
         fault = "is given without a velocity"
-        raise table.error(int(alone[0]), "acceleration", fault, "both, or velocities alone")
+        row = int(without_velocity[0])
+        raise table.error(row, "acceleration", fault, "both, or velocities alone")
 
 
-def to_trajectory(table: PointTable, source: str) -> JointTrajectory:
+def to_trajectory(table: PointTable, description: str) -> JointTrajectory:
     """Interpolate points as ROS 2's joint_trajectory_controller does (C0, C1 or C2, by content).
 
-    Between two points it is a quintic if both have velocities and accelerations, a cubic if both
-    have velocities, and a straight line otherwise.
+    Two points are joined by a quintic if both have velocities and accelerations, by a cubic if both
+    have velocities, and otherwise by a straight line.
 
     Args:
         table: The points.
-        source: Their source, for the report.
+        description: Name and kind of their file, for the report.
 
     Raises:
         DocumentError: As for `check_points`; or the curve exceeds the range of floats.
@@ -119,5 +120,5 @@ def to_trajectory(table: PointTable, source: str) -> JointTrajectory:
         table.joints.names,
         PiecewisePolynomial(c, table.time),
         joint_units=table.joints.units,
-        planner=f"{source}, {table.time.size} points joined by {joined}",
+        planner=f"{description}, {table.time.size} points joined by {joined}",
     )

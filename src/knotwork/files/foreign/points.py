@@ -35,7 +35,7 @@ NANOSECONDS_PER_SECOND = 1_000_000_000
 MAX_SECONDS = 2**32
 
 WRAPPERS = ("goal", "trajectory", "joint_trajectory")
-"""Keys of messages: of an action goal, of MoveIt's RobotTrajectory, DisplayTrajectory."""
+"""Keys around the points in an action goal, and in MoveIt's messages."""
 
 _NAME_KEYS = ("joint_names", "joints", "names", "name")
 _OTHER_MOTIONS = ("multi_dof_trajectory", "multi_dof_joint_trajectory")
@@ -98,8 +98,8 @@ class _Point(StrictModel):
     acceleration: _Row = _quantity("acceleration", required=False)
 
 
-class _PointColumns(StrictModel):
-    """A message with points."""
+class _PointMessage(StrictModel):
+    """A message with a list of points."""
 
     names: list[Text] = Field(validation_alias=AliasChoices(*_NAME_KEYS))
     points: list[_Point]
@@ -130,7 +130,7 @@ def read_points(document: Document, joints: Joints, start_time: float) -> PointT
     Args:
         document: The mapping. Times are in s, or `{sec, nanosec}`.
         joints: The known joints; the file may list them in any order.
-        start_time: Added to times named `time_from_start` [s].
+        start_time: Time that is added to times named `time_from_start` [s].
 
     Raises:
         DocumentError: A value is missing, unknown, of the wrong shape, or not a number; a joint is
@@ -138,7 +138,7 @@ def read_points(document: Document, joints: Joints, start_time: float) -> PointT
     """
     motion = _unwrap(document)
     if "points" in motion.data:
-        message = validate(_PointColumns, motion)
+        message = validate(_PointMessage, motion)
         names = message.names
         columns = {key: [getattr(row, key) for row in message.points] for key in QUANTITY_KEYS}
     else:
@@ -174,7 +174,7 @@ def read_points(document: Document, joints: Joints, start_time: float) -> PointT
 
 
 def _location(data: Any, quantity: str, row: int | None) -> Location:
-    """Location of a quantity in a row, or in all rows; an empty one is that of all points."""
+    """Location of a quantity in a row, or in all rows; without a quantity, of all points."""
     points = data.get("points")
     if points is not None and (row is None or not quantity):
         return ("points",)
@@ -194,10 +194,10 @@ def _seconds(value: float | _Duration) -> float:
 
 
 def _unwrap(document: Document) -> Document:
-    """The mapping of the points, without unused keys, in the mappings around it.
+    """Take the mapping of the points out of those around it, without unused keys.
 
     Raises:
-        DocumentError: There are several motions, units other than SI, or an unknown key around it.
+        DocumentError: There are several motions, units other than SI, or an unknown key.
     """
     data = document.data
     if not isinstance(data, dict):
@@ -229,7 +229,7 @@ def _unwrap(document: Document) -> Document:
 
 
 def _check_units(document: Document, stated: Any, where: Location) -> None:
-    """Refuse units that are stated to be others than s, rad, m and so on: values are in these."""
+    """Refuse stated units that are not SI, because all values are read as SI."""
     if isinstance(stated, Mapping | list):
         for key, unit in stated.items() if isinstance(stated, Mapping) else enumerate(stated):
             _check_units(document, unit, (*where, key))

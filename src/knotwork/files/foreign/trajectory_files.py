@@ -1,4 +1,4 @@
-"""Trajectories from files: stored ones of ours, and other tools'."""
+"""Trajectories from files, stored by Knotwork or written by other tools."""
 
 from __future__ import annotations
 
@@ -27,9 +27,11 @@ TIME_RESOLUTION = 1.0000001e-9
 CSV = (".csv", ".tsv", ".txt")
 YAML = (".yaml", ".yml")
 NUMPY = ".npz"
-STORED = ("coefficients", "breaks")
+# Kinds of files of other tools.
 FOREIGN = ("csv", "points", "polynomials")
+# Keys of which one shows that data are points, unless one of a stored trajectory is there.
 POINTS = ("points", "trajectory", "joint_trajectory", "goal", "positions", "position", "q")
+STORED = ("coefficients", "breaks")
 
 
 def read_trajectory(
@@ -40,7 +42,7 @@ def read_trajectory(
     span: tuple[float, float] = (0.0, 0.0),
     owner: str = "the scenario",
 ) -> tuple[JointTrajectory, list[str]]:
-    r"""Read a trajectory of ours or of another tool, recognised by name and content.
+    r"""Read a trajectory of Knotwork or of another tool, recognised by name and content.
 
     The suffixes `.csv`, `.tsv` and `.txt` mean CSV, and `.npz` means arrays of NumPy. A file
     `.yaml` or `.yml` is a ROS 2 message or goal, or a piecewise polynomial of Drake. All other
@@ -51,7 +53,7 @@ def read_trajectory(
         joint_names: The required joints of another tool's file, in any order.
         joint_units: `"rad"` or `"m"` for each.
         span: Start and end of the task [s]. Times named `time_from_start` count from the
-            start of the task. Those of a message are whole nanoseconds: a motion that stops less
+            start of the task. Those of a message are whole nanoseconds: a motion that ends less
             than one before the end of the task is continued to it.
         owner: Owner of the joints, for errors.
 
@@ -106,7 +108,7 @@ def is_foreign(path: Path | str) -> bool:
 
 
 def _kind(path: Path) -> str:
-    """Kind of a file: `"csv"`, or as from `_content`; empty if it can't be read."""
+    """Kind of a file: `"csv"`, or that of its content; empty if it can't be read."""
     try:
         return "csv" if _suffix(path) in CSV else _content(_document(path))
     except DocumentError:
@@ -152,7 +154,8 @@ def _arrays(path: Path) -> Document:
         with np.load(path, allow_pickle=False) as file:
             sizes = sum(entry.file_size for entry in file.zip.infolist())
             if sizes > MAX_CSV_BYTES:
-                raise DocumentError(path, [Problem(None, "", f"has {sizes} bytes", "at most 5e8")])
+                problem = Problem(None, "", f"has {sizes} bytes", f"at most {MAX_CSV_BYTES}")
+                raise DocumentError(path, [problem])
             return Document({name: file[name].tolist() for name in file.files}, path)
     except (OSError, ValueError, KeyError, zipfile.BadZipFile, AttributeError) as error:
         raise DocumentError(path, [Problem(None, "", "is not an npz of NumPy arrays")]) from error
@@ -174,7 +177,7 @@ class _Polynomials(StrictModel):
 
 
 def read_polynomials(document: Document, joints: Joints) -> JointTrajectory:
-    """Read a matrix of polynomials per segment, one column, one row per joint.
+    """Read a piecewise polynomial of Drake: one column of polynomials per segment.
 
     Args:
         document: `breaks`, and `polynomials` by segment, row and column, coefficients from the
@@ -198,14 +201,14 @@ def read_polynomials(document: Document, joints: Joints) -> JointTrajectory:
         )
     degree = max((len(c) for segment in segments for row in segment for c in row), default=0)
     coefficients = np.zeros((max(degree, 1), len(segments), size))
-    places = [joints.names.index(name) for name in names]
+    columns = [joints.names.index(name) for name in names]
     for i, segment in enumerate(segments):
         if len(segment) != size or any(len(row) != 1 for row in segment):
             shape = f"{len(segment)} rows of {sorted({len(row) for row in segment})} columns"
             accepted = f"{size} rows, one for each joint of {joints.owner}, of one column"
             raise document.error(("polynomials", i), f"has {shape}", accepted)
         for j, (row,) in enumerate(segment):
-            coefficients[coefficients.shape[0] - len(row) :, i, places[j]] = row[::-1]
+            coefficients[coefficients.shape[0] - len(row) :, i, columns[j]] = row[::-1]
     try:
         curve = PiecewisePolynomial(coefficients, np.array(polynomials.breaks))
     except InputError as error:

@@ -1,7 +1,4 @@
-"""Trajectories, samples and reports to and from files.
-
-Each part is loaded on first use.
-"""
+"""Trajectories, samples and reports to and from files."""
 
 import lazy_loader
 

@@ -18,8 +18,8 @@ _HIDDEN = ".knotwork-"
 def write_files(folder: Path | str, contents: Mapping[str, str | bytes]) -> list[Path]:
     """Write files into a folder, each as a whole; existing ones are replaced.
 
-    If one can't be written, none is. A process that ends between two files leaves files of two sets
-    side by side: `set_disagreement` detects that.
+    If one can't be written, none is. A process that ends while files are moved into place leaves
+    old ones beside new ones, which `set_disagreement` detects.
 
     >>> [path.name for path in write_files("motion", {"a.txt": "one", "b.bin": b"two"})]
     ['a.txt', 'b.bin']
@@ -50,7 +50,8 @@ def write_file(
         path: Path of the file; its folder is created if it does not exist.
         content: Text, written in UTF-8, or bytes.
         kind: Kind of content, for the error, such as `"a picture"`.
-        replace: Replace an existing file; without it, only one of several writers succeeds.
+        replace: Whether an existing file is replaced; else it is an error, so that only one of
+            several writers succeeds.
 
     Raises:
         InputError: The file can't be written.
@@ -63,7 +64,7 @@ def write_file(
 
 @contextlib.contextmanager
 def _refusing(failure: str, accepted: str) -> Iterator[None]:
-    """Turn errors of the file system into a message with failure, reason and accepted input.
+    """Turn an error of the file system into one of input: failure, reason, accepted input.
 
     Raises:
         InputError: An `OSError`, or a `ValueError` for a name or text that no file can have.
@@ -89,18 +90,19 @@ def _write(folder: Path, contents: Mapping[str, str | bytes], replace: bool = Tr
         for name, content in contents.items():
             _write_one(Path(hidden, name), content, folder / name)
         for name in contents:
-            if not replace:  # takes the name before another writer does
+            if not replace:  # this takes the name before another writer can
                 (folder / name).open("xb").close()
             os.replace(Path(hidden, name), folder / name)
     return [folder / name for name in contents]
 
 
-def _write_one(path: Path, content: str | bytes, place: Path) -> None:
-    if place.is_dir():
-        raise IsADirectoryError(None, f"{place.name} is a folder")
+def _write_one(path: Path, content: str | bytes, target: Path) -> None:
+    """Write a hidden file, with the permissions of the one that it will replace."""
+    if target.is_dir():
+        raise IsADirectoryError(None, f"{target.name} is a folder")
     with path.open("xb") as file:
-        if place.exists():
-            shutil.copymode(place, path)
+        if target.exists():
+            shutil.copymode(target, path)
         file.write(content if isinstance(content, bytes) else content.encode())
         file.flush()
         os.fsync(file.fileno())

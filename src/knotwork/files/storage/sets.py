@@ -15,7 +15,7 @@ REPORT = "report.json"
 
 
 def digests(contents: Mapping[str, str]) -> dict[str, str]:
-    """SHA-256 of files by name, as in `report.json` under `files`.
+    """SHA-256 of the contents of files by name, as `report.json` has them under `files`.
 
     >>> digests({"trajectory.json": "{}"})["trajectory.json"][:15]
     'sha256:44136fa3'
@@ -28,7 +28,7 @@ def _digest(content: bytes) -> str:
 
 
 def set_disagreement(path: Path) -> str | None:
-    """Describe a file that differs from the one that its report was written with.
+    """Describe a file that was changed since the report in its folder; `None` if it was not.
 
     >>> paths = kw.plan("paper_case").save("motion")
     >>> set_disagreement(Path("motion")) is None
@@ -45,14 +45,14 @@ def set_disagreement(path: Path) -> str | None:
         stated = _report_beside(path)["files"][path.name]
         actual = _digest(path.read_bytes())
     except (OSError, LookupError, TypeError):
-        return None  # no report, or none of this file
+        return None  # there is no report of this file
     if stated == actual:
         return None
     return f"is not the file that {REPORT} next to it was written with: it was changed since"
 
 
 def stated_scenario(path: Path) -> str | None:
-    """Name or path of the scenario that the report in a plan's folder states.
+    """Name or path of the scenario, from the report in the folder of a plan; or `None`.
 
     Args:
         path: A trajectory, or a folder with a `trajectory.json`.

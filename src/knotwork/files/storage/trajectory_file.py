@@ -20,10 +20,10 @@ from knotwork.files import documents
 from knotwork.files.documents import Document, Finite, StrictModel, Text
 from knotwork.files.storage.writing import KNOT_FIELDS, TRAJECTORY_FORMAT
 
-# Stored knots and coefficients agree within this, relative to the scale of the values: both are
-# written with all their digits.
+# Tolerance of stored knots, relative to the largest value. Knots and coefficients are written with
+# all their digits.
 KNOT_AGREEMENT = 1e-9
-# A hundred thousand waypoints of seven joints have half of this.
+# A trajectory of a hundred thousand waypoints and seven joints has half of this.
 MAX_TRAJECTORY_BYTES = 500_000_000
 MAX_STORED_VALUES = 25_000_000
 
@@ -135,7 +135,7 @@ def knot_disagreement(data: Document, trajectory: JointTrajectory) -> str | None
     >>> data = storage.trajectory_to_dict(lift)
     >>> data["knots"]["position"][1] = [2.0]
     >>> print(knot_disagreement(Document(data), lift))
-    knots.position[1][0] is 2, but the coefficients make it 1; the check is of the coefficients
+    knots.position[1][0] is 2, but the coefficients make it 1; the coefficients are checked
 
     Raises:
         DocumentError: The knots have another shape than the trajectory.
@@ -145,18 +145,18 @@ def knot_disagreement(data: Document, trajectory: JointTrajectory) -> str | None
         return None
     knots = trajectory.knots
     for name in KNOT_FIELDS:
-        true = np.asarray(getattr(knots, name))
-        values = _array(data, ("knots", name), stated[name], true.ndim)
-        if values.shape != true.shape:
-            raise data.error(("knots", name), f"has shape {values.shape}", f"{true.shape}")
-        scale = max(float(np.abs(true).max()), np.finfo(float).tiny)
-        error = np.abs(values - true)
+        actual = np.asarray(getattr(knots, name))
+        values = _array(data, ("knots", name), stated[name], actual.ndim)
+        if values.shape != actual.shape:
+            raise data.error(("knots", name), f"has shape {values.shape}", f"{actual.shape}")
+        scale = max(float(np.abs(actual).max()), np.finfo(float).tiny)
+        error = np.abs(values - actual)
         if error.max() > KNOT_AGREEMENT * scale:
             index = np.unravel_index(int(error.argmax()), error.shape)
             at = documents.field_path(("knots", name, *(int(i) for i in index)))
             return (
-                f"{at} is {values[index]:.9g}, but the coefficients make it {true[index]:.9g}; "
-                "the check is of the coefficients"
+                f"{at} is {values[index]:.9g}, but the coefficients make it {actual[index]:.9g}; "
+                "the coefficients are checked"
             )
     return None
 
@@ -181,7 +181,6 @@ def read_trajectory_document(path: Path | str) -> Document:
     if text.count(",") + text.count("[") > MAX_STORED_VALUES:
         raise DocumentError(path, [Problem(None, "", f"has more than {MAX_STORED_VALUES} values")])
     try:
-        # NaN is refused later, with its place
         return Document(json.loads(text, object_pairs_hook=_mapping_of), path)
     except json.JSONDecodeError as error:
         problem = Problem(
@@ -195,7 +194,7 @@ def read_trajectory_document(path: Path | str) -> Document:
 
 
 def _mapping_of(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """A mapping of keys and values; a key given twice is a `ValueError`."""
+    """Make a mapping of keys and values; refuse a key given twice by a `ValueError`."""
     data = dict(pairs)
     if len(data) < len(pairs):
         keys = [key for key, _ in pairs]

@@ -17,7 +17,7 @@ from knotwork.curves.trajectory import JointTrajectory
 
 PRODUCT = "knotwork"
 TRAJECTORY_FORMAT = f"{PRODUCT}.trajectory"
-"""Name of the format in each stored file, independent of the packages' names."""
+"""Name of the format in stored files, which a new name of the package would not change."""
 KNOT_FIELDS = ("time", "position", "velocity", "acceleration")
 _NUMBERS = re.compile(r"\[\n\s*-?\d[-+\d.eE,\s]*\]")
 
@@ -55,7 +55,7 @@ def trajectory_to_dict(trajectory: JointTrajectory) -> dict[str, Any]:
 def to_csv(
     columns: Mapping[str, FloatArray], labels: Mapping[str, Sequence[str]] = MappingProxyType({})
 ) -> str:
-    """Write columns of numbers, each of shape (n,), as CSV with one header row; labels are last.
+    """Write columns of numbers, then columns of text, as CSV with one header row.
 
     >>> print(to_csv({"time": np.array([0, 1]), "lift": np.array([0, 0.5])}), end="")
     time,lift

@@ -120,7 +120,7 @@ def path_speed_error(
     if requested.at_most and duration:  # the stretches still have the nominal speed
         given = requested.lengths[stretch] / duration
     speed = "no speed keeps the limits" if chosen else f"at {text(given, 'm/s')}"
-    if path.motion.tool_carrier is not None:  # a lower speed does not slow down weave or frame
+    if path.motion.has_own_clock:
         woven = path.stretches[stretch].kind.startswith("woven")
         accepted = "a narrower weave, a lower frequency" if woven else "a slower frame"
     elif chosen:

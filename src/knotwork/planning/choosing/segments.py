@@ -107,7 +107,7 @@ class SolvedTask:
     @cached_property
     def collision_model(self) -> CollisionModel:
         """Bodies of the robot and the scene, in which the index of a waypoint is its time."""
-        from knotwork.planning.task_to_joint.obstacles import bodies_and_pairs
+        from knotwork.planning.task_to_joint.candidate_collisions import bodies_and_pairs
 
         if self.space.robot is None:
             raise TypeError("without a robot there are no bodies")

@@ -17,7 +17,7 @@ from knotwork.files import storage
 from knotwork.planning import Plan, plan
 from knotwork.planning.comparison.scores import Refusal, Score, flatten
 from knotwork.planning.planner_options import planner_options, supported_options
-from knotwork.planning.task_to_joint.solution import FEASIBILITY
+from knotwork.planning.task_to_joint.task_solution import FEASIBILITY
 from knotwork.task import Task
 from knotwork.task.scenario import Scenario, load_scenario
 from knotwork.units import SI, Units

@@ -170,7 +170,7 @@ def _rows(file: Path) -> dict[str, Sequence[Any]]:
     header = [name.strip() for name in rows.headings]
     if not all(header) or len(set(header)) < len(header):
         accepted = "paths of values, each once, for example frames.block.position[0]"
-        raise rows.error(rows.head, None, f"the header is {format_value(header)}", accepted)
+        raise rows.heading_error(None, f"the header is {format_value(header)}", accepted)
     if not rows.lines:
         raise rows.error(None, None, "has no rows", "a header of paths, then a row a scenario")
     columns: dict[str, list[Any]] = {path: [] for path in header}

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from knotwork.arrays import FloatArray
 from knotwork.curves.tool_paths.rotations import rotation_matrices
 from knotwork.errors import BranchError
-from knotwork.planning.task_to_joint.solution import TaskSolution
+from knotwork.planning.task_to_joint.task_solution import TaskSolution
 from knotwork.robot import Robot
 from knotwork.robot.description import VirtualJoint
 from knotwork.robot.kinematics.geometry.configuration_flags import configuration_flags

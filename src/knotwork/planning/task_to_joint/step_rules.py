@@ -9,7 +9,7 @@ import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.planning.task_to_joint.free_poses import FreedomChains
-from knotwork.planning.task_to_joint.solution import SequenceStep
+from knotwork.planning.task_to_joint.task_solution import SequenceStep
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.chain.joint_ranges import unbounded_joints
 from knotwork.robot.kinematics.sequence.step_costs import (

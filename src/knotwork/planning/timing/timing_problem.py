@@ -14,7 +14,7 @@ from knotwork.arrays import (
     checked_array,
     checked_joints,
     known_rows,
-    read_numbers,
+    number_array,
 )
 from knotwork.curves.polynomial.joint_durations import feasible_durations
 from knotwork.errors import InputError, WaypointDataError
@@ -145,8 +145,8 @@ class TimingProblem(ReadOnlyArrays):
         ):
             given = getattr(self, name)
             values = np.full(shape, default) if given is None else given
-            put(name, read_numbers(values, shape, name, type(default)))
-        put("tool_speed", float(read_numbers(self.tool_speed, (), "tool speed limit")))
+            put(name, number_array(values, shape, name, type(default)))
+        put("tool_speed", float(number_array(self.tool_speed, (), "tool speed limit")))
         if not self.tool_speed > 0.0:
             raise WaypointDataError(f"tool speed limit is {self.tool_speed}; give a positive one")
         lower, upper = self.limits.bounds("position")

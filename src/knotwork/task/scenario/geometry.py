@@ -14,7 +14,7 @@ import pinocchio as pin
 from knotwork.arrays import FloatArray, rotation_error
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.extended_curve import ExtendedCurve
-from knotwork.curves.tool_paths.moving_frame import MovingFrame
+from knotwork.curves.tool_paths.moving_frame import BASE_FRAME, MovingFrame
 from knotwork.curves.tool_paths.seam import seam_frames, torch_rotation
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError, PathError, suggest_name
@@ -116,15 +116,12 @@ def read_placement(placement: Placement, locations: Locations, location: Locatio
     return pin.SE3(rotation(placement, locations, location), np.array(placement.position))
 
 
-class Frames:
-    """The named frames of a scenario, each placed in the base frame at rest.
+class Frames(dict[str, MovingFrame]):
+    """The named frames of a scenario, and `"base"`.
 
     Args:
         frames: Frames as given in the file, in SI.
         locations: Locations in the file, for errors.
-
-    Attributes:
-        moving: Motion of each frame.
 
     Raises:
         DocumentError: A frame is placed in one that does not exist, frames are placed in a circle,
@@ -132,8 +129,8 @@ class Frames:
     """
 
     def __init__(self, frames: Mapping[str, Frame], locations: Locations) -> None:
+        super().__init__(base=BASE_FRAME)
         self._locations = locations
-        self.moving = {"base": MovingFrame((), pin.SE3.Identity())}
         for reserved in ("base", "tool"):
             if reserved in frames:
                 raise locations.error(
@@ -157,21 +154,18 @@ class Frames:
             ) from error
         for name in ordered:
             if name in frames:
-                self.moving[name] = self._moving(name, frames[name])
+                self[name] = self._moving(name, frames[name])
 
     def _moving(self, name: str, frame: Frame) -> MovingFrame:
         """A frame, whose parent is placed already."""
         location: Location = ("frames", name)
         placement = read_placement(frame, self._locations, location)
-        moving = self.moving[frame.parent].inside(placement)
+        moving = self[frame.parent].inside(placement)
         if frame.on is not None:
             moving = replace(moving, link=frame.on)
         if frame.moves is not None:
-            moving = move_frame(moving, frame.moves, self._locations, (*location, "moves"))
+            moving = move_frame(moving, frame.moves, self._locations, name)
         return moving
-
-    def __getitem__(self, name: str) -> pin.SE3:
-        return self.moving[name].rest_placement
 
     def find(self, name: str, location: Location, *also: str) -> str:
         """Check that a name is a frame, or one of the other names, and return it.
@@ -179,16 +173,16 @@ class Frames:
         Raises:
             DocumentError: The frame does not exist.
         """
-        if name in self.moving or name in also:
+        if name in self or name in also:
             return name
-        choices = [*self.moving, *also]
+        choices = [*self, *also]
         raise self._locations.error(
             location, f"unknown frame {name!r}", suggest_name(name, choices)
         )
 
 
 def move_frame(
-    frame: MovingFrame, motion: FrameMotion, locations: Locations, location: Location
+    frame: MovingFrame, motion: FrameMotion, locations: Locations, name: str
 ) -> MovingFrame:
     """A frame in motion.
 
@@ -196,13 +190,13 @@ def move_frame(
         frame: The frame without its own motion.
         motion: Its motion, in SI.
         locations: Locations in the file, for errors.
-        location: Location of the motion.
+        name: Name of the frame.
 
     Raises:
         DocumentError: The file is missing, or has other joints.
     """
     if motion.file is not None:
-        return _move_by_file(frame, motion.file, motion.at, locations, location)
+        return _move_by_file(frame, motion.file, motion.at, locations, name)
     axes, turns, rates = [], [], []
     for vector, turn in ((motion.linear, False), (motion.angular, True)):
         rate = float(np.linalg.norm(vector or (0.0,)))
@@ -214,23 +208,25 @@ def move_frame(
         return frame
     c = np.array([[rates], [np.zeros(len(rates))]])
     steady = ExtendedCurve(PiecewisePolynomial(c, [0.0, 1.0]), holds_ends=False, delay=motion.at)
-    return frame.with_joints(np.array(axes), tuple(turns), steady)
+    return frame.with_joints(np.array(axes), tuple(turns), steady, name)
 
 
 def _move_by_file(
-    frame: MovingFrame, file: str, begin: float, locations: Locations, location: Location
+    frame: MovingFrame, file: str, begin: float, locations: Locations, name: str
 ) -> MovingFrame:
-    path = locations.named_file(file, (*location, "file"))
+    location: Location = ("frames", name, "moves", "file")
+    path = locations.named_file(file, location)
     try:
         motion = _read_motion(path)
     except InputError as error:
-        raise locations.error((*location, "file"), str(error)) from error
+        raise locations.error(location, str(error)) from error
     order = [motion.joint_names.index(name) for name in FRAME_JOINTS if name in motion.joint_names]
     names = [motion.joint_names[i] for i in order]
     curve = PiecewisePolynomial(motion.polynomial.c[:, :, order], motion.polynomial.x)
     axes = np.eye(3)[["xyz".index(FRAME_JOINTS[name][1]) for name in names]]
     turns = tuple(FRAME_JOINTS[name][0] == "rad" for name in names)
-    return frame.with_joints(axes, turns, ExtendedCurve(curve, delay=begin - float(curve.x[0])))
+    delayed = ExtendedCurve(curve, delay=begin - float(curve.x[0]))
+    return frame.with_joints(axes, turns, delayed, name)
 
 
 def _read_motion(path: Path) -> JointTrajectory:

@@ -93,7 +93,7 @@ class PathCurves:
 
     def _point_text(self, i: int, point: FloatArray) -> str:
         """Format a point as in the file: in the frame of the path to waypoint i."""
-        local = self.source.frame(i).actInv(np.array(point)) / self.source.length
+        local = self.source.frames[i].rest_placement.actInv(np.array(point)) / self.source.length
         values = np.round(local, MESSAGE_DECIMALS) + 0.0
         return f"({', '.join(f'{value:.9g}' for value in values)}) {self.source.units.length}"
 
@@ -193,7 +193,7 @@ class PathCurves:
 
     def _arc(self, i: int, arc: Arc) -> Curve:
         start, end = self.poses[i - 1].translation, self.poses[i].translation
-        frame, normal = self.source.frame(i), None
+        frame, normal = self.source.frames[i].rest_placement, None
         if arc.normal is not None:
             normal = frame.rotation @ np.array(arc.normal)
         if arc.through is not None:
@@ -234,7 +234,7 @@ class PathCurves:
         self, i: int, along: AlongPoints
     ) -> tuple[FloatArray, FloatArray | None, FloatArray | None]:
         """Points in the base frame, and the tool's rotations or z axes there, if any."""
-        frame, axes = self.source.frame(i), self.source.axes(i)
+        frame, axes = self.source.frames[i].rest_placement, self.source.frames.axes(i)
         rotations = z_axes = None
         if isinstance(along.points, str):
             file = self.source.locations.file
@@ -262,7 +262,7 @@ class PathCurves:
             )
         with self.errors(i, "orientation"):
             if axes is None:
-                s, normals = np.zeros(1), self.source.axes(i) @ np.array(torch.normal)
+                s, normals = np.zeros(1), self.source.frames.axes(i) @ np.array(torch.normal)
             else:
                 s, normals = cast(tool_paths.ThroughPoints, curve).arc_lengths, -axes
             turned = torch_rotation(torch.work_angle, torch.travel_angle, torch.tangent)

@@ -18,7 +18,6 @@ from knotwork.errors import CornerError, PathError, RampError, StretchTimeError
 from knotwork.errors.plain_text import default_waypoint_name, waypoint_text
 from knotwork.files.documents import Location
 from knotwork.task import AlongArc, AlongPoints, PathOptions, PathWaypoint
-from knotwork.task.scenario.carriers import check_smooth, path_carrier
 from knotwork.task.scenario.free_values_reader import max_speed
 from knotwork.task.scenario.path_curves import PathCurves, StretchGeometry, rescale_orientation
 from knotwork.task.scenario.requested_timing import RequestedTiming
@@ -112,7 +111,7 @@ class _PathReader:
         return ("waypoints", self.first + 1 + k, *key)
 
     def read(self) -> ReadPath:
-        carrier = path_carrier(self.source, self.first, self.last)
+        frame = self.source.frames.of_path(self.first, self.last)
         stretches: list[StretchGeometry] = []
         rotation = np.array(self.curves.poses[self.first].rotation)
         for i in range(self.first + 1, self.last + 1):
@@ -131,7 +130,7 @@ class _PathReader:
         path = self._tool_path(pieces, ends, orientation)
         requested = self._requested_timing(lengths)
         timing, speeds = self._solve_timing(requested)
-        check_smooth(self.source, self.last, carrier, (self.start, self.start + timing.duration))
+        self.source.frames.check_smooth(self.last, self.start, self.start + timing.duration)
         weaves: list[WeavePattern | None] = [None] * len(self.steps)
         weave_offset, weave_breaks = None, np.zeros(0)
         if any(step.weave is not None for step in self.steps):
@@ -139,7 +138,7 @@ class _PathReader:
 
             reader = WeaveReader(self.curves, self.first, self.steps)
             weaves, weave_offset, weave_breaks = reader.read(path, timing, self.start)
-        motion = TimedPath(path, timing, self.start, carrier, weave_offset, weave_breaks)
+        motion = TimedPath(path, timing, self.start, frame, weave_offset, weave_breaks)
         times, full = self.start + timing.times, self.start + timing.full_speed_intervals
         parts = tuple(
             Stretch(
@@ -259,12 +258,12 @@ class _PathReader:
 
 
 def wait_on(
-    carrier: MovingFrame, pose: pin.SE3, first: int, begin: CartesianWaypoint, end: float
+    frame: MovingFrame, pose: pin.SE3, first: int, begin: CartesianWaypoint, end: float
 ) -> ScenarioPath:
     """A wait in a moving frame: a path on which the tool keeps its pose.
 
     Args:
-        carrier: The moving frame.
+        frame: The moving frame.
         pose: Pose of the tool with that frame at rest.
         first: Index of the waypoint at the start of the wait.
         begin: Waypoint at the start.
@@ -273,7 +272,7 @@ def wait_on(
     R, start = np.array(pose.rotation), begin.time
     line = Line(pose.translation, pose.translation + WAITING_LINE * R[:, 0])
     path = ToolPath([line], OrientationCurve.constant(R, line.length))
-    motion = TimedPath(path, make_wait(end - start, WAITING_SPEED), start, carrier)
+    motion = TimedPath(path, make_wait(end - start, WAITING_SPEED), start, frame)
     stretch = Stretch("place", start, end, WAITING_SPEED, (start, start))
     acceleration = PathOptions.model_construct().acceleration
     requested = RequestedTiming(

@@ -10,7 +10,6 @@ from typing import Any
 from knotwork.files import documents
 from knotwork.files.documents import Location, Locations
 from knotwork.task import ExpandedTask, Limits, MotionLimits, Task, ToolTolerances
-from knotwork.task.scenario.carriers import add_time_dependent
 from knotwork.task.scenario.event_reader import EventReader
 from knotwork.task.scenario.free_values_reader import read_free_values
 from knotwork.task.scenario.repetitions import expand_repeats
@@ -72,7 +71,7 @@ def resolve_task(
     waypoints, paths, task_index = read_waypoints(source, expected or {})
     free = read_free_values(task_in_si, locations, task_index)
     if task_in_si.frames and free is not None:
-        free = add_time_dependent(source, free, task_index)
+        free = source.frames.with_time_dependent(free, task_index)
     events = EventReader(source, waypoints, paths, task_index)
     file_name = "scenario" if locations.file is None else locations.file.stem
     return Scenario(
@@ -86,10 +85,10 @@ def resolve_task(
         task_index=task_index,
         paths=paths,
         units=source.units,
-        frames={name: source.frames[name].copy() for name in task_in_si.frames},
+        frames={name: source.frames.named[name].rest_placement for name in task_in_si.frames},
         events=events.events(timed=free is None),
         free_values=free,
-        pose_frame_link=source.pose_frame_link if task_in_si.frames else "",
+        pose_frame_link=source.frames.link,
         motion_limits=_motion_limits(task_in_si.limits),
         scene=read_scene(source, waypoints, task_index),
         locations=locations,
@@ -140,7 +139,7 @@ def _check_keys(source: TaskInSI, given: ExpandedTask) -> None:
                     "a robot file of its own, units m and rad, or the scenario's own limits",
                 )
     if task.frame is not None or task.frames:
-        source.frames.find(task.frame or "base", ("frame",))
+        source.frames.named.find(task.frame or "base", ("frame",))
     for name in ("path", "path_orientation", "path_speed"):
         value, given_value = getattr(task.tolerances, name), getattr(given.tolerances, name)
         if value < SMALLEST_PATH_TOLERANCE:

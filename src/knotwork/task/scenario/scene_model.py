@@ -16,20 +16,16 @@ if TYPE_CHECKING:
     from knotwork.robot.payload import Payload
 
 
-FIXED_CARRIER = "base"
-"""Carrier of frames that are fixed in the cell while joints move the frame of poses."""
-
-
 @dataclass(frozen=True, eq=False)
 class PlacedShape:
-    """A solid, placed in the frame that carries it.
+    """A solid, placed in the axes of what carries it.
 
     Attributes:
         kind: `"box"`, `"sphere"`, `"cylinder"`, `"capsule"`, `"cone"`, `"ellipsoid"`,
             `"half_space"`, `"mesh"` or `"points"`.
         size: Edges of a box; radius of a sphere; radius and length of a solid of revolution; half
             axes of an ellipsoid; unit normal and offset of a half space [m].
-        placement: Placement in the frame that carries it.
+        placement: Placement in these axes.
         path: File of a mesh or of points, or `None`.
         scale: Scale factors of the file to m, along x, y and z.
         exact: Whether the exact mesh is checked, not its convex hull.
@@ -49,22 +45,22 @@ class PlacedShape:
 
 @dataclass(frozen=True, eq=False)
 class PlacedObject:
-    """A fixed object, or one that moves with a frame.
+    """An object that is fixed in a frame.
 
     Attributes:
         name: Its name.
-        shape: Its shape, placed in the base frame, with its carrier at rest.
+        shape: Its shape, placed in the base frame, with its frame at rest.
+        frame: Its frame.
         allow: Names of bodies that may touch it.
         visual: Whether it is only shown, and not checked.
-        carrier: Moving frame that carries it, or `None`.
         appears: Index in the scenario of the waypoint at which it appears, or `None`.
     """
 
     name: str
     shape: PlacedShape
+    frame: MovingFrame
     allow: tuple[str, ...] = ()
     visual: bool = False
-    carrier: MovingFrame | None = None
     appears: int | None = None
 
 
@@ -76,8 +72,8 @@ class GraspedObject:
         name: Its name.
         shape: Its shape, placed in the axes of the TCP.
         take, leave: Indices in the scenario of the waypoints where the tool takes and releases it.
+        frames: Its frames before it is taken and after its release.
         allow: Names of bodies that it may touch; the tool may touch it in any case.
-        carriers: Moving frames that carry it before it is taken and after its release, or `None`.
         appears: Index in the scenario of the waypoint at which it appears, or `None`.
         payload: Its mass, in the axes of the TCP, or `None`.
     """
@@ -86,8 +82,8 @@ class GraspedObject:
     shape: PlacedShape
     take: int
     leave: int
+    frames: tuple[MovingFrame, MovingFrame]
     allow: tuple[str, ...] = ()
-    carriers: tuple[MovingFrame | None, MovingFrame | None] = (None, None)
     appears: int | None = None
     payload: Payload | None = None
 
@@ -98,11 +94,10 @@ class PlacedRobot:
 
     Attributes:
         name: Its name.
-        placement: Placement of its base frame, a `pin.SE3` in the base frame.
+        placement: Placement of its base frame in the cell, a `pin.SE3`.
         scenario: The name of a shipped scenario, or the path of one.
         motion: Path of its recorded motion, or `None` to plan its scenario.
         delay: Delay of its motion relative to the robot's own [s].
-        carrier: Fixed frame, if joints move the base frame; `placement` is then in it.
     """
 
     name: str
@@ -110,7 +105,6 @@ class PlacedRobot:
     scenario: str | Path
     motion: Path | None = None
     delay: float = 0.0
-    carrier: MovingFrame | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,13 +112,13 @@ class Scene:
     """Surroundings of the robot and carried objects.
 
     Attributes:
-        objects: Objects, fixed or moving with a frame.
+        objects: Objects in frames.
         tool: Shapes of the tool, in the axes of the frame that carries it.
         held: Objects that the tool carries.
         robots: Other robots.
         collisions: Collision checks and their precision, in SI.
         margin: Required clearance from the surroundings [m].
-        moving: Moving frames of the file, by name.
+        frames: Frames of the file by name.
     """
 
     objects: tuple[PlacedObject, ...] = ()
@@ -133,16 +127,14 @@ class Scene:
     robots: tuple[PlacedRobot, ...] = ()
     collisions: Collisions = field(default_factory=Collisions.model_construct)
     margin: float = 0.0
-    moving: Mapping[str, MovingFrame] = field(default_factory=dict)
+    frames: Mapping[str, MovingFrame] = field(default_factory=dict)
 
     @property
     def has_moving_bodies(self) -> bool:
         """Whether any body that may collide moves independently of the robot."""
-        carriers = [item.carrier for item in self.objects if not item.visual]
-        carriers += [carrier for held in self.held for carrier in held.carriers]
-        return bool(self.robots) or any(
-            carrier is not None and carrier.is_moving for carrier in carriers
-        )
+        frames = [item.frame for item in self.objects if not item.visual]
+        frames += [frame for held in self.held for frame in held.frames]
+        return bool(self.robots) or any(frame.is_moving for frame in frames)
 
     @property
     def has_bodies(self) -> bool:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,7 +15,6 @@ from knotwork.task import Tool
 from knotwork.task.scenario.payloads import read_payload
 from knotwork.task.scenario.scenario import ScenarioWaypoint
 from knotwork.task.scenario.scene_model import (
-    FIXED_CARRIER,
     GraspedObject,
     PlacedObject,
     PlacedRobot,
@@ -32,9 +30,6 @@ from knotwork.task.scene_shapes import (
     SolidOfRevolution,
     ToolShape,
 )
-
-if TYPE_CHECKING:
-    from knotwork.curves.tool_paths.moving_frame import MovingFrame
 
 RESERVED_NAME = "tool"
 """Common name of all tool shapes, next to those of links and objects."""
@@ -81,7 +76,6 @@ class _SceneReader:
             shapes = [self._shape(tool.shape, location)]
         else:
             shapes = [self._shape(item, (*location, i)) for i, item in enumerate(tool.shape or ())]
-        frames = ((name, self._frame(name)) for name in task.frames)
         return Scene(
             objects=objects,
             tool=tuple(shapes),
@@ -89,7 +83,7 @@ class _SceneReader:
             robots=tuple(self._robot(name, robot) for name, robot in scene.robots.items()),
             collisions=task.collisions,
             margin=scene.margin,
-            moving={name: frame for name, frame in frames if frame is not None},
+            frames={name: self.source.frames.named[name] for name in task.frames},
         )
 
     def _error(self, location: Location, fault: str, accepted: str) -> DocumentError:
@@ -111,15 +105,15 @@ class _SceneReader:
     def _object(self, name: str, item: SceneObject) -> PlacedObject:
         location: Location = ("scene", "objects", name)
         shape = self._shape(item, location)
-        frame = self._frame(item.parent)
-        if frame is not None and item.half_space is not None:
+        frame = self.source.frames.named[item.parent]
+        if item.half_space is not None and not frame.rests_on(self.source.frames.link):
             raise self._error(
                 (*location, "half_space"),
                 f"moves with frame {item.parent!r} relative to the poses, which is not supported",
                 "a box",
             )
         appears = self._appearance(item, location)
-        return PlacedObject(name, shape, tuple(item.allow), item.visual, frame, appears)
+        return PlacedObject(name, shape, frame, tuple(item.allow), item.visual, appears)
 
     def _held(self, name: str, held: HeldObject) -> GraspedObject:
         location: Location = ("tool", "holds", name)
@@ -148,34 +142,23 @@ class _SceneReader:
                 f"{held.appears!r} is after {held.take!r}",
                 "a waypoint before",
             )
-        source, base = self.source, self.source.frames.moving["base"]
-        taken_from, left_on = (
-            replace(base, link=FIXED_CARRIER) if source.in_world(i) else source.carrier(i)
-            for i in (self.task_index[take], self.task_index[leave])
-        )
+        frames = self.source.frames
         return GraspedObject(
             name=name,
             shape=self._shape(held, location),
             take=take,
             leave=leave,
+            frames=(frames[self.task_index[take]], frames[self.task_index[leave]]),
             allow=tuple(held.allow),
-            carriers=(taken_from, left_on),
             appears=appears,
             payload=read_payload(held, self.source.locations, location),
         )
 
-    def _frame(self, name: str) -> MovingFrame | None:
-        """The motion of a frame relative to that of the poses; `None` if it is fixed there."""
-        frame = self.source.frames.moving[name]
-        if frame.link != self.source.pose_frame_link:
-            return replace(frame, link=frame.link or FIXED_CARRIER)
-        return replace(frame, link="") if frame.is_moving else None
-
     def _robot(self, name: str, robot: OtherRobot) -> PlacedRobot:
         location: Location = ("scene", "robots", name)
-        locations, frames = self.source.locations, self.source.frames
-        base = frames.moving[frames.find(robot.parent, (*location, "in"))]
-        if base.is_moving or base.link:
+        locations, frames = self.source.locations, self.source.frames.named
+        base = frames[frames.find(robot.parent, (*location, "in"))]
+        if not base.rests_on(""):
             raise self._error(
                 (*location, "in"),
                 f"frame {robot.parent!r} moves; the robot's base must not",
@@ -190,15 +173,15 @@ class _SceneReader:
             scenario=path if path.is_file() else robot.scenario,
             motion=motion or None,
             delay=robot.delay,
-            carrier=self._frame(robot.parent),
         )
 
     def _shape(self, item: ToolShape | SceneObject | HeldObject, location: Location) -> PlacedShape:
         """A shape, placed in the frame that carries it, or in the base if it is an object."""
         locations, placement = self.source.locations, self.source.placement(item, *location)
         if isinstance(item, SceneObject):
-            frames = self.source.frames
-            placement = frames[frames.find(item.parent, (*location, "in"))] * placement
+            frames = self.source.frames.named
+            parent = frames[frames.find(item.parent, (*location, "in"))]
+            placement = parent.rest_placement * placement
         kind = next(name for name in FIXED_SHAPES if getattr(item, name, None) is not None)
         path, scale, resolution = None, 1.0, 0.0
         if item.points is not None:

@@ -12,12 +12,6 @@ from knotwork.errors.plain_text import default_waypoint_name
 from knotwork.files.documents import Location
 from knotwork.task import JointWaypoint, PathWaypoint, PoseWaypoint, Torch, Velocity
 from knotwork.task.poses import ORIENTATIONS
-from knotwork.task.scenario.carriers import (
-    axes_in_frame,
-    check_smooth,
-    neighbours_in_frame,
-    refuse_excluded_keys,
-)
 from knotwork.task.scenario.free_values_reader import (
     check_free_values,
     min_duration,
@@ -93,13 +87,13 @@ def read_waypoints(source: TaskInSI, expected: Mapping[int, float]) -> ReadWaypo
         task_index.append(i)
         if wait is None:
             continue
-        end, carrier = waypoint.time + wait, source.carrier(i)
+        end = waypoint.time + wait
         departure = replace(waypoint, name=WAITED.format(name), time=end)
-        if carrier is not None and isinstance(waypoint, CartesianWaypoint):
+        if isinstance(waypoint, CartesianWaypoint) and source.frames[i].is_moving:
             from knotwork.task.scenario.path_reader import wait_on
 
-            check_smooth(source, i, carrier, (waypoint.time, end))
-            path = wait_on(carrier, arrivals.poses[i], len(waypoints) - 1, waypoint, end)
+            source.frames.check_smooth(i, waypoint.time, end)
+            path = wait_on(source.frames[i], arrivals.poses[i], len(waypoints) - 1, waypoint, end)
             waits.append(path)
             departure = replace(departure, pose=path.motion.pose(end), twist=path.motion.twist(end))
         waypoints.append(departure)
@@ -137,12 +131,12 @@ def _rest_poses(source: TaskInSI) -> dict[int, pin.SE3]:
     for i, waypoint in enumerate(source.task.waypoints):
         if isinstance(waypoint, JointWaypoint):
             continue
-        refuse_excluded_keys(source, i, waypoint)
+        source.frames.refuse_unsupported_keys(i, waypoint)
         if isinstance(waypoint, PoseWaypoint):
             _check_turned(source, i, waypoint)
         placed = source.placement(waypoint.pose, "waypoints", i, "pose")
-        poses[i] = source.frame(i) * placed
-        poses[i].rotation = source.axes(i) @ placed.rotation
+        poses[i] = source.frames[i].rest_placement * placed
+        poses[i].rotation = source.frames.axes(i) @ placed.rotation
     return poses
 
 
@@ -268,44 +262,39 @@ class _WaypointReader:
                 self._check_stop(i, "velocity: by joint name")
             return JointTarget(name, time, where)
         pose, twist = self._state(i, given)
-        rides = given.dwell is not None and self.source.carrier(i) is not None
-        if freedom is not None and freedom.position_is_free and (rides or twist.vector.any()):
+        moves = given.dwell is not None and self.source.frames[i].is_moving
+        if freedom is not None and freedom.position_is_free and (moves or twist.vector.any()):
             raise self.source.locations.error(
                 ("waypoints", i, "free"),
                 "leaves the position open where the tool moves",
                 "position where it stops: stop: true",
             )
-        in_world_frame = bool(self.source.task.frames) and self.source.in_world(i)
-        return CartesianWaypoint(name, time, pose, twist, where, freedom, in_world_frame)
+        in_world = self.source.frames.in_world(i)
+        return CartesianWaypoint(name, time, pose, twist, where, freedom, in_world)
 
     def _state(self, i: int, given: PoseWaypoint | PathWaypoint) -> tuple[pin.SE3, pin.Motion]:
         """Pose and velocity of a waypoint in the base, including the motion of its frame."""
         import pinocchio as pin
 
-        carrier, pose, time = self.source.carrier(i), self.arrivals.poses[i], self.arrivals.times[i]
-        motion = self.motions.get(i)
+        frame, time, motion = self.source.frames[i], self.arrivals.times[i], self.motions.get(i)
         if motion is not None and not self.source.stops(i):
-            twist = motion.twist(time)
-            if motion.tool_carrier is not None:
-                return motion.pose(time), twist
-        else:
-            twist = self._twist(i, given) if isinstance(given, PoseWaypoint) else pin.Motion.Zero()
-            if carrier is not None:
-                twist = carrier.carried_twist(pose, twist, time)
-        return (pose if carrier is None else carrier.pose_at(pose, time)), twist
+            return motion.pose(time), motion.twist(time)
+        pose = self.arrivals.poses[i]
+        twist = self._twist(i, given) if isinstance(given, PoseWaypoint) else pin.Motion.Zero()
+        return frame.pose_at(pose, time), frame.carried_twist(pose, twist, time)
 
     def _twist(self, i: int, waypoint: PoseWaypoint) -> pin.Motion:
         """Velocity of a waypoint relative to its frame."""
         import pinocchio as pin
 
-        source, times = self.source, self.arrivals.times
-        poses = neighbours_in_frame(source, i, self.arrivals.poses, times)
+        source, frames, times = self.source, self.source.frames, self.arrivals.times
+        poses = frames.neighbours(i, self.arrivals.poses, times)
         velocity, speed = waypoint.velocity, waypoint.speed
         if isinstance(velocity, Velocity):
-            name = velocity.axes or source.pose_frames[i]
-            source.frames.find(name, ("waypoints", i, "velocity", "in"), "tool")
+            name = velocity.axes or frames.names[i]
+            frames.named.find(name, ("waypoints", i, "velocity", "in"), "tool")
             is_tool = name == "tool"
-            axes = poses[i].rotation if is_tool else axes_in_frame(source, i, name, times[i])
+            axes = poses[i].rotation if is_tool else frames.axes_at(i, name, times[i])
             return pin.Motion(axes @ np.array(velocity.linear), axes @ np.array(velocity.angular))
         if velocity is None and speed is not None:
             from knotwork.task.scenario.speed import neighbours_twist

@@ -125,6 +125,5 @@ class WeaveReader:
         )
         if requested.normal is None:
             return weave, None
-        return weave, self.curves.source.frame(self.first + 1 + k).rotation @ np.array(
-            requested.normal
-        )
+        frame = self.curves.source.frames[self.first + 1 + k].rest_placement
+        return weave, frame.rotation @ np.array(requested.normal)

@@ -1,7 +1,7 @@
 """Proofs over all time from bounds on derivatives: torque, tool speed, distance to singularities.
 
-Samples give a quantity at some times, and a bound on its second derivative limits its values
-between them; both together are a proof.
+Samples give the values of a quantity at some times, and a bound on its second derivative limits the
+values between them. Together they are a proof.
 """
 
 import lazy_loader

@@ -37,8 +37,8 @@ A verdict that is then undecided is not proved.
 EVALUATIONS_PER_PIECE = 8
 """Minimum budget per piece and coefficient, sufficient for every polynomial."""
 
-ABSURD_EXCESS = 10.0
-"""Excess over a limit, relative to the limit. If a sample has more, no bound is computed."""
+MAX_EXCESS = 10.0
+"""Excess of a sample over a limit, relative to the limit, above which no bound is computed."""
 
 BOUND_PRECISION = 1e-3
 """Tightness of a bound, relative to the largest sample or to the limit."""
@@ -49,13 +49,13 @@ allow.
 """
 
 MIN_EXCESS = np.finfo(float).tiny
-"""Replacement of a zero excess, by which others are divided."""
+"""Excess in place of zero, because others are divided by it."""
 
 BLOCK_INTERVALS = 8192
 """Number of intervals per block, to limit memory."""
 
 DIVISION = 4
-"""Number of parts of an open interval."""
+"""Number of parts into which an undecided interval is divided."""
 
 VALUE_ROUNDING = 2.0**-38
 """Rounding error of a value, relative to the bounds of its factors and per radian of joint angles.
@@ -77,7 +77,7 @@ class Quantity(NamedTuple):
         sizes: Function from bounds of the joints' derivatives, shape (5, d, n), to bounds of |g|,
             |g'| and |g''|, shape (3, c, n).
         angles: Whether each joint's position is an angle, shape (d,).
-        absolute: Whether the magnitude of the values counts.
+        absolute: Whether φ is the magnitude, so that signed values are compared by magnitude.
     """
 
     values: Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
@@ -99,8 +99,8 @@ def upper_bounds(
         quantity: The quantity.
         limits: Upper limits, shape (c,); infinite for none.
         precision: Function from the largest samples and the largest bounds of |g|, shape (c,) each,
-            to the required tightness of the bound where no limit decides, shape (c,). By default
-            the tightness is a fraction of the limit, or of the samples if they are larger.
+            to the tightness that the bound must have where no limit decides, shape (c,). By default
+            it is a fraction of the limit, or of the largest sample if that is larger.
     """
     search = _Evaluations(curve, quantity, len(limits))
     intervals = first_intervals(curve.x, FIRST_INTERVALS)
@@ -112,12 +112,12 @@ def upper_bounds(
         excess, rounding = search.measure_excess(intervals)
         upper = np.maximum(at_start, at_end) + (excess + rounding)
         if precision is None:
-            step = _relative_precision(search.value, search.scale, limits)
+            tightness = _relative_precision(search.value, search.scale, limits)
         else:
-            step = precision(search.value, search.scale)
-        near = search.value + step
+            tightness = precision(search.value, search.scale)
+        near = search.value + tightness
         target = np.where(search.value <= limits, np.minimum(near, limits), near)
-        target[search.value > limits + ABSURD_EXCESS * np.abs(limits)] = np.inf
+        target[search.value > limits + MAX_EXCESS * np.abs(limits)] = np.inf
         is_open = (upper > target) & (excess > rounding) & np.isfinite(search.value)
         count = max(allowance - search.count, 0) // DIVISION
         divided = _worst_intervals(upper - target, is_open, count)
@@ -160,7 +160,7 @@ class _Evaluations:
         self.count = 0
 
     def evaluate_ends(self, intervals: Intervals) -> tuple[FloatArray, FloatArray]:
-        """Evaluate at start and end of consecutive intervals, each in its piece; (n, c) both."""
+        """Evaluate at both ends of consecutive intervals, each within its piece; (n, c) both."""
         at_start = self._evaluate(intervals.piece, intervals.start)
         last = np.append(np.diff(intervals.piece) != 0, True)
         at_end = np.roll(at_start, -1, axis=0)
@@ -171,7 +171,7 @@ class _Evaluations:
     def evaluate_parts(
         self, intervals: Intervals, at_end: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Evaluate at start and end of the parts of intervals, with values known at their ends."""
+        """Evaluate at both ends of the parts of intervals, given the values at their ends."""
         at_start = self._evaluate(intervals.piece, intervals.start)
         inner = at_start.reshape(-1, DIVISION, at_start.shape[1])[:, 1:]
         ends = np.append(inner, at_end[:, None], axis=1)
@@ -198,9 +198,9 @@ class _Evaluations:
         return values
 
     def measure_excess(self, intervals: Intervals) -> tuple[FloatArray, FloatArray]:
-        """Bound the excess over the values at the ends, and that by rounding, shape (n, c) both.
+        """Bound the excess over the values at the ends, and the rounding errors, (n, c) both.
 
-        `scale` becomes the largest bound of the values so far.
+        This also updates `scale`, the largest bound on the values so far.
         """
         blocks = []
         for low in range(0, intervals.piece.size, BLOCK_INTERVALS):
@@ -225,7 +225,7 @@ def _worst_intervals(
 
     Args:
         beyond: Excess of each bound over its target, shape (n, c).
-        is_open: Whether this leaves a verdict undecided, shape (n, c).
+        is_open: Whether the excess leaves a verdict undecided, shape (n, c).
         count: Maximum number of intervals to divide.
 
     Returns:
@@ -287,7 +287,7 @@ def curve_of(robot: Robot, trajectory: JointTrajectory) -> PiecewisePolynomial:
     """Return the motion of a robot's joints in the robot's order.
 
     Raises:
-        InputError: The trajectory is not of the robot's joints.
+        InputError: The trajectory moves other joints than the robot's.
     """
     owner = f"robot {robot.name!r}"
     return trajectory.reordered(robot.joint_names, robot.joint_units, owner=owner).polynomial

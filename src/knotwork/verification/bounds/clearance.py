@@ -43,17 +43,17 @@ LENGTH_DIGITS = 12
 """Decimal digits of lengths [m] that decide between times, equal on every machine."""
 
 CLEARANCE_PRECISION = 1e-3
-"""Precision of the minimum clearance of a pair [m], if its share of the clearance is not larger."""
+"""Precision of a pair's minimum clearance [m], unless a fraction of the clearance is larger."""
 OBJECT_SHARE = 0.2
-"""Precision for pairs with an object, relative to the clearance."""
+"""Precision for pairs with an object of the scene, as a fraction of the clearance."""
 LINK_SHARE = 0.5
-"""Precision for links of the robot, which are always close to each other, likewise relative."""
+"""Precision for two links of the robot, which are always close, as a fraction of the clearance."""
 
 INTERVAL_BLOCK = 2000
 """Number of intervals per block."""
 
 DISTANCE_BUDGET = 100_000
-"""Maximum number of distance measurements. Verdicts that are then open are undecided."""
+"""Maximum number of distance measurements. Pairs that are open after them are undecided."""
 
 
 class Clearance(NamedTuple):
@@ -98,7 +98,7 @@ def clearances(
         curve: Joint positions, trailing shape (d,).
         resolution: Intervals in which bodies move less than this [m] are not divided further.
         precision: Precision of the minimum clearance of each pair [m]; by default 1 mm, or a
-            fraction of it if that is more.
+            fraction of the clearance if that is more.
     """
     if not model.pairs:
         return ()
@@ -127,17 +127,17 @@ def least_clearance(
 
 
 class _PairTests(NamedTuple):
-    """m pairs of solids to test, each over an interval.
+    """m tests of a pair of solids, each over one interval.
 
     Attributes:
         interval: Indices of the intervals, shape (m,).
-        combo: Indices of the pairs of solids, shape (m,).
+        solid_pair: Indices of the pairs of solids, shape (m,).
         distance: Distances of the solids at the middle [m], `nan` if not measured.
         normal: Unit vectors from the second to the first solid at the middle, shape (m, 3).
     """
 
     interval: IndexArray
-    combo: IndexArray
+    solid_pair: IndexArray
     distance: FloatArray
     normal: FloatArray
 
@@ -145,14 +145,14 @@ class _PairTests(NamedTuple):
 def _divide_in_three(
     intervals: Intervals, tests: _PairTests, is_open: NDArray[np.bool_]
 ) -> tuple[Intervals, _PairTests]:
-    """Divide open intervals into three parts. The middle parts keep their distances."""
+    """Divide open intervals into three parts. Each middle part keeps the measured distance."""
     indices, row = np.unique(tests.interval[is_open], return_inverse=True)
     interval = (3 * row[:, None] + np.arange(3)).ravel()
     distance, normal = np.full((len(row), 3), np.nan), np.zeros((len(row), 3, 3))
     distance[:, 1], normal[:, 1] = tests.distance[is_open], tests.normal[is_open]
-    combo = np.repeat(tests.combo[is_open], 3)
+    solid_pair = np.repeat(tests.solid_pair[is_open], 3)
     return intervals[indices].split(3), _PairTests(
-        interval, combo, distance.ravel(), normal.reshape(-1, 3)
+        interval, solid_pair, distance.ravel(), normal.reshape(-1, 3)
     )
 
 
@@ -188,40 +188,42 @@ class _ClearanceSearch:
             intervals = first[low : low + INTERVAL_BLOCK]
             tests = self._first_tests(intervals)
             while len(tests.interval):
-                intervals, tests = self._level(intervals, tests)
+                intervals, tests = self._refine(intervals, tests)
         self._find_enclosed()
         return tuple(self._clearances())
 
     def _first_tests(self, intervals: Intervals) -> _PairTests:
-        """The pairs of solids that exist together in each interval."""
+        """Tests of the pairs of solids that exist together in each interval."""
         middle = self.curve.x[intervals.piece] + intervals.middle
         windows = self.windows[self.pair]
         exist = (middle[:, None] > windows[:, 0]) & (middle[:, None] < windows[:, 1])
-        interval, combo = np.nonzero(exist)
-        return _PairTests(interval, combo, np.full(len(combo), np.nan), np.zeros((len(combo), 3)))
+        interval, solid_pair = np.nonzero(exist)
+        return _PairTests(
+            interval, solid_pair, np.full(len(solid_pair), np.nan), np.zeros((len(solid_pair), 3))
+        )
 
-    def _level(self, intervals: Intervals, tests: _PairTests) -> tuple[Intervals, _PairTests]:
+    def _refine(self, intervals: Intervals, tests: _PairTests) -> tuple[Intervals, _PairTests]:
         """Measure where needed, close decided intervals, and divide the others into three."""
         motions = RelativeMotion(self.table, self.curve, intervals)
         time = self.curve.x[intervals.piece] + intervals.middle
         placed = self.table.axes(motions.rotation, motions.origin)
-        motion = motions.largest(tests.interval, tests.combo)
+        motion = motions.largest(tests.interval, tests.solid_pair)
         spheres = self.table.min_distances(motions.rotation, motions.origin)
-        distance_bound = spheres[tests.interval, tests.combo]
+        distance_bound = spheres[tests.interval, tests.solid_pair]
         self._measure(tests, time, placed, distance_bound - motion, motion)
         is_measured = ~np.isnan(tests.distance)
         distance_bound[is_measured] = tests.distance[is_measured] - DISTANCE_ERROR
-        goal = self._goal()[tests.combo]
+        goal = self._goal()[tests.solid_pair]
         lower = self._bounds_by_planes(tests, motions, placed, distance_bound - motion, goal)
         is_closed = (lower >= goal) | (motion <= self.resolution)
         is_closed |= self.measurements >= DISTANCE_BUDGET
-        np.minimum.at(self.bound, tests.combo[is_closed], lower[is_closed])
-        margin = self.margin[tests.combo]
-        is_undecided = is_closed & (lower < margin) & (self.distance[tests.combo] > margin)
-        interval, combo = tests.interval[is_undecided], tests.combo[is_undecided]
+        np.minimum.at(self.bound, tests.solid_pair[is_closed], lower[is_closed])
+        margin = self.margin[tests.solid_pair]
+        is_undecided = is_closed & (lower < margin) & (self.distance[tests.solid_pair] > margin)
+        interval, solid_pair = tests.interval[is_undecided], tests.solid_pair[is_undecided]
         half = intervals.length[interval] / 2
-        np.minimum.at(self.undecided_from, combo, time[interval] - half)
-        np.maximum.at(self.undecided_until, combo, time[interval] + half)
+        np.minimum.at(self.undecided_from, solid_pair, time[interval] - half)
+        np.maximum.at(self.undecided_until, solid_pair, time[interval] + half)
         return _divide_in_three(intervals, tests, ~is_closed)
 
     def _bounds_by_planes(
@@ -244,9 +246,9 @@ class _ClearanceSearch:
         Returns:
             The better of both bounds [m], shape (m,).
         """
-        is_separable = self.table.convex[tests.combo] & (tests.distance > 0.0) & (lower < goal)
+        is_separable = self.table.convex[tests.solid_pair] & (tests.distance > 0.0) & (lower < goal)
         rows = np.flatnonzero(is_separable)
-        where = tests.interval[rows], tests.combo[rows], tests.normal[rows]
+        where = tests.interval[rows], tests.solid_pair[rows], tests.normal[rows]
         gap = self.table.gaps(*where, *placed) - DISTANCE_ERROR
         by_planes = np.full_like(lower, -np.inf)
         by_planes[rows] = gap - motions.approach(*where)
@@ -255,8 +257,8 @@ class _ClearanceSearch:
     def _goal(self) -> FloatArray:
         """Bound at which an interval is closed, for each pair of solids [m]."""
         with np.errstate(invalid="ignore"):
-            part = np.maximum(self.precision, self.relative_precision * np.abs(self.distance))
-            goal = np.where(np.isinf(self.distance), np.inf, self.distance - part)
+            tolerance = np.maximum(self.precision, self.relative_precision * np.abs(self.distance))
+            goal = np.where(np.isinf(self.distance), np.inf, self.distance - tolerance)
         return np.where(self.distance > self.margin, np.maximum(goal, self.margin), goal)
 
     def _measure(
@@ -269,8 +271,8 @@ class _ClearanceSearch:
     ) -> None:
         """Measure distances in order of their bounds, as long as they may change the minimum.
 
-        The search for the distance of an exact mesh ends where the distance closes its interval and
-        is not below the minimum found.
+        The search for the distance of an exact mesh ends as soon as the distance is large enough to
+        close its interval, and not below the minimum found.
 
         Args:
             tests: Pairs of solids over intervals; distances are filled in.
@@ -280,10 +282,13 @@ class _ClearanceSearch:
             motion: Upper bound on the relative motion of the two solids [m].
         """
         first_goal = self._goal()
-        waiting = np.flatnonzero(np.isnan(tests.distance) & (lower < first_goal[tests.combo]))
+        waiting = np.flatnonzero(np.isnan(tests.distance) & (lower < first_goal[tests.solid_pair]))
         waiting = waiting[np.argsort(np.round(lower[waiting], LENGTH_DIGITS), kind="stable")]
         goal, smallest = first_goal.tolist(), self.distance.tolist()  # faster than arrays
-        columns = (waiting, *(x[waiting] for x in (tests.combo, tests.interval, lower, motion)))
+        columns = (
+            waiting,
+            *(x[waiting] for x in (tests.solid_pair, tests.interval, lower, motion)),
+        )
         for test, c, interval, bound, moved in zip(*(x.tolist() for x in columns), strict=True):
             if bound >= goal[c]:
                 continue
@@ -294,11 +299,11 @@ class _ClearanceSearch:
             if d < smallest[c] - 10.0**-LENGTH_DIGITS:
                 smallest[c] = self.distance[c] = d
                 self.time[c] = time[interval]
-                part = max(self.precision, self.relative_precision[c] * abs(d))
-                goal[c] = max(d - part, self.margin[c]) if d > self.margin[c] else d - part
+                near = d - max(self.precision, self.relative_precision[c] * abs(d))
+                goal[c] = max(near, self.margin[c]) if d > self.margin[c] else near
 
     def _find_enclosed(self) -> None:
-        """Find solids inside meshes. If surfaces never touch, one test decides for all times."""
+        """Find solids inside meshes. If the surfaces never touch, one test decides for all time."""
         for c in np.flatnonzero((self.distance > 0.0) & self.table.exact).tolist():
             start = float(self.windows[self.pair[c]][0])
             turn, shift = (x[0] for x in self.table.axes(*self._place([start])))

@@ -11,7 +11,7 @@ from knotwork.scene.collision_model import CollisionModel
 from knotwork.scene.distances import are_nearer_than
 
 CONTACT_STEPS = 200
-"""Number of time steps at which a colliding pair is tested for contacts."""
+"""Number of intervals at whose ends a colliding pair is tested for contacts."""
 CONTACT_PRECISION = 1e-4
 """Precision of the ends of a contact [s]."""
 
@@ -19,16 +19,16 @@ CONTACT_PRECISION = 1e-4
 def contact_intervals(
     model: CollisionModel, curve: PiecewisePolynomial, k: int, low: float, high: float, time: float
 ) -> tuple[tuple[float, float], ...]:
-    """Contact intervals of a pair of bodies [s].
+    """Find the intervals in which a pair of bodies violates its margin [s].
 
-    Additional contacts shorter than the time steps may be missed.
+    Contacts shorter than a time step may be missed, except the one at `time`.
 
     Args:
         model: Bodies and pairs.
         curve: Joint positions, trailing shape (d,).
         k: Index of the pair.
-        low: Start of the time in which both exist [s].
-        high: End of the time in which both exist [s].
+        low: Start of the time in which both bodies exist [s].
+        high: End of that time [s].
         time: A time of contact [s].
     """
     steps = np.linspace(low, high, CONTACT_STEPS + 1)
@@ -47,7 +47,7 @@ def contact_intervals(
 def _contact_end(
     model: CollisionModel, curve: PiecewisePolynomial, k: int, free: float, touching: float
 ) -> float:
-    """Last time without a contact [s], between a time without and a time with one."""
+    """Find the last contact-free time [s] on the way from a free time to a time of contact."""
     while abs(touching - free) > max(CONTACT_PRECISION, 4.0 * np.spacing(max(free, touching))):
         middle = (free + touching) / 2
         if _violations(model, curve, k, np.array([middle]))[0]:

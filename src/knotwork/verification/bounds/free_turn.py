@@ -1,4 +1,4 @@
-"""Excess of a tool's turn about its axis, or of its angles to a seam, over their free ranges."""
+"""A tool's turn about its axis and its angles to a seam, and their excess over free ranges."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from knotwork.waypoints import PoseFreedom, TorchRanges
 
 
 def open_ranges(freedom: PoseFreedom) -> dict[tuple[str, str], tuple[float, float]]:
-    """Free ranges by name and unit [rad or m], as in the file."""
+    """Free ranges by name and unit [rad or m], with the names of scenario files."""
     spans: dict[tuple[str, str], tuple[float, float]] = {("turn", "rad"): freedom.turn}
     if freedom.torch is not None:
         torch = freedom.torch
@@ -25,7 +25,7 @@ def open_ranges(freedom: PoseFreedom) -> dict[tuple[str, str], tuple[float, floa
 
 
 def turned_beyond(freedom: PoseFreedom, requested: FloatArray, reached: FloatArray) -> FloatArray:
-    """Excess of single poses over their ranges [rad], negative inside; shape (k,).
+    """Excess of poses over their free ranges, each pose by itself [rad], negative inside; (k,).
 
     Args:
         freedom: The ranges; unlimited ones are never exceeded.
@@ -59,14 +59,14 @@ def free_angles(freedom: PoseFreedom, requested: FloatArray, reached: FloatArray
 
 
 def nearest_turns(freedom: PoseFreedom, angles: FloatArray) -> FloatArray:
-    """Angles (k, 3) with each turn, independently, as near the middle of its range as possible."""
+    """Shift the turn of each of k angles (k, 3) by whole turns, nearest the middle of its range."""
     middle = sum(freedom.turn) / 2 if np.isfinite(freedom.turn).all() else 0.0
     turn = middle + np.remainder(angles[:, 0] - middle + np.pi, 2.0 * np.pi) - np.pi
     return np.column_stack((turn, angles[:, 1:]))
 
 
 def continue_turns(angles: FloatArray, start: float) -> FloatArray:
-    """Angles (k, 3) with continuous turns, the first as near `start` as possible [rad]."""
+    """Shift the turns of angles (k, 3) by whole turns, continuous and first near `start` [rad]."""
     turn = np.unwrap(np.concatenate(([start], angles[:, 0])))[1:]
     return np.column_stack((turn, angles[:, 1:]))
 

@@ -1,7 +1,7 @@
 """Comparison of a motion with its path, at samples and between them, by each criterion.
 
-The velocity along the path is that of the tool times the tangent at the nearest point. In a ramp
-every value from zero to the full speed is accepted.
+The velocity along the path is the component of the tool's velocity along the tangent at the nearest
+point. In a ramp every value from zero to the full speed is accepted.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class PathLimits(NamedTuple):
         orientation: Tolerance of the angle from its orientation [rad].
         speed: Tolerance of the speed [m/s].
         full_speed: Speed of the stretch [m/s]; infinite if any speed is accepted.
-        full_speed_interval: Interval of this speed [s]; outside, the speed changes.
+        full_speed_interval: Interval in which this speed is required [s]; outside, it changes.
     """
 
     position: float
@@ -43,12 +43,12 @@ class PathBound(NamedTuple):
     """The worst error by one criterion along a stretch of a path.
 
     Attributes:
-        limit: Its limit.
+        limit: Limit of the error.
         value: The worst sample.
         time: Time of the worst sample [s].
         bound: Upper bound over the stretch.
         proved: Whether the bound keeps the limit, or a sample violates it.
-        where: Interval of the bound [s].
+        where: Interval in which the upper bound is largest [s].
     """
 
     limit: float
@@ -60,13 +60,13 @@ class PathBound(NamedTuple):
 
 
 class PathCriterion(NamedTuple):
-    """An error of the tool on the path by one criterion.
+    """The error of the tool on the path by one criterion.
 
     Attributes:
-        limit: Its limit.
+        limit: Limit of the error.
         samples: Error at each time, minus infinity where it is not judged, shape (n + 1,).
         ends: Error at the worse end of each interval, zero where it is not judged, shape (n,).
-        upper: Upper bound over each interval, likewise, shape (n,).
+        upper: Upper bound over each interval, zero where it is not judged, shape (n,).
     """
 
     limit: float
@@ -81,7 +81,7 @@ class PathCriterion(NamedTuple):
 
     @property
     def utilisation(self) -> FloatArray:
-        """Error of each interval relative to the limit: its bound, or if broken, its samples."""
+        """Bound on each interval relative to the limit; if a sample is beyond it, the samples."""
         return (self.ends if self.is_broken else self.upper) / self.limit
 
     @property
@@ -154,7 +154,7 @@ def bounded_path_errors(
         sizes: Bounds on the intervals between them.
         limits: Speed and tolerances.
         freedom: Freedom of the poses.
-        start_turn: Turn of the tool at the first time, approximately [rad].
+        start_turn: Approximate turn of the tool at the first time [rad].
     """
     square = np.diff(t) ** 2
     bend = path.bend_bound(samples.s[:-1], samples.s[1:])
@@ -203,7 +203,7 @@ def _worse_end(errors: FloatArray) -> FloatArray:
 def _criterion(
     limit: float, errors: FloatArray, upper: FloatArray, judged: BoolArray
 ) -> PathCriterion | None:
-    """An error that is judged in some intervals, from all samples and bounds; `None` in none."""
+    """Select the intervals in which an error is judged; `None` if it is judged in none."""
     if not judged.any():
         return None
     at_judged = np.append(judged, False) | np.append(False, judged)
@@ -225,8 +225,8 @@ def _follow_turn(
 
     The rate of the turn is bounded by the rotation of tool and path (`free_angles`). Within an
     interval the turn exceeds the mean of both ends by at most half of both rotations. It is
-    unambiguous between samples if this is less than half a turn. The angles between axes have a
-    separate row.
+    unambiguous between samples if this is less than half a turn. The tilt is judged by the
+    orientation.
     """
     low, high = np.minimum(samples.s[:-1], samples.s[1:]), np.maximum(samples.s[:-1], samples.s[1:])
     rotation = np.diff(t) * sizes.spin + (high - low) * path.orientation.rate_bounds(low, high)[0]
@@ -246,7 +246,7 @@ def _follow_turn(
     upper = 0.5 * (excess[:-1] + excess[1:] + change) + sizes.rounding
     furthest = excess_over_ranges(freedom, np.array([[turns[0], 0.0, 0.0]]))[0] + change.sum()
     if freedom.turn[1] - freedom.turn[0] > 2.0 * np.pi:
-        furthest = np.inf  # each single turn would be within
+        furthest = np.inf  # every turn is within its range
     upper = np.where(is_unambiguous, upper, np.maximum(upper, furthest))
     return TurnErrors(excess, upper, turns)
 
@@ -260,7 +260,7 @@ def _least_velocity(samples: PathSamples, bend: FloatArray, error: FloatArray) -
 
     Args:
         samples: Samples at n + 1 times.
-        bend: See `ToolPath.bend`, shape (n,).
+        bend: See `ToolPath.bend_bound`, shape (n,).
         error: Upper bound on the deviation of the velocity from its chord [m/s], shape (n,).
     """
     step = np.abs(np.diff(samples.s))

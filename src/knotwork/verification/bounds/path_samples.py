@@ -32,8 +32,8 @@ class PathSamples(NamedTuple):
     """The tool at k times, and the nearest points of the path.
 
     Attributes:
-        s: Arc lengths of these points [m], shape (k,).
-        distance: Distances from these points [m], shape (k,).
+        s: Arc lengths of the nearest points [m], shape (k,).
+        distance: Distances of the tool from them [m], shape (k,).
         gap: Frobenius norm of the difference of the rotations, shape (k,).
         velocity: Velocity of the tool [m/s], shape (k, 3).
         tangent: Direction of the path, shape (k, 3).
@@ -65,8 +65,8 @@ class PathSizes(NamedTuple):
         acceleration: Acceleration of the tool [m/s²].
         jerk: Jerk of the tool [m/s³].
         spin: Angular speed of the tool [rad/s].
-        rotation: Frobenius norm of its rotation's second derivative [1/s²].
-        rounding: Rounding error of its position [m], velocity [m/s] and rotation.
+        rotation: Frobenius norm of the second derivative of the tool's rotation [1/s²].
+        rounding: Rounding error of the tool's position [m], velocity [m/s] and rotation.
     """
 
     acceleration: FloatArray
@@ -85,8 +85,8 @@ class PathStretch:
         motion: The path and its timing.
         start, end: Interval of the stretch [s].
         freedom: Freedom of the poses.
-        clock: Time of the path's timing over the time of the curve; by default they are the same.
-            Only for paths without a carrier.
+        clock: Time in the path's timing as a function of time in `curve`; by default they are the
+            same. Only for paths without a clock of their own.
 
     Attributes:
         low, high: Arc lengths at the start and end of the stretch [m].
@@ -106,15 +106,15 @@ class PathStretch:
         self.clock = clock
         self.joints, self.positions = joint_tree(robot.model), curve
         self.joint, self.lever = carrier_of(robot.model, robot.require_tool())
-        if motion.tool_carrier is not None:
-            base = robot.base_placement.inverse()
-            self.joints = tree_from(motion.tool_carrier.joints, self.joints, base)
+        if motion.has_own_clock:
+            base, frame_joints = robot.base_placement.inverse(), motion.woven_frame.joints
+            self.joints = tree_from(frame_joints, self.joints, base)
             self.joint += len(self.joints.parent) - 1 - robot.model.nv
-            self.positions = append_carriers(curve, motion.tool_carrier.joints)
-        self.low, self.high = self.requested_at(np.array([start, end])).tolist()
+            self.positions = append_joints(curve, frame_joints)
+        self.low, self.high = self.timed_arc_length(np.array([start, end])).tolist()
 
-    def requested_at(self, t: FloatArray) -> FloatArray:
-        """Arc lengths of the timing at times [m], shape (k,)."""
+    def timed_arc_length(self, t: FloatArray) -> FloatArray:
+        """Arc lengths that the timing prescribes at times [s], shape (k,)."""
         times = t if self.clock is None else self.clock(t)
         return self.motion.arc_length(np.clip(times, self.motion.start_time, self.motion.end_time))
 
@@ -123,11 +123,10 @@ class PathStretch:
         path = self.motion.path
         tip, columns, J = joint_axes(self.robot).compute_poses_and_jacobians(self.curve(t))
         velocity = np.einsum("ijk,kj->ki", J[:3], self.curve(t, 1))
-        # relative to the path's carrier
-        position, rotation, velocity = self.motion.relative_motion(
+        position, rotation, velocity = self.motion.woven_frame.relative_motion(
             t, tip.T, columns.transpose(2, 1, 0), velocity
         )
-        s = track_arc_length(path, position, self.requested_at(t), (self.low, self.high))
+        s = track_arc_length(path, position, self.timed_arc_length(t), (self.low, self.high))
         # at the end, the direction of this stretch, because the next one may have another direction
         inside = np.clip(s, self.low, np.nextafter(self.high, self.low))
         distance, gap = path.gaps(position, rotation, s, axis=self.freedom is not None)
@@ -137,7 +136,7 @@ class PathStretch:
         return PathSamples(s, distance, gap, velocity, path.derivatives(s, 1, inside)[1], angles)
 
     def sizes(self, t: FloatArray) -> PathSizes:
-        """Bounds on the intervals between increasing times [s], shape (n + 1,)."""
+        """Bound the motion on the n intervals between increasing times [s], shape (n + 1,)."""
         middle = 0.5 * (t[1:] + t[:-1])
         breaks = self.positions.x
         piece = np.clip(np.searchsorted(breaks, middle) - 1, 0, len(breaks) - 2)
@@ -151,40 +150,39 @@ class PathStretch:
         return PathSizes(point[2], point[3], spin, rotation, rounding)
 
 
-def tree_from(carriers: Sequence[KnownJoints], arm: JointTree, root: Any) -> JointTree:
+def tree_from(frame_joints: Sequence[KnownJoints], arm: JointTree, root: Any) -> JointTree:
     """The joints of an arm relative to a moving frame at its placement with joints at 0.
 
     Args:
-        carriers: Joints that carry the frame, the outermost first.
+        frame_joints: Joints that move the frame, the outermost first.
         arm: The arm's joints.
         root: Placement of the root of the arm's URDF in the base frame, `pin.SE3`.
 
     Returns:
-        The joints; positions are those of the arm, followed by those of the carriers in order.
+        The joints; positions are those of the arm, followed by those of the frame in order.
     """
-    steps: list[tuple[Any, Any, bool, int]] = []
+    reversed_joints: list[tuple[Any, Any, bool, int]] = []
     placement = pin.SE3.Identity()
-    for carrier in carriers:
-        placement = placement * carrier.placement
-    firsts = np.cumsum([0, *(len(carrier.turns) for carrier in carriers)]).tolist()
-    for carrier, first in reversed(list(zip(carriers, firsts, strict=False))):
-        for k in reversed(range(len(carrier.turns))):
-            steps.append((placement, -carrier.axis[k], carrier.turns[k], first + k))
+    for known in frame_joints:
+        placement = placement * known.placement
+    firsts = np.cumsum([0, *(len(known.turns) for known in frame_joints)]).tolist()
+    for known, first in reversed(list(zip(frame_joints, firsts, strict=False))):
+        for k in reversed(range(len(known.turns))):
+            reversed_joints.append((placement, -known.axis[k], known.turns[k], first + k))
             placement = pin.SE3.Identity()
-        placement = placement * carrier.placement.inverse()
-    placements, axes, turns, columns = zip(*steps, strict=True)
-    tree = join_trees(
-        make_serial_chain(placements, np.array(axes), turns), arm, placement * root, len(steps)
-    )
+        placement = placement * known.placement.inverse()
+    placements, axes, turns, columns = zip(*reversed_joints, strict=True)
+    carrier_chain, carried_by = make_serial_chain(placements, np.array(axes), turns), len(columns)
+    tree = join_trees(carrier_chain, arm, placement * root, carried_by)
     count = len(arm.parent) - 1
-    arm_columns = [column - len(steps) for column in tree.column[len(steps) + 1 :]]
+    arm_columns = [column - carried_by for column in tree.column[carried_by + 1 :]]
     columns = -1, *(count + column for column in columns), *arm_columns
     return replace(tree, column=columns)
 
 
-def append_carriers(
-    curve: PiecewisePolynomial, carriers: Sequence[KnownJoints]
+def append_joints(
+    curve: PiecewisePolynomial, frame_joints: Sequence[KnownJoints]
 ) -> PiecewisePolynomial:
-    """Positions of an arm's joints followed by those of carriers, over the time of the first."""
+    """Positions of an arm's joints, followed by those of its frame_joints, over the arm's time."""
     span = curve.x[[0, -1]].tolist()
-    return stack_curves(curve, *(carrier.curve.between(*span) for carrier in carriers))
+    return stack_curves(curve, *(known.curve.between(*span) for known in frame_joints))

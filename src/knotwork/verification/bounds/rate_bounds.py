@@ -55,7 +55,7 @@ class Intervals:
         """The intervals divided into equal parts.
 
         Args:
-            parts: Number of parts of all, or of each, shape (n,).
+            parts: Number of parts, the same for all intervals, or of each, shape (n,).
         """
         counts = np.broadcast_to(parts, self.piece.shape)
         index, start = divide_intervals(self.start, self.length, counts)
@@ -85,8 +85,8 @@ def first_intervals(x: FloatArray, count: int, *windows: FloatArray) -> Interval
 
     Args:
         x: Breaks of the motion [s].
-        count: Number of intervals if there were no breaks.
-        windows: Ends of intervals in which bodies exist [s].
+        count: Number of intervals of a motion without breaks.
+        windows: Ends of the intervals in which bodies exist [s].
     """
     edges = sort_distinct(x, *(ends[(ends > x[0]) & (ends < x[-1])] for ends in windows))
     span = np.diff(edges)
@@ -100,8 +100,8 @@ class Rates(NamedTuple):
 
     Attributes:
         bounds: Bounds of |q|, |q'|, … |q''''|, shape (5, d, n).
-        size: Sum of the magnitudes of the terms of each position polynomial, shape (d, n): the
-            reference of a position's rounding.
+        size: Sum of the magnitudes of the terms of each position polynomial, to which rounding
+            errors of the position are relative, shape (d, n).
     """
 
     bounds: FloatArray

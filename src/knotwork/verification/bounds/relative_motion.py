@@ -35,7 +35,7 @@ class RelativeMotion:
 
     Attributes:
         rotation: Rotations of all joints at the middles of the intervals, shape (k, n + 1, 3, 3).
-        origin: Their origins there [m], shape (k, n + 1, 3).
+        origin: Origins of all joints at these times [m], shape (k, n + 1, 3).
     """
 
     def __init__(self, table: SolidPairs, curve: PiecewisePolynomial, intervals: Intervals) -> None:
@@ -72,54 +72,60 @@ class RelativeMotion:
             levers[:, j, carried] = joints.turns[j] * off + abs(joints.slides[j])
         return levers
 
-    def largest(self, item: IndexArray, combo: IndexArray) -> FloatArray:
+    def largest(self, interval: IndexArray, solid_pair: IndexArray) -> FloatArray:
         """Upper bound on the relative motion of points of two solids [m], shape (m,).
 
         Args:
-            item: Indices of intervals, shape (m,).
-            combo: Indices of pairs of solids, shape (m,).
+            interval: Indices of intervals, shape (m,).
+            solid_pair: Indices of pairs of solids, shape (m,).
         """
         a, b = self.between
         total = (self.moves[:, :, self.table.first] * a.T).sum(axis=1)
         total += (self.moves[:, :, self.table.second] * b.T).sum(axis=1)
-        return np.asarray(total[item, combo])
+        return np.asarray(total[interval, solid_pair])
 
-    def approach(self, item: IndexArray, combo: IndexArray, normal: FloatArray) -> FloatArray:
+    def approach(
+        self, interval: IndexArray, solid_pair: IndexArray, normal: FloatArray
+    ) -> FloatArray:
         """Upper bound on the approach of two solids along a direction [m], shape (m,).
 
         Args:
-            item: Indices of intervals, shape (m,).
-            combo: Indices of pairs of solids, shape (m,).
+            interval: Indices of intervals, shape (m,).
+            solid_pair: Indices of pairs of solids, shape (m,).
             normal: Unit vectors, shape (m, 3).
         """
         a, b = self.between
-        low_a, high_a, bend_a = self._speeds_along(item, self.table.first[combo], a[combo], normal)
-        low_b, high_b, bend_b = self._speeds_along(item, self.table.second[combo], b[combo], normal)
-        rate, half = np.maximum(high_a - low_b, high_b - low_a), self.half[item]
+        low_a, high_a, bend_a = self._speeds_along(
+            interval, self.table.first[solid_pair], a[solid_pair], normal
+        )
+        low_b, high_b, bend_b = self._speeds_along(
+            interval, self.table.second[solid_pair], b[solid_pair], normal
+        )
+        rate, half = np.maximum(high_a - low_b, high_b - low_a), self.half[interval]
         return np.asarray(rate * half + (bend_a + bend_b) * half * half / 2)
 
     def _speeds_along(
-        self, item: IndexArray, solid: IndexArray, moved: FloatArray, normal: FloatArray
+        self, interval: IndexArray, solid: IndexArray, moved: FloatArray, normal: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Minimum and maximum speed of points along a direction, and a bound on accelerations.
 
         Args:
-            item: Indices of intervals, shape (m,).
+            interval: Indices of intervals, shape (m,).
             solid: Indices of solids, shape (m,).
-            moved: 1 for the joints that count, 0 for others, shape (m, n + 1).
+            moved: 1 for the joints that move the solid relative to the other, else 0; (m, n + 1).
             normal: Unit vectors, shape (m, 3).
         """
-        turns, slides, axis = self.joints.turns, self.joints.slides, self.axis[item]
-        rate = self.rate[item] * moved
+        turns, slides, axis = self.joints.turns, self.joints.slides, self.axis[interval]
+        rate = self.rate[interval] * moved
         turning = np.cross(normal[:, None], axis) * (rate * turns)[:, :, None]
         sliding = rate * (slides * np.einsum("mij,mj->mi", axis, normal))
         slope = turning.sum(axis=1)
-        level = sliding.sum(axis=1) - np.einsum("mij,mij->m", turning, self.origin[item])
-        speeds = level[:, None] + np.einsum("mi,mic->mc", slope, self.corners[item, solid])
+        level = sliding.sum(axis=1) - np.einsum("mij,mij->m", turning, self.origin[interval])
+        speeds = level[:, None] + np.einsum("mi,mic->mc", slope, self.corners[interval, solid])
         # The levers are those at the middle, so outer joints may move points farther from an axis.
-        moves, speed = self.moves[item, :, solid] * moved, self.speed[item] * moved
+        moves, speed = self.moves[interval, :, solid] * moved, self.speed[interval] * moved
         beyond = moves.sum(axis=1)[:, None] - moves.cumsum(axis=1)
-        levers = self.levers[item, :, solid] + turns * beyond
+        levers = self.levers[interval, :, solid] + turns * beyond
         nearer = (turns * speed).cumsum(axis=1) - turns * speed
-        bends = self.acceleration[item] * moved + speed * (turns * speed + 2.0 * nearer)
+        bends = self.acceleration[interval] * moved + speed * (turns * speed + 2.0 * nearer)
         return speeds.min(axis=1), speeds.max(axis=1), (bends * levers).sum(axis=1)

@@ -92,7 +92,7 @@ class StretchBounds(NamedTuple):
     def utilisation(self) -> FloatArray:
         """Upper bound on the error of each interval relative to the limits, shape (n,).
 
-        If a sample violates a limit, it has the errors of the samples.
+        Where a sample violates a limit, the errors of the samples take the place of the bound.
         """
         utilisations = [error.utilisation for error in self.errors.criteria.values()]
         return np.asarray(np.max(utilisations, axis=0))
@@ -118,8 +118,8 @@ def path_bounds(
         limits: Speed and tolerances.
         freedom: Freedom of the poses: only the tool's z axis is compared, with the tilt added to
             the limit.
-        start_turn: Turn of the tool about that axis at the start, approximately [rad].
-        clock: Time of the path's timing over the time of the curve, see `PathStretch`.
+        start_turn: Approximate turn of the tool about that axis at the start [rad].
+        clock: See `PathStretch`.
     """
     stretch = PathStretch(robot, curve, motion, *interval, freedom, clock)
     t = _first_times(curve, interval, limits.full_speed_interval)
@@ -165,7 +165,7 @@ def _first_times(
 
 
 def _divide(t: FloatArray, parts: FloatArray, needed: FloatArray, budget: int) -> FloatArray:
-    """Divide intervals into parts. A limited budget serves the largest need first."""
+    """Divide intervals into parts; if the budget is short, those with the largest need."""
     count = parts.astype(np.intp)
     if count.sum() > budget:
         order = np.argsort(-needed, kind="stable")
@@ -178,14 +178,14 @@ def _path_progress(stretch: PathStretch, t: FloatArray, s: FloatArray) -> PathPr
     backward = np.maximum.accumulate(s) - s
     i = int(backward.argmax())
     back = float(backward[i])
-    start_off, end_off = np.abs(s[[0, -1]] - stretch.requested_at(t[[0, -1]])).tolist()
+    start_off, end_off = np.abs(s[[0, -1]] - stretch.timed_arc_length(t[[0, -1]])).tolist()
     error, time = max((start_off, t[0]), (end_off, t[-1]), (back, t[i]))
     start, end = (s[[0, -1]] - stretch.low).tolist()
     return PathProgress(stretch.high - stretch.low, start, end, back, error, float(time))
 
 
 def path_rounding(robot: Robot, curve: PiecewisePolynomial, motion: TimedPath) -> float:
-    """Rounding error of bounds on a path, below which no limit can be proved [m, m/s].
+    """Rounding error of bounds on a path: no smaller limit can be proved [m, m/s].
 
     Args:
         robot: The arm.

@@ -26,9 +26,7 @@ SINGULAR_PRECISION = 1e-2
 """Tightness of the bound on a singular value without a limit, relative to the value."""
 
 SINGULAR_RESOLUTION = 1e-3
-"""Tightness that is always sufficient: the value below which a report calls a motion almost
-singular.
-"""
+"""Tightness that is always sufficient: reports call a motion almost singular below this value."""
 
 
 def tool_speed_bound(
@@ -84,7 +82,7 @@ def tool_acceleration_bound(
 
 
 def speed_quantity(model: Any, frame: int, order: int) -> Quantity:
-    """Speed (order 1) or acceleration (order 2) of a frame's origin."""
+    """The quantity to bound: speed (order 1) or acceleration (order 2) of a frame's origin."""
     moved: Callable[..., Any] = (
         pin.getFrameVelocity if order == 1 else pin.getFrameClassicalAcceleration
     )

@@ -44,7 +44,7 @@ def torque_bound(
     >>> all(joint.proved and joint.bound < joint.limit for joint in torque)
     True
     """
-    fault = f"torque limits are {limit!r}; give {robot.dof} positive numbers, one a joint"
+    fault = f"torque limits are {limit!r}; accepted: {robot.dof} positive numbers, one per joint"
     try:
         limits = np.asarray(robot.effort_limit if limit is None else limit, dtype=float)
     except (TypeError, ValueError) as error:

@@ -1,4 +1,4 @@
-"""A log compared with its plan: the shift of its clock, and the deviation."""
+"""Alignment of a log with its plan: the shift between their clocks."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from knotwork.verification.recording.noise import largest_near
 from knotwork.verification.recording.smoothing import ERROR_ORDERS, Smoothed
 
 COARSE_STEPS = 2000
-"""Number of steps of a plan in the search for the shift."""
+"""Maximum number of steps into which a plan is divided in the search for the shift."""
 STANDARD_ERRORS = 4.0
-"""Number of standard errors beyond which a margin counts."""
+"""A margin of at most this many standard errors leaves a requirement undecided."""
 PLAN_RESIDUAL_RATIO = 1.5
 """Largest residual of a noise-free log, as a multiple of that of the smoothed plan."""
 PIECE_TIMES = 17
@@ -31,14 +31,14 @@ class Alignment:
     """A smoothed log in the time of a plan.
 
     Attributes:
-        trajectory: The motion of the log, in the plan's order of joints, by the plan's clock and
-            within the plan's time as far as the log reaches.
+        trajectory: The motion of the log by the plan's clock, over the part of the plan's time that
+            the log covers.
         shift: Time of the log's clock at time 0 of the plan [s].
         shift_error: Standard error of the shift [s], from the residual between log and plan.
         reference: The plan.
         smoothed: The smoothed log, by its own clock.
         lead: Time from the log's first sample to time 0 of the plan [s].
-        delays: Delays of the log over the plan's time; its first span is on time.
+        delays: Spans of the plan's time with the delay of the log in each; the first is on time.
     """
 
     trajectory: JointTrajectory
@@ -50,7 +50,7 @@ class Alignment:
     delays: tuple[Delay, ...]
 
     def on_time(self) -> JointTrajectory:
-        """The motion without its delays. It jumps where they change."""
+        """The motion without its delays. It jumps where the delay changes."""
         curve, parts = self.smoothed.trajectory.polynomial, []
         for span in self.delays:
             ahead = self.lead + span.delay
@@ -63,11 +63,11 @@ class Alignment:
         return replace(self.trajectory, polynomial=PiecewisePolynomial(c, x))
 
     def uncertainty(self, order: int, time: float | None) -> FloatArray:
-        """Uncertainty of each joint, by noise and by the residual of the smoothed plan; (d,).
+        """Uncertainty of each joint, from noise and from the residual of the smoothed plan; (d,).
 
         Args:
-            order: 0 for the position to 3 for the jerk.
-            time: Time by the plan's clock [s]; `None` for the largest over the plan's time.
+            order: Order of the derivative, from 0 for position to 3 for jerk.
+            time: Time by the plan's clock [s]; `None` for the largest uncertainty over all time.
         """
         grid, motion = self.smoothed.grid - self.lead, self.trajectory
         ends = (motion.start_time, motion.end_time) if time is None else (time, time)
@@ -87,9 +87,9 @@ class Alignment:
 def aligned(curve: Smoothed, reference: JointTrajectory) -> Alignment:
     """Find the time shift between a log and its plan, and convert the log to the plan's time.
 
-    The log is compared with the plan at every shift, in steps of its sample period. Then least
-    squares between all samples and the polynomials of the plan improve the best shift. Before and
-    after its time the plan is at rest. If there are delays within the log, the shift is that of its
+    The log is compared with the plan at every shift, in steps of its sample period. The best shift
+    is then improved by least squares between all samples and the polynomials of the plan, which is
+    taken to be at rest before and after its time. If the log has delays, the shift is that of its
     beginning.
 
     >>> plan = kw.plan("paper_case")
@@ -134,13 +134,13 @@ def aligned(curve: Smoothed, reference: JointTrajectory) -> Alignment:
 def _shifted_part(
     curve: PiecewisePolynomial, start: float, end: float, ahead: float
 ) -> PiecewisePolynomial:
-    """Part of a curve between two times of a clock over which it is ahead [s], by that clock."""
+    """Shift a curve to a clock `ahead` seconds behind it, from `start` to `end` of that clock."""
     cut = cut_curve(curve, start + ahead, end + ahead)
     return PiecewisePolynomial(cut.c, np.concatenate(([start], cut.x[1:-1] - ahead, [end])))
 
 
 def _coarse_shift(curve: Smoothed, reference: JointTrajectory) -> float:
-    """The shift with the smallest sum of squares, in steps."""
+    """The multiple of a step that, as the shift, has the smallest sum of squares [s]."""
     length = curve.log.time[-1]
     step = max(curve.log.period, reference.duration / COARSE_STEPS)
     plan = plan_at(reference, np.arange(reference.start_time, reference.end_time + step, step))
@@ -159,9 +159,9 @@ class PlanResidual:
     """Deviation of a plan from a curve with the knots and the weights of a log.
 
     Attributes:
-        samples: Largest distance of its samples [rad or m], shape (d,).
-        errors: Distances of position, velocity, acceleration and jerk in the piece of each time of
-            the log's grid or next to it [rad or m, per s, per s², per s³], shape (4, g, d).
+        samples: Largest deviation of a sample [rad or m], shape (d,).
+        errors: Largest deviations of position, velocity, acceleration and jerk near each time of
+            the log's grid [rad or m, per s, per s², per s³], shape (4, g, d).
     """
 
     samples: FloatArray
@@ -169,12 +169,14 @@ class PlanResidual:
 
 
 def plan_residual(curve: Smoothed, plan: JointTrajectory, start: float) -> PlanResidual:
-    """Smooth a plan like a log. A plan that jumps in position or velocity has zero residuals.
+    """Smooth a plan like a log, and measure how far the smooth curve is from the plan.
+
+    If the position or velocity of the plan jumps, the residual is zero.
 
     Args:
         curve: The smoothed log.
         plan: The plan, with the log's joints in its order.
-        start: The plan's time 0 since the log's first sample [s].
+        start: Time from the log's first sample to time 0 of the plan [s].
     """
     time, grid = curve.log.time, curve.grid
     if plan.continuity.order < 1:
@@ -182,14 +184,14 @@ def plan_residual(curve: Smoothed, plan: JointTrajectory, start: float) -> PlanR
     position = _extend(plan, time - start, 0)
     followed = curve.curve_of(position)
     samples = np.abs(position - followed(time))
-    # many times in each piece, because the jerk may jump between two
+    # many times in each piece, because the jerk of the plan may jump within it
     breaks, parts = followed.x, np.linspace(0.0, 1.0, PIECE_TIMES)
     fine = (breaks[:-1, None] + np.diff(breaks)[:, None] * parts).ravel()
     # the curve extends beyond log and plan
     fine = fine.clip(min(0.0, start + plan.start_time), max(time[-1], start + plan.end_time))
     gaps = np.abs([_extend(plan, fine - start, nu) - followed(fine, nu) for nu in ERROR_ORDERS])
     worst = gaps.reshape(len(ERROR_ORDERS), len(breaks) - 1, PIECE_TIMES, -1).max(axis=2)
-    # if knots suit the log and not the plan, the log has another motion there
+    # where the knots suit the log but not the plan, the log has another motion
     of_log = _by_piece(curve, np.abs(curve.residuals) + curve.sigma)
     share = np.minimum(1.0, of_log / np.maximum(_by_piece(curve, samples), np.finfo(float).tiny))
     piece = np.clip(np.searchsorted(followed.x, grid, side="right") - 1, 0, len(share) - 1)
@@ -199,7 +201,7 @@ def plan_residual(curve: Smoothed, plan: JointTrajectory, start: float) -> PlanR
 
 
 def _extend(plan: JointTrajectory, time: FloatArray, order: int) -> FloatArray:
-    """A plan extended before and after its time, without a jump of velocity."""
+    """Evaluate a plan that is extended before and after its time at constant velocity."""
     inside = np.clip(time, plan.start_time, plan.end_time)
     beyond = (time - inside)[:, None]
     values = plan(inside, order)
@@ -209,6 +211,6 @@ def _extend(plan: JointTrajectory, time: FloatArray, order: int) -> FloatArray:
 
 
 def _by_piece(curve: Smoothed, values: FloatArray) -> FloatArray:
-    """The largest of samples in each piece and next to it, shape (pieces, d)."""
+    """The largest value among the samples of each piece and its neighbours, shape (pieces, d)."""
     first = np.searchsorted(curve.log.time, curve.trajectory.breaks[:-1])
     return largest_near(np.maximum.reduceat(values, first, axis=0), 1)

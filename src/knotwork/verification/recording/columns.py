@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
-from knotwork.files.foreign.header import HeadingError, column, quantity_named, words
+from knotwork.files.foreign.header import HeadingError, parse_heading, quantity_named, split_words
 
 PREFERRED_TOPIC = "joint_states"
 """Last part of the topic that is read if several topics have all joints, as ROS names it."""
@@ -31,7 +31,7 @@ class PositionColumn:
         joint: Index of the joint.
         index: Index of the column.
         factor: Factor to SI.
-        unit_given: Whether the heading states a unit.
+        unit_given: Whether the heading states the unit.
     """
 
     topic: str
@@ -46,8 +46,8 @@ class LogColumns:
     """Columns of a log.
 
     Attributes:
-        clock: Columns of the time and their factors to s; 0 if the size of the values
-            decides.
+        clock: Columns of the time with their factors to s; a factor of 0 means that the unit
+            follows from the size of the values.
         positions: The column of each joint.
     """
 
@@ -68,14 +68,14 @@ def log_columns(
 
     Args:
         headings: The headings.
-        first: Cells of the first row, perhaps with names of joints (`name[0]`).
+        first: Cells of the first row, which may have names of joints (`name[0]`).
         joint_names: The known joints.
         joint_units: `"rad"` or `"m"` for each.
-        topic: Use columns with this heading before the joint's name.
-        degrees: Columns of rad joints without a unit are in degrees.
+        topic: Heading before the joint's name; columns of other topics are skipped.
+        degrees: Whether columns of rad joints without a unit are in degrees.
 
     Raises:
-        HeadingError: Time is missing, or a joint has not exactly one position.
+        HeadingError: The time is missing, or a joint has no position column, or several.
     """
     columns = list(_named_positions(headings, joint_names, joint_units))
     columns = columns or list(_numbered_positions(headings, first, joint_names))
@@ -98,11 +98,11 @@ def _named_positions(
     for index, heading in enumerate(headings):
         topic, description = _split_heading(heading, names)
         try:
-            content = column(description, names, units)
+            content = parse_heading(description, names, units)
         except HeadingError:
             continue
         if content.joint is not None and content.quantity == "position":
-            stated = {"rad", "deg", "m", "mm", "degrees", "°"} & set(words(description))
+            stated = {"rad", "deg", "m", "mm", "degrees", "°"} & set(split_words(description))
             yield PositionColumn(topic, content.joint, index, content.factor, bool(stated))
 
 
@@ -124,7 +124,7 @@ def _numbered_positions(
 ) -> Iterable[PositionColumn]:
     """Columns with joint numbers, from 0 or 1: `position[0]`, `actual_q_0`, `field.position0`.
 
-    Columns of names give the order, if there are any. Otherwise it is the order of the robot.
+    Their order is that of the columns with names, if there are any, or else that of the robot.
     """
     names_by_topic: dict[str, dict[int, str]] = {}
     groups: dict[tuple[str, str], list[tuple[int, int]]] = {}
@@ -133,7 +133,7 @@ def _numbered_positions(
         match = _INDEXED.fullmatch(last)
         if match is None:
             continue
-        *kind, word = words(match["word"])
+        *kind, word = split_words(match["word"])
         number = int(match["index"])
         if match["word"] in ("name", "joint_names"):
             names_by_topic.setdefault(topic, {})[number] = first[index].strip()
@@ -141,7 +141,7 @@ def _numbered_positions(
             group = (topic, "/".join([topic, *kind]))
             groups.setdefault(group, []).append((number, index))
     for (topic, group_name), columns in groups.items():
-        # in a controller's state the names are next to the groups of values
+        # in the messages of a controller's state, names are one level above the values
         order = names_by_topic.get(topic, names_by_topic.get(topic.rpartition("/")[0]))
         if not order:
             if len(columns) != len(names):
@@ -177,7 +177,7 @@ def _choose_topic(
     if len(chosen) > 1:
         raise HeadingError(
             f"{len(chosen)} topics have positions of all joints: {', '.join(chosen)}",
-            "one of them as the topic (--topic)",
+            "one of them as the topic",
         )
     for joint, name in enumerate(names):
         count = topics[chosen[0]].count(joint)
@@ -191,9 +191,9 @@ def _rank(topic: str) -> int:
     last = topic.rpartition("/")[2]
     if last == PREFERRED_TOPIC:
         return 0
-    if set(words(last)) & set(_REQUESTED):
+    if set(split_words(last)) & set(_REQUESTED):
         return 3
-    return 1 if set(words(topic)) & set(_MEASURED) else 2
+    return 1 if set(split_words(topic)) & set(_MEASURED) else 2
 
 
 def _topic_path(heading: str) -> str:
@@ -202,7 +202,7 @@ def _topic_path(heading: str) -> str:
 
 
 def _clock(headings: Sequence[str], topic: str) -> tuple[tuple[int, float], ...]:
-    """Columns of the time: the stamp of the messages, or otherwise the time of their reception."""
+    """Columns of the time: the stamp of the messages, or else the time of their reception."""
     stamps: dict[str, dict[str, int]] = {}
     for index, heading in enumerate(headings):
         if match := _STAMP.fullmatch(_topic_path(heading)):
@@ -217,11 +217,11 @@ def _clock(headings: Sequence[str], topic: str) -> tuple[tuple[int, float], ...]
     times = []
     for index, heading in enumerate(headings):
         try:
-            content = column(heading.strip().lstrip("%"), (), ())
+            content = parse_heading(heading.strip().lstrip("%"), (), ())
         except HeadingError:
             continue
         if content.quantity == "time" and content.clock != "step":
-            stated = words(heading)[-1] in ("s", "sec", "seconds", "ms", "us", "ns")
+            stated = split_words(heading)[-1] in ("s", "sec", "seconds", "ms", "us", "ns")
             times.append((index, content.factor if stated else 0.0))
     if len(times) == 1:
         return (times[0],)

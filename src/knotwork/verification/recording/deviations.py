@@ -15,23 +15,21 @@ from knotwork.curves.polynomial.two_point import raise_degree
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.joint_quantities import rate_unit
 from knotwork.units import SI, Units
-from knotwork.verification.finding import Finding, Subject
+from knotwork.verification.finding import Finding, Group, Subject
 from knotwork.verification.recording.alignment import Alignment
 from knotwork.verification.recording.log_delays import delay_text
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
 
-AGAINST_PLAN = "Against the plan"
-
 
 class LogTolerances(NamedTuple):
     """Tolerances of a log relative to its plan.
 
     Attributes:
-        tool: Tolerances of position and orientation, by unit: `"m"`, `"rad"`.
+        tool: Tolerances of the tool's position and orientation, by unit: `"m"`, `"rad"`.
         joints: Tolerances of joints, by name, or by unit for all other joints.
-        delay: Largest allowed delay [s]. Positions are then compared without delays.
+        delay: Largest allowed delay [s]. If it is given, positions are compared without delays.
     """
 
     tool: Mapping[str, float] = MappingProxyType({})
@@ -48,8 +46,8 @@ def deviation_findings(
     """Report the deviations of a log from its plan: time, each joint over all time, and the tool.
 
     Joint deviations are exact extrema between the smoothed log and the plan. Deviations of the tool
-    are evaluated at the times of the samples. Short reports show the largest of each, the shift and
-    delays.
+    are evaluated at the times of the samples. Short reports show the largest joint and tool
+    deviations, the time shift and the delays.
 
     >>> plan = kw.plan("paper_case")
     >>> time = np.arange(0.0, 25.0, 0.05)
@@ -64,7 +62,7 @@ def deviation_findings(
         alignment: The smoothed log, by the plan's clock.
         robot: Robot, for the deviation of the tool.
         units: Units of the messages.
-        tolerances: The only required tolerances.
+        tolerances: Tolerances of the deviations; without one a deviation is only information.
     """
     motion = alignment.trajectory if tolerances.delay is None else alignment.on_time()
     joints = list(_joint_findings(motion, alignment, units, tolerances))
@@ -85,11 +83,16 @@ def deviation_findings(
     )
     brief = filter(None, [text, *short, f"time shift {alignment.lead:.4g} s"])
     yield Finding.of_motion(
-        AGAINST_PLAN, "time_shift", fact, value=alignment.lead, unit="s", brief="; ".join(brief)
+        Group.AGAINST_PLAN,
+        "time_shift",
+        fact,
+        value=alignment.lead,
+        unit="s",
+        brief="; ".join(brief),
     )
-    latest = max(alignment.delays, key=lambda span: abs(span.delay))
+    largest = max(alignment.delays, key=lambda span: abs(span.delay))
     yield _deviation(
-        "motion", "", "lateness", text or "the log is on time", latest.delay, "s", latest.start,
+        "motion", "", "lateness", text or "the log is on time", largest.delay, "s", largest.start,
         units, tolerances.delay,
     )  # fmt: skip
     yield from joints
@@ -116,7 +119,7 @@ def _joint_findings(
 
 
 def _difference(curve: PiecewisePolynomial, plan: PiecewisePolynomial) -> PiecewisePolynomial:
-    """Difference of two curves, in their common time."""
+    """Difference of two curves over their common time."""
     low, high = max(curve.x[0], plan.x[0]), min(curve.x[-1], plan.x[-1])
     curve, plan = cut_curve(curve, low, high), cut_curve(plan, low, high)
     curve, plan = split_at(curve, plan.x), split_at(plan, curve.x)
@@ -166,14 +169,22 @@ def _deviation(
     units: Units,
     limit: float | None,
 ) -> Finding:
-    """Deviation from the plan, and whether it is within the tolerance."""
+    """Make the finding on a deviation from the plan, compared with its tolerance if it has one."""
     if unit != "s":
         fact += f" by up to {units.text(abs(value), unit, '.3g')}, at {time:.4f} s"
     if limit is None:
         return Finding(
-            AGAINST_PLAN, subject, name, quantity, "information", fact, value, unit=unit, time=time
+            Group.AGAINST_PLAN,
+            subject,
+            name,
+            quantity,
+            "information",
+            fact,
+            value,
+            unit=unit,
+            time=time,
         )
     fact += f", tolerance {units.text(limit, unit, '.3g')}"
     return Finding.at_most(
-        "Tolerances", subject, name, quantity, fact, value, limit, unit=unit, time=time
+        Group.TOLERANCES, subject, name, quantity, fact, value, limit, unit=unit, time=time
     )

@@ -1,10 +1,10 @@
 """The check of a log, within its noise.
 
 The smoothed motion is checked like any other, but it is only known up to the noise of the log. A
-requirement whose margin is below `STANDARD_ERRORS` standard errors is undecided. Jumps are judged
-by the residuals of the samples, because the smoothed curve has none. For a noise-free log,
-residuals up to `PLAN_RESIDUAL_RATIO` times those of the smoothed plan are accepted, because the
-plan's jerk may jump.
+requirement is undecided if its margin is below `STANDARD_ERRORS` standard errors. The smoothed
+curve has no jumps, so the residuals of the samples are checked instead. Even a log without noise
+may have residuals of `PLAN_RESIDUAL_RATIO` times those of the smoothed plan, because the plan's
+jerk may jump.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from knotwork.errors import InputError, UnknownNameError
 from knotwork.joint_quantities import DERIVATIVES
 from knotwork.units import SI, Units
 from knotwork.verification import Finding, Report, check
-from knotwork.verification.continuity import CONTINUITY_GROUP, ROUNDING_QUANTITIES
+from knotwork.verification.continuity import ROUNDING_QUANTITIES
+from knotwork.verification.finding import Group
 from knotwork.verification.recording.alignment import (
     PLAN_RESIDUAL_RATIO,
     STANDARD_ERRORS,
     Alignment,
 )
 from knotwork.verification.recording.deviations import LogTolerances, deviation_findings
-from knotwork.verification.waypoint_checks import JOINT_ERRORS
 
 if TYPE_CHECKING:
     from knotwork.curves.trajectory import JointTrajectory
@@ -37,17 +37,16 @@ if TYPE_CHECKING:
     from knotwork.task.scenario import Scenario
     from knotwork.task.scenario.joint_space import JointSpace
 
-LOG = "Log"
 REPLACED_SUBJECTS = ("waypoint", "path", "wait", "motion", "event")
-"""Subjects whose requirements are replaced by given tolerances."""
+"""Subjects of requirements that are left out if tolerances of the log are given."""
 JUMP_DEVIATIONS = 8.0
-"""Residual in standard deviations beyond which a sample is a jump or wrong."""
+"""A sample with a residual of more standard deviations is a jump, or wrong."""
 GAP_PERIODS = 5.5
-"""Number of periods without a sample beyond which there is a gap."""
+"""A longer time without samples, in sample periods, is a gap."""
 MOVING_GAP_PERIODS = 1.75
-"""Number of periods without a sample beyond which there is a gap while the plan moves far."""
+"""A longer time without samples, in sample periods, is a gap if the plan moves far meanwhile."""
 MOVING_GAP_RANGE = 0.1
-"""Fraction of the whole range of a joint's motion that is far for a gap."""
+"""Fraction of the range of a joint's motion beyond which it moves far in a gap."""
 REST_DEVIATIONS = 4.0
 """Motion of a plan, in standard deviations of the noise, below which it is at rest."""
 _UNIT_ORDERS = {"m": 0, "rad": 0, "m/s": 1, "rad/s": 1, "m/s²": 2, "rad/s²": 2}
@@ -62,9 +61,9 @@ def check_log(
 ) -> Report:
     """Check a log against a scenario.
 
-    `"passed"` then means that nothing in the log contradicts the scenario beyond the log's noise.
-    The findings report undecided requirements. Given tolerances replace the requirements of the
-    scenario on waypoints, paths, waits and positions of events.
+    If the report passes, nothing in the log contradicts the scenario beyond the log's noise; some
+    requirements may be undecided. Given tolerances replace the requirements of the scenario on
+    waypoints, paths, waits and positions of events.
 
     >>> plan = kw.plan("paper_case")
     >>> time = np.arange(0.0, 25.0, 0.05)
@@ -86,7 +85,7 @@ def check_log(
     findings = list(compared.findings)
     undecided = 0
     for finding in report.findings:
-        if finding.group == CONTINUITY_GROUP or finding.quantity in ROUNDING_QUANTITIES:
+        if finding.group == Group.CONTINUITY or finding.quantity in ROUNDING_QUANTITIES:
             continue
         if finding.subject == "event" and finding.verdict == "warning":
             continue  # a log of positions has no signals
@@ -96,14 +95,16 @@ def check_log(
         if error is not None and abs(finding.margin or 0.0) <= error:
             undecided += 1
             size = units.text(error, finding.unit, ".2g")
-            fact = f"{finding.message}; undecided, as the log resolves it to {size}"
+            fact = f"{finding.message}; undecided, because the log resolves the value to {size}"
             finding = replace(finding, verdict="undecided", fact=fact, remedy="")
         findings.append(finding)
     if undecided:
-        reason = f"{STANDARD_ERRORS:g} standard errors of the"
-        fact = f"{undecided} requirements are undecided: their margins are below {reason} log"
-        brief = f"undecided: within {reason} limit"
-        findings.append(Finding.of_motion(LOG, "undecided", fact, brief=brief))
+        errors = f"{STANDARD_ERRORS:g} standard errors"
+        fact = (
+            f"{undecided} requirements are undecided: their margins are below {errors} of the log"
+        )
+        brief = f"undecided: within {errors} of the limit"
+        findings.append(Finding.of_motion(Group.LOG, "undecided", fact, brief=brief))
     return replace(report, findings=tuple(findings))
 
 
@@ -113,7 +114,7 @@ def compare_log(
     units: Units = SI,
     tolerances: LogTolerances | None = None,
 ) -> Report:
-    """Report the deviations of a log from its plan, the assumptions about it, and jumps.
+    """Report the deviations of a log from its plan, the assumptions about the log, and its jumps.
 
     >>> plan = kw.plan("paper_case")
     >>> time = np.arange(0.0, 25.0, 0.05)
@@ -131,7 +132,7 @@ def compare_log(
         tolerances: Tolerances of the log relative to the plan, or `None`.
 
     Raises:
-        InputError: A tolerance has an unknown subject.
+        InputError: A tolerance is of an unknown joint, or of the tool without a robot.
     """
     jumps = tolerances is None
     tolerances = tolerances or LogTolerances()
@@ -159,8 +160,8 @@ def _check_tolerances(
 ) -> None:
     if tolerances.tool and robot is None:
         raise InputError(
-            "a tolerance of the tool needs the scenario's robot; accepted without: "
-            "joints=0.1deg, or a joint's name in place of joints"
+            "a tolerance of the tool needs the scenario's robot; accepted without a robot: "
+            "tolerances of joints"
         )
     units = dict(zip(motion.joint_names, motion.joint_units, strict=True))
     for name in tolerances.joints:
@@ -169,7 +170,7 @@ def _check_tolerances(
 
 
 def _uncertainty(finding: Finding, alignment: Alignment, space: JointSpace) -> float | None:
-    """Uncertainty of a value due to the log's noise, or `None` if unknown."""
+    """Uncertainty of a finding's value due to the log's noise; `None` if unknown."""
     if finding.value is None or not np.isfinite(finding.value) or finding.margin is None:
         return None
     names, robot = space.joint_names, space.robot
@@ -184,7 +185,7 @@ def _uncertainty(finding: Finding, alignment: Alignment, space: JointSpace) -> f
         return float((errors(0) + errors(0, finding.interval[0])).max())
     if quantity in DERIVATIVES and finding.name in names and finding.subject == "joint":
         return float(errors(DERIVATIVES.index(quantity))[names.index(finding.name)])
-    if quantity in DERIVATIVES and finding.group == JOINT_ERRORS:
+    if quantity in DERIVATIVES and finding.group == Group.JOINTS_AT_WAYPOINTS:
         return float(errors(DERIVATIVES.index(quantity)).max())
     if robot is None:
         return None
@@ -208,7 +209,7 @@ def _uncertainty(finding: Finding, alignment: Alignment, space: JointSpace) -> f
 
 
 def _inertia(robot: Robot, q: FloatArray) -> FloatArray:
-    """The mass matrix, from the torques of unit accelerations."""
+    """The joint-space mass matrix, from the efforts of unit accelerations, shape (d, d)."""
     still = np.zeros(q.size)
     static = robot.effort(q, still, still)
     return np.column_stack([robot.effort(q, still, unit) - static for unit in np.eye(q.size)])
@@ -237,32 +238,30 @@ def _residual_findings(
             times = value / float(curve.sigma[worst, j])
             fact += f", {times:.3g} times the noise: the motion jumps, or the sample is wrong"
             if not curve.noise.stated:
-                fact += (
-                    f"; if such errors are expected, give noise={float(sizes.max()):.0e} (--noise)"
-                )
+                fact += f"; if such errors are expected, give a noise of {float(sizes.max()):.0e}"
         yield Finding.at_most(
-            CONTINUITY_GROUP, "joint", name, "sample_off_the_curve", fact, value, limit,
+            Group.CONTINUITY, "joint", name, "sample_off_the_curve", fact, value, limit,
             unit=unit, time=time,
         )  # fmt: skip
 
 
 def _log_findings(alignment: Alignment, units: Units) -> Iterator[Finding]:
-    """The assumptions about the log."""
+    """Report the assumptions about the log: sampling, smoothing, noise and omissions."""
     curve, log, noise = alignment.smoothed, alignment.smoothed.log, alignment.smoothed.noise
     origin = "as given" if noise.stated else "estimated from the samples and their digits"
     largest: dict[str, float] = {}
     joints = zip(log.joint_names, log.joint_units, noise.position.tolist(), strict=True)
     for name, unit, value in joints:
         size = units.text(value, unit, ".2g")
-        fact = f"joint {name!r}: samples are off by {size} (standard deviation), {origin}"
+        fact = f"joint {name!r}: the noise has a standard deviation of {size}, {origin}"
         yield Finding(
-            LOG, "joint", name, "noise", "information", fact, value=value, unit=unit,
+            Group.LOG, "joint", name, "noise", "information", fact, value=value, unit=unit,
             proof="sampled",
         )  # fmt: skip
         largest[unit] = max(value, largest.get(unit, 0.0))
     sizes = ", ".join(units.text(value, unit, ".2g") for unit, value in largest.items())
     yield Finding.of_motion(
-        LOG,
+        Group.LOG,
         "log",
         f"log: {log.time.size} samples, every {1e3 * log.period:.4g} ms, smoothed by "
         f"{curve.trajectory.breaks.size - 1} cubics; noise {sizes} and jitter "
@@ -270,7 +269,7 @@ def _log_findings(alignment: Alignment, units: Units) -> Iterator[Finding]:
     )
     if log.notes:
         fact = f"left out or corrected: {'; '.join(log.notes)}"
-        yield Finding.of_motion(LOG, "left_out", fact)
+        yield Finding.of_motion(Group.LOG, "left_out", fact)
 
 
 def gap_findings(alignment: Alignment) -> Iterator[Finding]:
@@ -296,7 +295,7 @@ def gap_findings(alignment: Alignment) -> Iterator[Finding]:
         if moves.any():
             plan_text = "moves there, so the motion of the robot is undecided"
         yield Finding.of_motion(
-            LOG,
+            Group.LOG,
             quantity="gap",
             verdict="failed" if moves.any() else "warning",
             fact=f"the log has no sample from {start:.3f} s to {end:.3f} s: {duration:.4g} s, "

@@ -1,9 +1,9 @@
 """Delay of a log relative to its plan, over the time of the plan.
 
-The delay at a time of the plan is a multiple of a step. A change of the delay costs as much as a
-few samples far off the plan, so that the delay changes only with evidence in the log. Dynamic
-programming (Viterbi) finds the cheapest sequence of delays. The delay of each span with a constant
-one is then improved by least squares. Before and after its time the plan is at rest.
+The delay at each time of the plan is a multiple of a time step. A change of the delay costs as much
+as a few samples far off the plan, so that the delay changes only with evidence in the log. Dynamic
+programming (Viterbi) finds the cheapest sequence of delays. In each span of constant delay, the
+delay is then improved by least squares. Before and after its time the plan is at rest.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from knotwork.curves.trajectory import JointTrajectory
 from knotwork.verification.recording.smoothing import Smoothed
 
 MAX_PLAN_STEPS = 1000
-"""Largest number of steps of the plan."""
+"""Maximum number of time steps of the plan."""
 CHANGE_COST = 10.0
-"""Cost of a change of the delay, in squares of the plan's motion per step."""
+"""Cost of a change of the delay, in mean squares of the plan's motion in one time step."""
 EVIDENCE = 0.25
-"""Fraction of the sum of squares of a constant delay below which delays count."""
+"""Several delays count if their sum of squares is below this fraction of a constant delay's."""
 MIN_DELAY_STEPS = 3.0
-"""Number of steps below which delays are equal."""
-MAX_STEPS = 50
-"""Maximum number of Gauss-Newton steps."""
+"""Delays are equal if they differ by fewer time steps."""
+MAX_FIT_ITERATIONS = 50
+"""Maximum number of Gauss-Newton iterations."""
 
 
 class Delay(NamedTuple):
@@ -35,7 +35,8 @@ class Delay(NamedTuple):
 
     Attributes:
         start, end: Span in the plan's time [s].
-        delay: Delay relative to the plan's clock, or the log's first sample [s]; negative if early.
+        delay: Delay since the plan's time or, while it is estimated, since the log's first sample
+            [s]; negative if early.
     """
 
     start: float
@@ -44,7 +45,7 @@ class Delay(NamedTuple):
 
 
 def plan_at(plan: JointTrajectory, time: FloatArray, order: int = 0) -> FloatArray:
-    """The plan at any times; at rest before and after its own."""
+    """Evaluate a plan at any times; it is at rest before and after its own."""
     inside = np.clip(time, plan.start_time, plan.end_time)
     values = plan(inside, order)
     if order:
@@ -85,16 +86,16 @@ def estimate_delays(curve: Smoothed, plan: JointTrajectory, shift: float) -> tup
 
 
 def fit_delay(
-    curve: Smoothed, plan: JointTrajectory, span: Delay, max_steps: int = MAX_STEPS
+    curve: Smoothed, plan: JointTrajectory, span: Delay, max_iterations: int = MAX_FIT_ITERATIONS
 ) -> tuple[float, float]:
     """Delay of a span since the log's first sample, and its standard error [s].
 
-    Least squares of the span's samples, by Gauss-Newton steps. One step is sufficient for a delay
-    that is known to the sample period.
+    It is the least-squares fit to the span's samples by Gauss-Newton iterations. One iteration is
+    sufficient if the delay is known to the sample period.
     """
     delay, samples = span.delay, _samples_in(curve, span)
     time, q = curve.log.time[samples], curve.log.position[samples]
-    for _ in range(max_steps):
+    for _ in range(max_iterations):
         slopes = plan_at(plan, time - delay, 1)
         residuals = q - plan_at(plan, time - delay)
         weight = float((slopes**2).sum())
@@ -122,7 +123,7 @@ def _residuals(curve: Smoothed, plan: JointTrajectory, span: Delay) -> FloatArra
 
 
 def _cheapest_delays(plan: FloatArray, log: FloatArray, reach: int, cost: float) -> FloatArray:
-    """The delay at each of the plan's times, in steps, shape (m,)."""
+    """The delay at each of the plan's times, in time steps, shape (m,)."""
     count = 2 * reach + 1
     total = np.zeros(count)
     stays = np.empty((len(plan), count), dtype=bool)

@@ -1,4 +1,4 @@
-"""Robot logs from CSV: samples of joints, and their resolution."""
+"""Reading of robot logs from CSV: samples of joint positions, and their resolution."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ MIN_SAMPLES = 16
 """Smallest number of samples for an estimate of the noise."""
 
 EPOCHS = ((1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3))
-"""Sizes above which times without a unit are ns, µs and ms since 1970."""
+"""Sizes above which times without a unit are ns, µs and ms since 1970, with their factors to s."""
 
 MAX_RADIANS = 4.0 * np.pi * 1.001
-"""Joint position [rad] above which the unit is probably degrees: two whole turns."""
+"""Joint position [rad] above which values are probably in degrees: two whole turns."""
 
 _DIGITS = re.compile(r"[+-]?\d*\.?(?P<decimals>\d*)(?:[eE](?P<power>[+-]?\d+))?")
 
@@ -83,8 +83,8 @@ def read_log(
         path: The file.
         joint_names: The required joints, in any order.
         joint_units: `"rad"` or `"m"` for each.
-        topic: The topic to read, if several have positions of all joints.
-        degrees: Positions of rad joints without a unit in their headings are in degrees.
+        topic: The topic to read; required if several have positions of all joints.
+        degrees: Whether positions of rad joints without a unit in their headings are in degrees.
 
     Raises:
         DocumentError: The file can't be read, lacks the time or a joint, has fewer than 16 samples
@@ -98,7 +98,7 @@ def read_log(
             rows.headings, rows.cells[0], joint_names, joint_units, topic=topic, degrees=degrees
         )
     except HeadingError as error:
-        raise rows.error(rows.head, None, str(error), error.accepted) from error
+        raise rows.heading_error(None, str(error), error.accepted) from error
     return _to_recording(rows, columns, joint_names, joint_units)
 
 
@@ -144,7 +144,7 @@ def _numbers(rows: Rows, index: int) -> FloatArray:
 
 
 def _values(rows: Rows, columns: Sequence[PositionColumn]) -> tuple[FloatArray, FloatArray]:
-    """Numbers of columns in SI, NaN for missing ones, and the size of their last digits."""
+    """Numbers of columns in SI, NaN for missing ones, and the size of each column's last digit."""
     factors = np.array([column.factor for column in columns])
     values = np.column_stack([_numbers(rows, column.index) for column in columns])
     last = []
@@ -160,7 +160,7 @@ def _values(rows: Rows, columns: Sequence[PositionColumn]) -> tuple[FloatArray, 
 
 
 def _seconds(clock: FloatArray, factors: Sequence[float]) -> tuple[FloatArray, float]:
-    """Times since the first row [s], and its time by the log's clock."""
+    """Times since the first row [s], and the time of the first row by the log's clock [s]."""
     largest = float(np.abs(clock[:, 0]).max())
     guessed = next((factor for size, factor in EPOCHS if largest > size), 1.0)
     sizes = [factor or guessed for factor in factors]
@@ -180,10 +180,9 @@ def _refuse_degrees(
         largest = float(np.abs(position[:, j]).max())
         is_plain = units[j] == "rad" and column.factor == 1.0 and not column.unit_given
         if is_plain and largest > MAX_RADIANS:
-            raise rows.error(
-                rows.head,
+            raise rows.heading_error(
                 column.index,
                 f"joint {names[j]!r} reaches {largest:.6g} rad, more than two whole turns",
-                "rad; if these are degrees, give their unit (--log-unit deg) or "
-                "[deg] in the headings, else [rad] there",
+                "degrees with their unit, as [deg] in the heading or as the unit of the log; for "
+                "so many radians, [rad] in the heading",
             )

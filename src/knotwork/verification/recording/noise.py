@@ -1,15 +1,15 @@
 """The noise of a log, estimated from the log itself.
 
-Each sample is compared with the cubic through its four neighbours, two on each side, at recorded
-times. A smooth motion has no residual. The residual comes from the noise of the five values and
+Each sample is compared with the cubic through its four neighbours, two on each side, at the times
+recorded. A smooth motion has no such residual, so it comes from the noise of the five values and
 from errors of their times. With independent errors its variance is
 
     (1 + sum w²) (σ² + v² τ²)
 
 where w are the weights of the neighbours, σ is the noise of the joint, v its velocity, and τ the
 jitter of the time stamps, which all joints share. Non-negative least squares find σ and τ from the
-median sizes of the samples of each joint, in groups of similar speed. Thus jumps and wrong samples
-hardly count. σ is at least the rounding error, the last digit divided by √12.
+median residuals of each joint, in groups of samples of similar speed. Thus jumps and wrong samples
+hardly count. σ is at least the rounding error, which is the last digit divided by √12.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ from knotwork.verification.recording.log_reading import Recording
 SPEED_GROUPS = 8
 """Maximum number of groups of samples of a joint by speed."""
 MIN_IN_GROUP = 8
-"""Minimum number of samples of a group."""
+"""Minimum number of samples in a group."""
 WEIGHT_ROUNDS = 10
-"""Number of fits, each with the variances that the one before expects."""
+"""Number of fits; each is weighted by the variances that the previous fit predicts."""
 MEDIAN_RATIO = 1.4826
-"""Ratio of standard deviation and median magnitude of normal numbers."""
+"""Standard deviation of normally distributed numbers, relative to their median magnitude."""
 DIGIT_ERROR = 12.0**-0.5
 """Standard deviation of rounding to a digit, relative to the digit."""
 MIN_NOISE = 1e-12
@@ -53,7 +53,7 @@ class Noise:
 
     def of_samples(self, slopes: FloatArray) -> FloatArray:
         """Standard deviation of each sample, from the largest velocity next to it, shape (n, d)."""
-        # at starts and stops, the slope between samples is only known from its neighbours
+        # at starts and stops, the slope at a sample is too small; its neighbours have the right one
         fast = largest_near(np.abs(slopes), 2)
         return np.sqrt(self.position**2 + (fast * self.jitter) ** 2)
 
@@ -78,14 +78,14 @@ def noise_of(log: Recording, stated: float | None = None) -> Noise:
 
 
 def largest_near(values: FloatArray, steps: int, axis: int = 0) -> FloatArray:
-    """The largest of each value and its neighbours within some steps along an axis."""
+    """The maximum of each value and its neighbours, up to some steps away along an axis."""
     from scipy.ndimage import maximum_filter1d
 
     return np.asarray(maximum_filter1d(values, 2 * steps + 1, axis=axis, mode="nearest"))
 
 
 def slopes_of(time: FloatArray, values: FloatArray) -> FloatArray:
-    """Rough velocities of samples, from the neighbours two before and two behind, shape (n, d)."""
+    """Rough velocities at samples, from the neighbours two before and two after, shape (n, d)."""
     n = len(time)
     low, high = np.maximum(np.arange(n) - 2, 0), np.minimum(np.arange(n) + 2, n - 1)
     return np.asarray((values[high] - values[low]) / (time[high] - time[low])[:, None])
@@ -112,9 +112,9 @@ def _by_speed(
 ) -> tuple[FloatArray, float]:
     """Noise of each joint and their common jitter, from the variances of groups.
 
-    A variance has a relative error, so each group is weighted by one over the square of its
-    expectation. With the measured variances as weights, small ones would count too much, and the
-    noise of short logs would be a third too small.
+    The error of a variance is relative to the variance, so each group is weighted by one over the
+    square of the expected variance. With measured variances instead, small ones would count too
+    much, and the noise of short logs would come out a third too small.
     """
     from scipy.optimize import nnls
 

@@ -1,10 +1,10 @@
 """The smooth motion behind the samples of a log: cubic splines by weighted least squares.
 
-Knots are added where samples require them. An interval is halved as long as the mean square of its
-residuals exceeds the noise. Then all intervals are halved once more. Thus the error of the curve is
-small compared with the uncertainty by noise. The reported uncertainty is the standard error of the
-least squares, plus the change of the curve by the last halving, which is an upper bound of the
-change by finer knots.
+Knots are added where the samples require them: an interval is halved as long as the mean square of
+its residuals exceeds the noise. Then all intervals are halved once more, so that the error of the
+curve is small compared with the uncertainty due to noise. The reported uncertainty is the standard
+error of the least squares, combined with the change of the curve in the last halving, which exceeds
+the change that finer knots would make.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ from knotwork.verification.recording.log_reading import Recording
 from knotwork.verification.recording.noise import Noise, largest_near, noise_of, slopes_of
 
 NOISE_SLACK = 1.1
-"""Tolerated ratio of true and estimated noise."""
+"""Tolerated ratio of the mean squares of residuals and estimated noise."""
 EXTENSION_PERIODS = 3.0
 """Number of sample periods by which the curve extends beyond the first and the last sample."""
 MIN_IN_INTERVAL = 4
 """Smallest number of samples in an interval."""
 MISS_DEVIATIONS = 3.0
-"""Number of standard deviations of white noise beyond which the curve misses the samples."""
+"""Standard deviations of white noise beyond which residuals show that the curve is too coarse."""
 ERROR_ORDERS = range(4)
 """Orders of the quantities with standard errors: position, velocity, acceleration and jerk."""
 DEGREE = 3
-"""Degree of the splines: the acceleration of their motion does not jump."""
+"""Degree of the splines, whose acceleration is continuous."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,13 +41,13 @@ class Smoothed:
     """A smooth motion (C2) behind a log.
 
     Attributes:
-        trajectory: The motion; its times are those of the log, since its first sample [s], and
-            three more periods at each end.
+        trajectory: The motion, with time since the first sample [s]. It extends beyond the samples
+            by three sample periods at each end.
         log: The samples.
-        noise: Their noise.
+        noise: The noise of the samples.
         grid: Times at which the standard errors are given [s], shape (g,).
-        errors: Standard errors there of position, velocity, acceleration and jerk [rad or m, per s,
-            per s², per s³], shape (4, g, d), with the change by the last halving of the knots.
+        errors: Standard errors of position, velocity, acceleration and jerk at these times [rad or
+            m, per s, per s², per s³], shape (4, g, d), including the change in the last halving.
         residuals: Samples minus motion [rad or m], shape (n, d).
         sigma: Standard deviation of each sample [rad or m], shape (n, d).
     """
@@ -61,10 +61,10 @@ class Smoothed:
     sigma: FloatArray
 
     def curve_of(self, position: FloatArray) -> PiecewisePolynomial:
-        """The curve with the same knots and weights for samples of another motion.
+        """Smooth another motion with the same knots and weights.
 
         Args:
-            position: Its positions at the times of the log [rad or m], shape (n, d).
+            position: Positions of that motion at the times of the log [rad or m], shape (n, d).
         """
         return Fit(self.log.time, self.trajectory.breaks, position, self.sigma).polynomial
 
@@ -108,7 +108,7 @@ def smoothed(log: Recording, noise: float | None = None) -> Smoothed:
 
 
 def _grid(log: Recording, breaks: FloatArray) -> FloatArray:
-    """Breaks, their midpoints, and every half period in the extensions."""
+    """Times of standard errors: breaks, their midpoints, and half periods beyond the samples."""
     middles = 0.5 * (breaks[1:] + breaks[:-1])
     beyond = np.arange(0.0, EXTENSION_PERIODS, 0.5) * log.period
     ends = (log.time[0] - beyond, log.time[-1] + beyond)
@@ -116,7 +116,7 @@ def _grid(log: Recording, breaks: FloatArray) -> FloatArray:
 
 
 def _fits(log: Recording, sigma: FloatArray) -> tuple[Fit, Fit]:
-    """Fits on intervals that follow the samples within their noise, and on halves of these."""
+    """The fit with intervals that follow the samples within their noise, and one with halves."""
     n = log.time.size
     count = max(1, min(8, n // (2 * MIN_IN_INTERVAL)))
     cuts = np.unique(np.linspace(0, n, count + 1).astype(int))
@@ -132,10 +132,10 @@ def _fits(log: Recording, sigma: FloatArray) -> tuple[Fit, Fit]:
 
 
 def _misses(shares: FloatArray, cuts: Any) -> Any:
-    """Intervals in which the curve misses the samples, from residuals relative to the noise.
+    """Find intervals in which the curve misses the samples, from residuals relative to the noise.
 
-    There the mean square of one joint or of all joints is too large, or successive residuals have
-    the same sign too often. Each is measured in standard deviations of white noise.
+    In them the mean square of one joint or of all joints is too large, or successive residuals have
+    the same sign too often, compared with white noise.
     """
     sizes, joints = np.diff(cuts), shares.shape[1]
     means = np.add.reduceat(shares**2, cuts[:-1], axis=0) / sizes[:, None]
@@ -149,7 +149,7 @@ def _misses(shares: FloatArray, cuts: Any) -> Any:
 
 
 def _halve(cuts: Any, chosen: Any) -> Any:
-    """Halve intervals with enough samples."""
+    """Halve the chosen intervals that have enough samples."""
     chosen = chosen & (np.diff(cuts) >= 2 * MIN_IN_INTERVAL)
     return np.sort(np.concatenate((cuts, ((cuts[:-1] + cuts[1:]) // 2)[chosen])))
 
@@ -204,7 +204,7 @@ class Fit:
         self._basis_sums = BSpline(knots, sums, DEGREE)
 
     def standard_errors(self, at: FloatArray, order: int) -> FloatArray:
-        """Standard errors of a derivative at times due to the noise, shape (n, d)."""
+        """Standard errors of a derivative at times [s] due to the noise, shape (n, d)."""
         first = np.searchsorted(self.polynomial.x[1:-1], at, side="right")
         columns = first[:, None] + np.arange(DEGREE + 1)
         sums = self._basis_sums(at, order)
@@ -225,8 +225,8 @@ class Fit:
 def inverse_within_band(factors: FloatArray) -> FloatArray:
     """Entries of the inverse of A = L Lᵀ at the nonzero entries of A, for several matrices at once.
 
-    With the last rows known, row i follows from Lᵀ A⁻¹ = L⁻¹, whose entries right of the diagonal
-    are zero (Takahashi's equations). Each step needs the inverse next to it only.
+    From the last row backwards, row i follows from Lᵀ A⁻¹ = L⁻¹, whose entries right of the
+    diagonal are zero (Takahashi's equations). Each row only needs the p rows after it.
 
     Args:
         factors: Diagonals of the L below each other, as from `scipy.linalg.cholesky_banded`

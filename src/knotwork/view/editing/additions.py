@@ -83,7 +83,7 @@ def waypoint_here(
         step = LINE_STEP if line else LENGTH_STEP
         added["pose"] = {"position": file_values(pose.translation, length, step)}
         added["pose"] |= {} if line else {form: orientation_value(pose.rotation, form, angle)}
-    where = scenario.locations.given(("waypoints", after)) if after >= 0 else ("waypoints", -1)
+    where = scenario.locations.in_file(("waypoints", after)) if after >= 0 else ("waypoints", -1)
     at = (*where[:-1], int(where[-1]) + 1)
     return [*changes, {"at": at, "value": added, "insert": True}]
 
@@ -124,7 +124,7 @@ def _time_between(
         first = round(fraction * following.after, 3)
         added["after"] = first
         remaining = round(following.after - first, 6)
-        at = (*scenario.locations.given(("waypoints", after + 1)), "after")
+        at = (*scenario.locations.in_file(("waypoints", after + 1)), "after")
         changes = [{"at": at, "value": remaining}]
     elif following.time is not None:
         before = task.waypoints[after].time if after >= 0 else 0.0
@@ -143,7 +143,7 @@ def _at_the_end(scenario: Scenario, after: int) -> tuple[dict[str, Any], list[Ch
     last = task.waypoints[after]
     passing = isinstance(last, PathWaypoint) or last.stop or last.dwell
     moves = passing or getattr(last, "velocity", None) or getattr(last, "speed", None)
-    stop = {"at": (*scenario.locations.given(("waypoints", after)), "stop"), "value": True}
+    stop = {"at": (*scenario.locations.in_file(("waypoints", after)), "stop"), "value": True}
     added = {"after": last.after if isinstance(last.after, float) else 1.0}
     return added, [] if moves else [stop]
 

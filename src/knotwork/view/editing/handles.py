@@ -72,15 +72,12 @@ def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
     """
     file = to_si(scenario.given, scenario.given.units)
     frames = Frames(file.frames, scenario.locations)
-    moving = frames.moving.items()
     fixed_frames = {
-        name
-        for name, frame in moving
-        if not frame.is_moving and frame.link == scenario.pose_frame_link
+        name for name, frame in frames.items() if frame.rests_on(scenario.pose_frame_link)
     }
 
     def frame(name: str | None) -> pin.SE3:
-        return robot.base_placement * frames[name or "base"]
+        return robot.base_placement * frames[name or "base"].rest_placement
 
     by_place: dict[Location, Handle] = {}
     for i, waypoint in enumerate(file.waypoints):
@@ -97,7 +94,7 @@ def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
             if (name if where == ("frames",) else part.parent) not in fixed_frames:
                 continue
             at, parent = (*where, name), frame(part.parent)
-            if scenario.locations.given(at) != at:
+            if scenario.locations.in_file(at) != at:
                 continue  # the place of a repetition
             pose = parent * read_placement(part, scenario.locations, at)
             form, order = _form(part)
@@ -115,7 +112,7 @@ def _waypoint_handles(scenario: Scenario, file: Task, i: int, frame: Any) -> Ite
         axes = frame(waypoint.orientation_in).rotation
     shown = cast(CartesianWaypoint, scenario.waypoints[scenario.task_index.index(i)])
     turn = frame(None).rotation @ shown.pose.rotation
-    at = scenario.locations.given(("waypoints", i))
+    at = scenario.locations.in_file(("waypoints", i))
     raw = cast(PoseWaypoint, scenario.given.waypoints[i])
     pose = pin.SE3(turn, parent * np.array(waypoint.pose.position))
     form, position = _form(waypoint.pose), raw.pose.position

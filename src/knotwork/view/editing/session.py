@@ -243,7 +243,9 @@ class Session:
             after, fraction = _place_in_file(planned, float(request.get("time", 0.0)))
             if "after" in request:
                 place, fraction = tuple(request["after"]), 0.5
-                locations = map(scenario.locations.given, (("waypoints", i) for i in range(count)))
+                locations = map(
+                    scenario.locations.in_file, (("waypoints", i) for i in range(count))
+                )
                 inside = [i for i, known in enumerate(locations) if known[: len(place)] == place]
                 after = max(inside, default=after)
             joints = request.get("what") == "joints"
@@ -282,7 +284,7 @@ def _names(scenario: Scenario) -> dict[str, str]:
     named: dict[str, str] = {}
     for i, waypoint in zip(scenario.task_index, scenario.waypoints, strict=True):
         if i >= 0:
-            at = scenario.locations.given(("waypoints", i))
+            at = scenario.locations.in_file(("waypoints", i))
             named.setdefault(as_javascript(at), waypoint.name)
     return named
 

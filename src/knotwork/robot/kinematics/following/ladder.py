@@ -226,4 +226,4 @@ def _spread_rungs(path: TimedPath) -> FloatArray:
 
 def _evaluate_pose(path: TimedPath, s: float, time: float) -> Any:
     """Pose of the tool; without a moving frame it does not depend on rounded times."""
-    return path.path.pose(s) if path.tool_carrier is None else path.pose(time)
+    return path.pose(time) if path.has_own_clock else path.path.pose(s)

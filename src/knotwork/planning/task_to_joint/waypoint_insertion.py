@@ -214,8 +214,8 @@ def sampled_path_errors(
 ) -> FloatArray:
     """Errors of joints on a path: distance [m], angle [rad], relative speed; shape (k, 3)."""
     tip, columns, J = joint_axes(robot).compute_poses_and_jacobians(q)
-    moved = np.einsum("ijn,nj->ni", J[:3], v)
-    place, rotations, moved = path.relative_motion(times, tip.T, columns.transpose(2, 1, 0), moved)
+    moved, rotations = np.einsum("ijn,nj->ni", J[:3], v), columns.transpose(2, 1, 0)
+    place, rotations, moved = path.woven_frame.relative_motion(times, tip.T, rotations, moved)
     along = path.path.nearest(place, path.arc_length(times))
     distance, gap = path.path.gaps(place, rotations, along)
     off = np.abs(np.linalg.norm(moved, axis=1) - path.speed(times)) / path.requested_speed(times)

@@ -8,17 +8,16 @@ from typing import NamedTuple, cast
 import numpy as np
 
 from knotwork.arrays import FloatArray
+from knotwork.planning.task_to_joint.candidate_collisions import CandidateCollisions
 from knotwork.planning.task_to_joint.dependent_waypoints import (
     GroupSolver,
-    PathTrack,
     dependent_groups,
-    track_of,
 )
 from knotwork.planning.task_to_joint.free_poses import FreedomChain, FreedomChains
-from knotwork.planning.task_to_joint.obstacles import Obstacles
+from knotwork.planning.task_to_joint.path_track import PathTrack, track_of
 from knotwork.planning.task_to_joint.requested_branch import allowed_rows, check_branch, no_branch
-from knotwork.planning.task_to_joint.solution import SequenceStep
 from knotwork.planning.task_to_joint.step_rules import joint_rules, step_rules
+from knotwork.planning.task_to_joint.task_solution import SequenceStep
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.robot.kinematics.chain.joint_ranges import (
     joint_difference,
@@ -70,7 +69,7 @@ def home(space: JointSpace) -> FloatArray:
     return range_middles(space.limits.bounds("position"))
 
 
-class SolutionSearch:
+class SequenceSearch:
     """The search for the best sequence of one scenario.
 
     Args:
@@ -99,7 +98,7 @@ class SolutionSearch:
         self.near = space.near
         scene = scenario.scene
         is_checked = scene.collisions.itself or scene.has_bodies
-        self.obstacles = Obstacles(scenario, space, chains.arm) if is_checked else None
+        self.collisions = CandidateCollisions(scenario, space, chains.arm) if is_checked else None
         groups = dependent_groups(scenario, space.waits)
         self._group_of = {i: group for group in groups for i in group}
         check_branch(scenario, robot)
@@ -120,8 +119,8 @@ class SolutionSearch:
         """
         candidates, tracks = self._find_candidates()
         start = self.space.targets[0]
-        if self.obstacles is not None and start is not None and self.scenario.scene.has_bodies:
-            self.obstacles.check_start(start.position)
+        if self.collisions is not None and start is not None and self.scenario.scene.has_bodies:
+            self.collisions.check_start(start.position)
         layers = [self._layer(i, candidates) for i in range(len(candidates))]
         sequence = choose_sequence(layers, self.joints, self.steps)
         blocked = sequence.blocked_at
@@ -144,7 +143,7 @@ class SolutionSearch:
             for i, on_chain in self._find_on_chain(chain).items():
                 reference = self.space.near_at_waypoints.get(i, self._reference(i))
                 candidates[i] = chain.expand(on_chain, self.robot, reference)
-        solver = GroupSolver(self.scenario, self.chains, self.obstacles)
+        solver = GroupSolver(self.scenario, self.chains, self.collisions)
         for group in dict.fromkeys(self._group_of.values()):
             first = candidates[group[0]]
             if first is not None:
@@ -206,15 +205,15 @@ class SolutionSearch:
             # and then follow the motion, so that joints do not unwind.
             gap = joint_difference(q, self.near, joint_axes(self.robot).revolute)
             distance = np.linalg.norm(gap / self.joints.scale, axis=1)
-        elif self.scenario.given.prefer == "clearance" and self.obstacles is not None:
-            distance = self.obstacles.clearance_cost(index, candidates)[rows]
+        elif self.scenario.given.prefer == "clearance" and self.collisions is not None:
+            distance = self.collisions.clearance_cost(index, candidates)[rows]
         if index == 0:
             gap = q - (home(self.space) if self.near is None else self.near)
             turns = np.where(self.joints.unbounded, whole_turns(gap), 0.0)
             q, travel = q - turns, np.linalg.norm((gap - turns) / self.joints.scale, axis=1)
         collisions = np.zeros(len(rows))
-        if self.obstacles is not None:
-            collisions = self.obstacles.collision_cost(index, candidates)[rows]
+        if self.collisions is not None:
+            collisions = self.collisions.collision_cost(index, candidates)[rows]
         cost = make_cost(
             len(rows),
             impossible=candidates.unattainable[rows],

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from knotwork.errors import RobotError, UnknownNameError
-from knotwork.planning.task_to_joint.inserted import complete_waypoints
-from knotwork.planning.task_to_joint.solution import SequenceStep, TaskSolution
+from knotwork.planning.task_to_joint.complete_waypoints import complete_waypoints
+from knotwork.planning.task_to_joint.task_solution import SequenceStep, TaskSolution
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
 
@@ -74,18 +74,21 @@ def _solve_poses(
     scenario: Scenario, space: JointSpace, robot: Robot, knots: Any, avoided: Sequence[SequenceStep]
 ) -> TaskSolution:
     """The solution if a waypoint is a pose."""
-    from knotwork.planning.task_to_joint.explain import describe_choices, find_infeasibilities
     from knotwork.planning.task_to_joint.free_poses import (
         FreedomChains,
         with_virtual_joints,
         without_virtual_joints,
     )
-    from knotwork.planning.task_to_joint.solution_search import SolutionSearch
+    from knotwork.planning.task_to_joint.sequence_search import SequenceSearch
+    from knotwork.planning.task_to_joint.solution_findings import (
+        describe_choices,
+        find_infeasibilities,
+    )
     from knotwork.robot.kinematics.sequence.cost import CostLevel
 
     chains = FreedomChains(scenario, robot)
     extended = with_virtual_joints(scenario, space, chains)
-    search = SolutionSearch(scenario, extended, chains, avoided)
+    search = SequenceSearch(scenario, extended, chains, avoided)
     chosen = search.solve()
     infeasibilities = find_infeasibilities(search, chosen)
     # every other sequence is too fast, collides at a waypoint or takes a step that collided
@@ -107,9 +110,9 @@ def _solve_joint_targets(scenario: Scenario, space: JointSpace, knots: Any) -> T
     positions = np.array([target.position for target in targets])
     velocities = np.array([target.velocity for target in targets])
     if space.robot is not None and scenario.scene.has_bodies:
-        from knotwork.planning.task_to_joint.obstacles import Obstacles
+        from knotwork.planning.task_to_joint.candidate_collisions import CandidateCollisions
 
-        Obstacles(scenario, space, space.robot).check_start(positions[0])
+        CandidateCollisions(scenario, space, space.robot).check_start(positions[0])
     waypoints = complete_waypoints(scenario, space, positions, velocities, knots)
     return _with_chosen_velocities(TaskSolution(waypoints), space)
 

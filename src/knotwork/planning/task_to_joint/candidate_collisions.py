@@ -58,7 +58,7 @@ def bodies_and_pairs(
     return build_collision_model(scenario, robot, times.tolist(), poses)
 
 
-class Obstacles:
+class CandidateCollisions:
     """Collision model of a scenario's robot and scene.
 
     Args:

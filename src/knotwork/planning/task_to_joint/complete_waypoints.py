@@ -16,7 +16,7 @@ from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.waypoints import CartesianWaypoint, JointWaypoints
 
 if TYPE_CHECKING:
-    from knotwork.planning.task_to_joint.dependent_waypoints import PathTrack
+    from knotwork.planning.task_to_joint.path_track import PathTrack
 
 
 class JointRows(NamedTuple):
@@ -129,7 +129,7 @@ def _insert_waypoints(
         start: Joint positions at its start [rad or m], shape (d,).
         knots: Knot placement of the motion: see `ModifiedHermiteSpline`.
     """
-    from knotwork.planning.task_to_joint.insertion import with_waypoints_inserted
+    from knotwork.planning.task_to_joint.waypoint_insertion import with_waypoints_inserted
     from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
 
     ends, tolerances = path.times, scenario.tolerances

@@ -8,8 +8,8 @@ import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.errors.plain_text import to_one_line
-from knotwork.planning.task_to_joint.solution import FEASIBILITY, Choice
-from knotwork.planning.task_to_joint.solution_search import ChosenSequence, SolutionSearch
+from knotwork.planning.task_to_joint.sequence_search import ChosenSequence, SequenceSearch
+from knotwork.planning.task_to_joint.task_solution import FEASIBILITY, Choice
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.geometry.configuration_flags import (
     configuration_flags,
@@ -21,7 +21,7 @@ from knotwork.task.scenario.scenario import ScenarioWaypoint
 from knotwork.verification import Finding
 
 
-def describe_choices(search: SolutionSearch, chosen: ChosenSequence) -> tuple[Choice, ...]:
+def describe_choices(search: SequenceSearch, chosen: ChosenSequence) -> tuple[Choice, ...]:
     """The solution chosen at each waypoint that is given by a pose."""
     robot = search.robot
     flags = configuration_flags(robot, chosen.positions)
@@ -45,7 +45,7 @@ def _turns(robot: Robot, q: FloatArray) -> dict[str, int]:
     return {name: int(turn) for name, turn, unit in joints if turn and unit == "rad"}
 
 
-def find_infeasibilities(search: SolutionSearch, chosen: ChosenSequence) -> tuple[Finding, ...]:
+def find_infeasibilities(search: SequenceSearch, chosen: ChosenSequence) -> tuple[Finding, ...]:
     """Failures of intervals and waypoints that exceed a velocity limit with every choice."""
     robot, scenario, intervals = search.robot, search.scenario, pairwise(search.scenario.waypoints)
     moves = np.abs(np.diff(chosen.positions, axis=0))

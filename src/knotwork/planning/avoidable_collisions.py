@@ -1,0 +1,57 @@
+"""Collisions of a plan that `way: clear` could avoid."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from knotwork.curves.interpolation import PLANNER_SPECS, planner_and_rule
+from knotwork.planning.planned_motion import Plan
+from knotwork.task.scenario import FreeValues, Scenario
+from knotwork.verification.collisions import failed_pairs
+from knotwork.verification.motion import AT_WAYPOINT
+
+
+def find_avoidable_ends(plan: Plan, requested: Scenario) -> list[int]:
+    """Ends of the motions that may avoid their collisions with `way: clear`, by index of waypoint.
+
+    A motion can avoid a collision between its waypoints, but none at a waypoint.
+
+    Args:
+        plan: The plan that collides.
+        requested: Its task, before free values were chosen.
+    """
+    planner, _ = planner_and_rule(plan.scenario.planner)
+    if "chosen" not in PLANNER_SPECS[planner].supports or requested.given.chosen:
+        return []
+    free = requested.free_values
+    beginning, at_waypoints = set[int](), set[int]()
+    for start, end in (s for pair in failed_pairs(plan.report.findings) for s in pair.spans):
+        limits = start - AT_WAYPOINT, end + AT_WAYPOINT
+        first, after = np.searchsorted(plan.scenario.times, limits).tolist()
+        beginning.add(first)  # the collision begins in the motion to this waypoint
+        if first < after:  # and lasts until the motion from the last colliding waypoint
+            at_waypoints.update(range(first, after + 1))
+    avoidable = beginning - _given_motions(plan, free)
+    return [
+        end
+        for motion in _whole_motions(plan, free)
+        if avoidable.intersection(motion) and not at_waypoints.intersection(motion)
+        for end in motion
+    ]
+
+
+def _given_motions(plan: Plan, free: FreeValues | None) -> set[int]:
+    """Ends of tool paths, waits and motions with a way of their own, by index of waypoint."""
+    ends = {i for path in plan.scenario.paths for i in range(path.first + 1, path.last + 1)}
+    return ends | {i + 1 for i in plan.space.waits} | set(free.way_options if free else ())
+
+
+def _whole_motions(plan: Plan, free: FreeValues | None) -> Iterator[range]:
+    """Waypoints where each motion ends: several if it passes some of them at a free velocity."""
+    last, first = len(plan.scenario.waypoints) - 1, 1
+    for end in range(1, last + 1):
+        if free is None or free.speed_kinds[end] != "free" or end == last:
+            yield range(first, end + 1)
+            first = end + 1

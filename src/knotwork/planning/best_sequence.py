@@ -1,0 +1,177 @@
+"""The best sequence of IK solutions whose motion is collision-free, or motions around obstacles."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from knotwork.errors import InputError, NoWayFoundError
+from knotwork.planning.avoidable_collisions import find_avoidable_ends
+from knotwork.planning.planned_motion import Plan
+from knotwork.planning.sequence_planner import SequencePlanner
+from knotwork.planning.task_to_joint import SequenceStep, TaskSolution
+from knotwork.task.scenario.resolve import change_task
+from knotwork.verification.collisions import failed_pairs
+from knotwork.verification.finding import TRIED, Finding, Group
+
+TIMED_SEQUENCES, FREE_SEQUENCES = 12, 4
+"""Maximum number of sequences of solutions to plan: with given times, with free times."""
+
+
+@dataclass(frozen=True, eq=False)
+class SequenceAttempt:
+    """A sequence of solutions, and the motion planned through it.
+
+    Attributes:
+        solution: The sequence; `None` if only the error is known.
+        plan: The motion, or `None` if none was found.
+        blocked: Intervals between waypoints that collide, or in which no motion was found.
+        error: The reason why no collision-free motion was found, or `None`.
+    """
+
+    solution: TaskSolution | None
+    plan: Plan | None = None
+    blocked: Sequence[int] = ()
+    error: NoWayFoundError | None = None
+
+    @property
+    def blocked_steps(self) -> list[SequenceStep]:
+        """Steps that the next sequence must avoid; none if no other sequence may be feasible."""
+        if self.solution is None or self.solution.sequence is None:
+            return []
+        q = self.solution.sequence
+        return [(i, q[i], q[i + 1]) for i in self.blocked]
+
+
+def best_of_sequences(planner: SequencePlanner) -> Plan:
+    """Plan the best sequence of solutions whose motion is collision-free.
+
+    Sequences are planned, the best first, each without the steps that were blocked before, until
+    one is clear. Of these plans, the one with the fewest colliding pairs is kept. If it collides,
+    motions with chosen times are planned again with `way: clear`, and replace it if fewer pairs
+    collide then. The report lists these attempts.
+
+    Raises:
+        NoWayFoundError: For the best sequence, if no motion is found for any of them.
+        InputError: The task is wrong.
+    """
+    attempts = [_attempt(planner, None)]
+    while (solution := _next_sequence(planner, attempts)) is not None:
+        attempts.append(_attempt(planner, solution))
+    plans = [attempt.plan for attempt in attempts if attempt.plan is not None]
+    if not plans:
+        raise next(attempt.error for attempt in attempts if attempt.error is not None)
+    best = min(plans, key=_rank)
+    if failed_pairs(best.report.findings):
+        return _around_obstacles(planner, best, len(attempts))
+    if len(attempts) == 1:
+        return best
+    return _with_finding(
+        best,
+        f"the best sequence of solutions has no clear motion; of {len(attempts)} sequences tried "
+        "this is the first that has one",
+    )
+
+
+def _attempt(planner: SequencePlanner, solution: TaskSolution | None) -> SequenceAttempt:
+    """Plan a sequence of solutions, by default the best.
+
+    Raises:
+        InputError: The best sequence has no motion at any duration.
+    """
+    try:
+        plan = planner.plan(solution)
+    except NoWayFoundError as error:
+        if error.waypoints is None:
+            return SequenceAttempt(solution, error=error)
+        blocked = range(error.waypoints[0], error.waypoints[-1])
+        return SequenceAttempt(solution or planner.solve(), blocked=blocked, error=error)
+    except InputError:
+        if solution is None:
+            raise
+        return SequenceAttempt(solution)
+    return SequenceAttempt(plan.solution, plan, _colliding_intervals(plan))
+
+
+def _next_sequence(
+    planner: SequencePlanner, attempts: Sequence[SequenceAttempt]
+) -> TaskSolution | None:
+    """The best sequence without blocked steps, or `None` if no other one is to be planned."""
+    is_timed = planner.scenario.free_values is None
+    max_sequences = TIMED_SEQUENCES if is_timed else FREE_SEQUENCES
+    is_last = len(attempts) == max_sequences or planner.budget.is_over
+    if is_last or not attempts[-1].blocked_steps:
+        return None
+    following = planner.solve([step for attempt in attempts for step in attempt.blocked_steps])
+    tried = [attempt.solution for attempt in attempts if attempt.solution is not None]
+    q = following.waypoints.position
+    return None if any(np.array_equal(q, x.waypoints.position) for x in tried) else following
+
+
+def _colliding_intervals(plan: Plan) -> list[int]:
+    """Intervals between waypoints in which a plan collides."""
+    times = plan.scenario.times
+    pairs = failed_pairs(plan.report.findings)
+    after = np.searchsorted(times, [p.at for p in pairs if p.at is not None], side="right")
+    return sorted({int(i) for i in np.clip(after - 1, 0, len(times) - 2)})
+
+
+def _around_obstacles(planner: SequencePlanner, best: Plan, tried: int) -> Plan:
+    """A plan around the obstacles that every sequence hits, or the best plan and the attempts."""
+    is_over, free, notes = planner.budget.is_over, planner.scenario.free_values, list[str]()
+    untried = find_avoidable_ends(best, planner.scenario)
+    timed = [i for i in untried if free and free.duration_is_free[i - 1]]
+    if timed and not is_over:
+        untried = [i for i in untried if i not in timed]
+        try:
+            detour = best_of_sequences(_with_clear_motions(planner, timed))
+        except InputError as error:
+            notes.append(f"way: clear finds no motion either: {error}")
+        else:
+            if _rank(detour) < _rank(best):
+                names = _quoted_names(best, timed)
+                return _with_finding(
+                    detour, f"the fastest motion collides, so way: clear was taken at {names}"
+                )
+    if untried and not best.scenario.scene.has_moving_bodies:
+        # motions joined at a free velocity are one motion, which takes no times
+        joined = free and any(free.speed_kinds[i] == "free" for i in untried)
+        times = " without times" if joined and not set(untried) <= set(timed) else ""
+        collisions = "the collision" if len(untried) == 1 else "the collisions"
+        notes.append(
+            f"way: clear at {_quoted_names(best, untried)}{times} may avoid {collisions} "
+            "(not attempted)"
+        )
+    if tried > 1:
+        notes.append(
+            f"tried: {tried} sequences of solutions{' when the budget ended' if is_over else ''}, "
+            "all of which collide; this one has the fewest colliding pairs"
+        )
+    elif is_over:
+        notes.append("tried: one sequence of solutions when the budget ended, which collides")
+    return _with_finding(best, "; ".join(notes), TRIED) if notes else best
+
+
+def _with_clear_motions(planner: SequencePlanner, ends: Sequence[int]) -> SequencePlanner:
+    """The planner of the task with `way: clear` at some waypoints, by index."""
+    scenario = planner.scenario
+    ways = {scenario.task_index[i]: {"way": "clear"} for i in ends}
+    return replace(planner, scenario=change_task(scenario, scenario.given.with_waypoints(ways)))
+
+
+def _rank(plan: Plan) -> tuple[int, int]:
+    """Number of colliding pairs and of failures, by which plans are compared; smaller is better."""
+    return len(failed_pairs(plan.report.findings)), len(plan.report.failures)
+
+
+def _quoted_names(plan: Plan, ends: Sequence[int]) -> str:
+    return " and ".join(repr(plan.scenario.waypoints[i].name) for i in ends)
+
+
+def _with_finding(plan: Plan, message: str, quantity: str = "sequences_tried") -> Plan:
+    """The plan with a finding on the planned sequences of solutions."""
+    finding = Finding.of_motion(Group.COLLISIONS, quantity, message)
+    report = replace(plan.report, findings=(*plan.report.findings, finding))
+    return replace(plan, report=report)

@@ -1,0 +1,171 @@
+"""Tool paths as the arm follows them: the motions of all candidates at the start of a path."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from knotwork.arrays import BoolArray, FloatArray, IndexArray
+from knotwork.curves.polynomial.distinct import sort_distinct
+from knotwork.errors import LimitingConstraint
+from knotwork.planning.task_to_joint.candidate_collisions import (
+    COLLISION_SAMPLES,
+    CandidateCollisions,
+)
+from knotwork.planning.task_to_joint.free_poses import FreedomChain
+from knotwork.planning.task_to_joint.task_solution import PathStart
+from knotwork.robot import Robot
+from knotwork.robot.kinematics.chain.joint_ranges import whole_turns
+from knotwork.robot.kinematics.following.continuation import Continuation, continue_along
+from knotwork.robot.kinematics.following.joint_field import Guide, Pull
+from knotwork.robot.kinematics.geometry.configuration_flags import configuration_flags
+from knotwork.robot.kinematics.sequence.candidates import Candidates
+from knotwork.robot.kinematics.sequence.nearness import limit_nearness
+from knotwork.task.scenario import ScenarioPath
+
+SAME_START = 1e-9
+"""Starts within this distance belong to the same continuation [rad or m]."""
+GUIDED_SAMPLES_FACTOR = 4
+"""Factor on the number of collision tests along planned self-motion."""
+
+
+class PathTrack(NamedTuple):
+    """A path, and how the arm follows it.
+
+    Attributes:
+        path: The path.
+        chain: The arm with the virtual joints of the path's freedom.
+        rate: Rate at which self-motion moves joints to the middle of their ranges [1/s].
+        guide: Curve that self-motion follows in place of that.
+        continuation: Motions along the path from the candidates at its start, if known.
+    """
+
+    path: ScenarioPath
+    chain: FreedomChain
+    rate: float
+    guide: Guide | None = None
+    continuation: Continuation | None = None
+
+    def pull(self, time: float, q: FloatArray) -> Pull:
+        """Target of the self-motion at joint positions (d,) of the chain at a time [s]."""
+        if self.guide is None:
+            return self.rate
+        s = self.path.motion.arc_length(time)
+        return self.guide.offset(whole_turns(q - self.guide.posture(s)))
+
+    def start(self, q: FloatArray) -> PathStart:
+        """Start of the path, from the positions of all joints [rad or m]."""
+        start = q[self.chain.columns]
+        return PathStart(self.chain.robot, start, self.pull(self.path.motion.start_time, start))
+
+    def continuation_from(self, start: FloatArray) -> Continuation | None:
+        """The continuation from joint positions (d,) of the chain, if it is known."""
+        if self.continuation is None:
+            return None
+        gaps = start - self.continuation.position[0]
+        distance = np.abs(gaps - whole_turns(gaps)).max(axis=1)
+        row = int(distance.argmin())
+        if distance[row] > SAME_START:
+            return None
+        return self.continuation.select(row, whole_turns(gaps[row]))
+
+
+def track_of(tracks: Collection[PathTrack], index: int) -> PathTrack | None:
+    """The track that contains a waypoint, by index, or `None`."""
+    return next((t for t in tracks if t.path.first <= index <= t.path.last), None)
+
+
+@dataclass(frozen=True, eq=False)
+class CandidateMotions:
+    """The motion along a path from each candidate at its start.
+
+    Candidates of one branch differ by whole turns, and so do their motions. Thus one motion for
+    each branch is computed: the continuation of its first candidate.
+
+    Attributes:
+        track: The path.
+        start: The m candidates at its first waypoint.
+        continuation: The motion of each branch.
+        branch: Index of the branch of each candidate, shape (m,).
+        turns: Offset of each candidate from the motion of its branch [rad], shape (m, d).
+        collisions: Collision model of the arm and the scene, or `None`.
+    """
+
+    track: PathTrack
+    start: Candidates
+    continuation: Continuation
+    branch: IndexArray
+    turns: FloatArray
+    collisions: CandidateCollisions | None
+    _contacts: dict[int, int | None] = field(default_factory=dict)
+
+    @classmethod
+    def along(
+        cls, track: PathTrack, start: Candidates, collisions: CandidateCollisions | None
+    ) -> CandidateMotions:
+        """Follow a path from the candidates at its start, and ignore limits and collisions."""
+        q, times = start.q[:, track.chain.columns], track.path.times
+        _, firsts, branch = np.unique(start.branch, return_index=True, return_inverse=True)
+        pull = track.pull(float(times[0]), q[firsts[0]])
+        continuation = continue_along(
+            track.chain.robot, track.path.motion, q[firsts], times, pull=pull
+        )
+        return cls(track, start, continuation, branch, q - q[firsts][branch], collisions)
+
+    @cached_property
+    def reaches_end(self) -> BoolArray:
+        """Whether each candidate can follow the path to its end, shape (m,)."""
+        robot = self.track.chain.robot
+        within_limits = self.continuation.is_feasible(robot, self.branch, self.turns)
+        branches = sort_distinct(self.branch[within_limits]).tolist()
+        blocked = [branch for branch in branches if self._contact(branch) is not None]
+        return within_limits & ~np.isin(self.branch, blocked)
+
+    def at_waypoints(self, whole: Robot) -> list[Candidates]:
+        """The candidates that reach the end, at each waypoint of the path after the first.
+
+        Args:
+            whole: The arm with the virtual joints of all freedoms.
+        """
+        chain, motion, result = self.track.chain, self.continuation, []
+        start = self.start.select(self.reaches_end)
+        branch, turns = self.branch[self.reaches_end], self.turns[self.reaches_end]
+        for step in motion.step_index[1:]:
+            q = chain.scatter(motion.position[step, branch] + turns)
+            candidates = start._replace(
+                q=q,
+                flags=configuration_flags(whole, q),
+                weight=1.0 + limit_nearness(whole, q),
+                velocity=chain.scatter(motion.velocity[step, branch]),
+                excess=np.zeros(len(q)),
+                unattainable=np.zeros(len(q)),
+            )
+            result.append(candidates)
+        return result
+
+    def constraint(self, row: int) -> LimitingConstraint:
+        """The earliest constraint of a candidate that does not reach the end.
+
+        A velocity limit comes last, because it has a remedy.
+        """
+        branch, motion = int(self.branch[row]), self.continuation
+        limits = motion.limiting_constraint(self.track.chain.robot, branch, self.turns[row])
+        constraints = [] if limits is None else [limits]
+        contact = self._contact(branch)
+        if self.collisions is not None and contact is not None:
+            constraints.append(self.collisions.first_contact(motion, branch, contact))
+        return min(constraints, key=lambda c: (c.kind == "velocity limit", c.time))
+
+    def _contact(self, branch: int) -> int | None:
+        """Step at which the motion of a branch first collides, or `None`; tested once."""
+        if self.collisions is None:
+            return None
+        if branch not in self._contacts:
+            count = COLLISION_SAMPLES * (1 if self.track.guide is None else GUIDED_SAMPLES_FACTOR)
+            contact = self.collisions.contact(self.continuation, branch, count)
+            self._contacts[branch] = contact
+        return self._contacts[branch]
