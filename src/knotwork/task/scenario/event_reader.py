@@ -16,7 +16,7 @@ from knotwork.task import Action, ChosenMotion
 from knotwork.task.actions import parse_switched
 from knotwork.task.scenario.free_values_reader import ends_wait
 from knotwork.task.scenario.scenario import RequestedEvent, Scenario, ScenarioPath, ScenarioWaypoint
-from knotwork.task.scenario.task_in_si import TaskInSI
+from knotwork.task.scenario.task_reading import TaskReading
 
 EVENT_TOLERANCE = 1e-9
 """Tolerance of positions on a path and times, relative to its length and 1 s."""
@@ -27,12 +27,12 @@ class EventReader:
     """Reads the events of a file.
 
     Attributes:
-        source: The task in SI.
+        reading: The task in SI, with its frames.
         waypoints, paths: Waypoints and paths of the scenario.
         task_index: Index in the task of each waypoint, increasing.
     """
 
-    source: TaskInSI
+    reading: TaskReading
     waypoints: Sequence[ScenarioWaypoint]
     paths: Sequence[ScenarioPath]
     task_index: Sequence[int]
@@ -56,7 +56,7 @@ class EventReader:
             self._check_inside(location, event)
             before = last.get(event.signal)
             if before is not None and event.time <= before.time:
-                raise self.source.locations.error(
+                raise self.reading.locations.error(
                     location,
                     f"{event.text} ({event.waypoint}) comes at {event.time:.6g} s, not after "
                     f"{before.text} at {before.time:.6g} s, the previous one in the file",
@@ -67,7 +67,7 @@ class EventReader:
         return tuple(sorted(in_file, key=lambda requested: requested.event.time))
 
     def _requested_events(self) -> Iterator[tuple[Location, RequestedEvent]]:
-        for i, given in enumerate(self.source.task.waypoints):
+        for i, given in enumerate(self.reading.task.waypoints):
             waited = 0.0
             for j, action in enumerate(given.actions):
                 item = () if isinstance(given.do, Action) else (j,)
@@ -82,7 +82,7 @@ class EventReader:
     ) -> RequestedEvent:
         """The event of an action at waypoint i of the task, after waits of a duration [s]."""
         waypoint = self.waypoints[arrival := bisect_left(self.task_index, i)]
-        outputs = self.source.task.outputs
+        outputs = self.reading.task.outputs
         if action.output is None:
             name, value = next(iter(action.signals.items()))
         else:
@@ -91,7 +91,7 @@ class EventReader:
         value = parse_switched(value)
         output = outputs.get(name, action.output)
         if output is not None and not isinstance(value, bool):
-            raise self.source.locations.error(
+            raise self.reading.locations.error(
                 location, f"{name} is a digital output, and {value!r} is not a state", "on or off"
             )
         moment = action.after or -(action.before or 0.0) or waited
@@ -114,7 +114,7 @@ class EventReader:
         path = next(candidates, None)
         name = self.waypoints[i].name
         if path is None:
-            raise self.source.locations.error(
+            raise self.reading.locations.error(
                 location,
                 f"no tool path {'begins' if onward else 'ends'} at {name!r}",
                 "after or before: seconds; or at on a path with along",
@@ -124,11 +124,11 @@ class EventReader:
         s = before + at
         if not -EVENT_TOLERANCE * length <= s <= (1.0 + EVENT_TOLERANCE) * length:
             low, high = (
-                self.source.units.text(offset, "m", ".6g") for offset in (-before, length - before)
+                self.reading.units.text(offset, "m", ".6g") for offset in (-before, length - before)
             )
-            raise self.source.locations.error(
+            raise self.reading.locations.error(
                 location,
-                f"{self.source.units.text(at, 'm', '.6g')} from {name!r} is outside the tool path",
+                f"{self.reading.units.text(at, 'm', '.6g')} from {name!r} is outside the tool path",
                 f"from {low} to {high}",
             )
         return path, min(max(s, 0.0), length)
@@ -136,7 +136,7 @@ class EventReader:
     def _check_inside(self, location: Location, event: Event) -> None:
         start, end = self.waypoints[0].time, self.waypoints[-1].time
         if not start - EVENT_TOLERANCE <= event.time <= end + EVENT_TOLERANCE:
-            raise self.source.locations.error(
+            raise self.reading.locations.error(
                 location,
                 f"{event.text} ({event.waypoint}) comes at {event.time:.6g} s, outside the motion",
                 f"a time from {start:.6g} s to {end:.6g} s",

@@ -1,4 +1,4 @@
-"""`TaskInSI`: a task in SI, with the frames of its poses."""
+"""`TaskReading`: what the readers of the parts of a task share."""
 
 from __future__ import annotations
 
@@ -16,13 +16,11 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class TaskInSI:
-    """A task in SI except joint values, with its frames; waypoints by `task_index`.
-
-    The readers of its parts share it.
+class TaskReading:
+    """A task that is read to a scenario: in SI, with its frames; waypoints by `task_index`.
 
     Attributes:
-        task: The task.
+        task: The task, in SI except joint values.
         locations: Locations of its parts in its file, for errors.
         file_units: Units of its file; those of `task` are SI.
     """
