@@ -42,7 +42,7 @@ class JointReader:
     units: tuple[str, ...]
     configurations: Mapping[str, FloatArray] = field(default_factory=dict)
 
-    def in_si(self, values: Any, *location: str | int, si: bool = False) -> dict[str, Any]:
+    def to_si(self, values: Any, *location: str | int, si: bool = False) -> dict[str, Any]:
         """Values by joint [rad or m, and per second]; `si` for values that are in SI already."""
         length, angle = (1.0, 1.0) if si else self.scenario.given.units.in_si
         units = zip(self.names, self.units, strict=True)
@@ -66,7 +66,7 @@ class JointReader:
                     suggest_name(values, self.configurations),
                 )
             return np.array(self.configurations[values])
-        values = self.in_si(values, *location)
+        values = self.to_si(values, *location)
         absent = [name for name in self.names if name not in values]
         if absent and missing is None:
             raise self.scenario.locations.error(
@@ -80,7 +80,7 @@ class JointReader:
         """Limits by quantity and joint; position limits are pairs."""
         limits = {kind: getattr(self.scenario.given.limits, kind) for kind in JOINT_QUANTITIES}
         return {
-            kind: self.in_si(values, "limits", kind, si=kind == "effort")
+            kind: self.to_si(values, "limits", kind, si=kind == "effort")
             for kind, values in limits.items()
             if values is not None
         }
@@ -133,7 +133,7 @@ class JointReader:
         """Tolerance of a quantity of the joints, shape (d,)."""
         name, tolerances = f"joint_{quantity}", self.scenario.given.tolerances
         is_given = name in tolerances.model_fields_set
-        values = self.in_si(getattr(tolerances, name), "tolerances", name, si=not is_given)
+        values = self.to_si(getattr(tolerances, name), "tolerances", name, si=not is_given)
         return np.array([*values.values()])
 
     def end_acceleration(self) -> tuple[FloatArray, FloatArray] | None:
