@@ -20,7 +20,7 @@ class Checks:
 
     Args:
         folder: Folder of the test; paths are relative to it.
-        subtests: The fixture of pytest.
+        subtests: Pytest's fixture of this name.
     """
 
     def __init__(self, folder: Path, subtests: pytest.Subtests) -> None:
@@ -40,11 +40,12 @@ class Checks:
 
         Args:
             patterns: Files, with `*` and `**`, or names of shipped scenarios.
-            scenario: Scenario of trajectories; by default the one stated in the report in their
-                folder.
-            robot: Robot of trajectories without a scenario: name or file.
-            scene: Their scene: a scenario file, used without its waypoints.
-            limits: Their limits, in place of those of robot and scene.
+            scenario: Scenario of trajectories; by default the one that the report in their folder
+                states.
+            robot: Name or file of the robot of trajectories without a scenario.
+            scene: Scene of trajectories without a scenario: a scenario file, whose waypoints are
+                ignored.
+            limits: Limits of trajectories without a scenario, in place of those of robot and scene.
 
         Returns:
             The reports, in the order of the files.
@@ -73,27 +74,26 @@ class Checks:
         self, file: str, scenario: str | None, robot: str | None, scene: str | None, limits: Any
     ) -> Report:
         from knotwork import planning
-        from knotwork.cli.logs import stated_path
-        from knotwork.cli.sources import read_checked
         from knotwork.errors import InputError
         from knotwork.files.foreign import is_trajectory
+        from knotwork.planning.check_trajectory import check_with_task, scenario_of_plan
 
-        scenario, robot, scene = (self._place(name) for name in (scenario, robot, scene))
+        scenario, robot, scene = (self._resolve(name) for name in (scenario, robot, scene))
         try:
             if robot is not None or scene is not None:
                 return planning.check_without_task(file, robot, scene, limits).report
             if scenario is None and not is_trajectory(file):
                 return planning.plan(file).report
-            reference = scenario or stated_path(Path(file))
-            if reference is None:
-                raise InputError(f"{file} needs its scenario, or robot, or scene")
-            return read_checked(file, reference).report
+            stated, note = scenario_of_plan(Path(file))
+            if scenario is None and stated is None:
+                raise InputError(note or f"{file} needs its scenario, robot or scene")
+            return check_with_task(file, scenario or stated or "")[0].report
         except InputError as error:
             fault = str(error)
         pytest.fail(fault, pytrace=False)
 
-    def _place(self, name: str | None) -> str | None:
-        """A path relative to the test, or a name."""
+    def _resolve(self, name: str | None) -> str | None:
+        """Path of a file in the folder of the test, or else the name itself."""
         path = None if name is None else self._folder / name
         return str(path) if path is not None and path.is_file() else name
 

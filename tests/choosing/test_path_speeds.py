@@ -251,6 +251,24 @@ def test_tolerance_bounds_speed_if_path_cannot_be_followed(monkeypatch: pytest.M
     assert "the tolerance of the path bounds the speed along the path" in str(finding)
 
 
+def test_path_that_cannot_be_followed_slows_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    task = reach(line("a", 100, stop=True), line("b", -100), limits=LIMITS)
+    scenario = kw.load_scenario(task)
+    fastest = speeds(kw.plan(scenario))
+    solve, calls = segments.solve_task, count()
+
+    def fail_on_second_path(*given: Any) -> Any:
+        if next(calls) == 1:
+            start = scenario.paths[1].first
+            raise PathError("the steps would be too small", path_start=start)
+        return solve(*given)
+
+    monkeypatch.setattr(segments, "solve_task", fail_on_second_path)
+    first, second = speeds(kw.plan(scenario))
+    assert first == pytest.approx(fastest[0])
+    assert 0.75 * fastest[1] < second < 0.85 * fastest[1]
+
+
 def test_speeds_are_expected_for_the_given_solution(monkeypatch: pytest.MonkeyPatch) -> None:
     scenario = kw.load_scenario(reach(line("a", 100), limits=LIMITS))
     space = joint_space(scenario)

@@ -97,7 +97,7 @@ def test_lost_scheduler_costs_no_finished_row(serial: Any, tmp_path: Path) -> No
                 cluster.close()
 
         address = {"scheduler": cluster.scheduler_address}
-        with pytest.raises(kw.InputError, match=r"scheduler was lost.*continue with --resume"):
+        with pytest.raises(kw.InputError, match=r"scheduler was lost.*resume the study"):
             kw.sweep(TASK, VARY, out=folder, progress=midway, **address, **OPTIONS)
     assert 60 <= len(kw.Study.open(folder)) < 240
     study = kw.sweep(TASK, VARY, out=folder, resume=True, workers=0, **OPTIONS)

@@ -179,7 +179,7 @@ def test_a_frozen_row_has_the_chosen_times_as_a_frozen_plan_has(tmp_path: Path) 
         assert again.duration == plan.trajectory.duration == study["duration"][row]
         plan.freeze(tmp_path / "same.yaml")
         assert kw.plan(tmp_path / "same.yaml").trajectory.duration == again.duration
-    with pytest.raises(kw.InputError, match=r"there is no row 4; accepted: 0 to 3"):
+    with pytest.raises(kw.InputError, match=r"the study has no row 4; accepted: 0 to 3"):
         study.freeze(4, tmp_path / "best.yaml")
     file.write_text("# the study has its own copy", encoding="utf-8")
     assert kw.plan(study.freeze(3, tmp_path / "best.yaml")).trajectory.duration == again.duration

@@ -71,8 +71,11 @@ def test_path_not_followed_in_requested_branch() -> None:
     pose = {"position": [450, -300, 300], "rpy": [180, -60, 0]}
     off = {**LINE, "speed": 250, "stop": True, "pose": pose}
     branch = {"shoulder": "right", "elbow": "down", "wrist": "flip"}
-    with pytest.raises(FollowingError, match=r"in the requested branch at 'on'.* try branch: free"):
+    with pytest.raises(
+        FollowingError, match=r"in the requested branch at 'on'.* try branch: free"
+    ) as raised:
         kw.plan(task(on, off, branch=branch))
+    assert raised.value.path_start == 1
     kw.plan(task(on, off, branch={"shoulder": "right", "elbow": "up", "wrist": "no flip"}))
 
 

@@ -15,7 +15,7 @@ from knotwork.cli.logs import (
     log_beside_plan,
     log_options,
     planned_scenario,
-    stated_path,
+    read_stated_scenario,
 )
 from knotwork.cli.parameters import (
     EXIT_CODES,
@@ -57,7 +57,7 @@ def _scene_options(robot: str | None, scene: str | None, limits: str | None) -> 
     return robot, scene, limits
 
 
-scene_options = bundle_options("alone", _scene_options, (
+scene_options = bundle_options("without_task", _scene_options, (
     click.option("--limits", metavar="YAML|FILE",
             help="Without a scenario: limits in place of the robot's, such as "
             "'{acceleration: 8, jerk: 400}' or a file, in the units of the scene."),
@@ -87,7 +87,7 @@ def _other_robot(
         return None
     if Path(other).is_dir():
         motion, folder = motion or other, other
-        other = stated_path(Path(folder)) or ""
+        other = read_stated_scenario(folder) or ""
         if not other:
             raise InputError(f"{folder} names no scenario; accepted: --with SCENARIO --motion FILE")
     if motion is not None:
@@ -127,7 +127,7 @@ def check(
     as_json: bool,
     log: LogOptions | None,
     other: dict[str, Any] | None,
-    alone: SceneOptions | None,
+    without_task: SceneOptions | None,
 ) -> int:
     """Check a stored TRAJECTORY against a scenario and print the verdict.
 
@@ -152,11 +152,11 @@ def check(
         raise click.UsageError("--with takes neither --full nor a log")
     if other is not None:
         return check_together(str(trajectory), reference, other, as_json=as_json)
-    if alone is not None and (reference is not None or log is not None):
+    if without_task is not None and (reference is not None or log is not None):
         raise click.UsageError("--robot and --scene take neither a scenario nor a log")
-    if reference is None and alone is None:
-        reference = planned_scenario(log) if log is not None else stated_path(trajectory)
-    report, scenario = _checked_report(trajectory, reference, log, alone)
+    if reference is None and without_task is None:
+        reference = planned_scenario(log) if log is not None else read_stated_scenario(trajectory)
+    report, scenario = _checked_report(trajectory, reference, log, without_task)
     if as_json:
         echo_json(report.to_dict())
     elif full:
@@ -179,11 +179,15 @@ def _is_csv(path: Path | str) -> bool:
 
 
 def _checked_report(
-    trajectory: Path, reference: str | None, log: LogOptions | None, alone: SceneOptions | None
+    trajectory: Path,
+    reference: str | None,
+    log: LogOptions | None,
+    without_task: SceneOptions | None,
 ) -> tuple[Report, Scenario | None]:
-    if alone is not None:
+    """Report and scenario of the check that the options select; a log may have no scenario."""
+    if without_task is not None:
         try:
-            checked = planning.check_without_task(trajectory, *alone)
+            checked = planning.check_without_task(trajectory, *without_task)
         except DocumentError as error:
             if error.file is None:
                 raise DocumentError("command line", error.problems) from error
@@ -204,13 +208,15 @@ def _checked_report(
     return compare_log(log_beside_plan(trajectory, log)[0], tolerances=log.tolerances), None
 
 
-def _check_one_cell(source: str, scenario: Scenario, space: JointSpace, other: str) -> None:
+def _refuse_unknown_placement(
+    source: str, scenario: Scenario, space: JointSpace, other: str
+) -> None:
     """Refuse robots without a known relative placement, unless they are two arms of one URDF."""
-    theirs = joint_space(load_scenario(other))
-    if space.robot is None or theirs.robot is None:
+    other_space = joint_space(load_scenario(other))
+    if space.robot is None or other_space.robot is None:
         return  # reported by another error
-    one_urdf = space.robot.urdf == theirs.robot.urdf
-    if one_urdf and not set(space.joint_names) & set(theirs.joint_names):
+    one_urdf = space.robot.urdf == other_space.robot.urdf
+    if one_urdf and not set(space.joint_names) & set(other_space.joint_names):
         return
     why = "both motions are of the same joints" if one_urdf else "their URDFs are not the same"
     frames = ", ".join(dict.fromkeys([*scenario.frames, "base"]))
@@ -228,7 +234,7 @@ def check_together(
     if isinstance(first, JointTrajectory):
         raise InputError(f"give the scenario of {source} with --scenario")
     if other["in"] is None:
-        _check_one_cell(source, first.scenario, first.space, other["scenario"])
+        _refuse_unknown_placement(source, first.scenario, first.space, other["scenario"])
         other = {**other, "in": "base"}
     nearest = planning.clearance_between(first.trajectory, first.scenario, other, space=first.space)
     word, colour = ("clear:", "green") if nearest.ok else ("TOO NEAR:", "red")

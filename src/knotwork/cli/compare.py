@@ -35,7 +35,7 @@ _COLUMNS = {
 }
 """Headings by figure."""
 FIGURE_ROUNDING, SMALL_FIGURE = 1e-9, 0.01
-"""Sizes of figures below which they are rounding errors, and below which they have two digits."""
+"""Figures below the first are rounding errors; those below the second are shown with two digits."""
 
 
 @click.command()
@@ -133,7 +133,7 @@ def print_comparison(comparison: Comparison) -> None:
 
 
 def _joint_unit(comparison: Comparison) -> tuple[float, str]:
-    """Unit for figures of joints, and the size of an SI unit in it."""
+    """Factor from SI to the unit of the joints' figures, and that unit."""
     kinds = {unit for motion in comparison.trajectories.values() for unit in motion.joint_units}
     if len(kinds) != 1:
         return 1.0, "rad or m"

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from knotwork.cli.live_view import Files, follow
+from knotwork.cli.live_view import WatchedFiles, serve_live
 from knotwork.cli.parameters import (
     PASSED,
     GivenPath,
@@ -31,22 +31,25 @@ Exit codes: 0 until Ctrl-C, 2 the input is wrong.
 """
 
 
-class _Edited(Files):
-    """The files of a draft, and the draft."""
+class _WatchedDraft(WatchedFiles):
+    """The files that a draft names, its own file, and the draft itself."""
 
     def __init__(self, draft: Draft) -> None:
         super().__init__(())
-        self._draft, self._own, self._seen = draft, Files([draft.file]), draft.revision
+        self._draft, self._own, self._seen = draft, WatchedFiles([draft.file]), draft.revision
 
-    def changed(self) -> bool:
-        """Whether the draft, its file or a file named in it was changed."""
-        if self._own.changed():
+    def take_change(self) -> bool:
+        """Return whether the draft, its file or a file named in it was changed since the last call.
+
+        A change of the draft's file is read into the draft.
+        """
+        if self._own.take_change():
             try:
                 self._draft.reread()
             except InputError as error:
                 echo(f"error: {error}", err=True)
         seen, self._seen = self._seen, self._draft.revision
-        return super().changed() or seen != self._seen
+        return super().take_change() or seen != self._seen
 
 
 @click.command(epilog=_EDIT_EPILOG)
@@ -79,17 +82,17 @@ def edit(
         )
     session = Session(draft_of(resources.find("scenarios", scenario), copy), port or 0, budget)
     draft, server = session.draft, session.server
-    files = _Edited(draft)
+    files = _WatchedDraft(draft)
 
-    def made() -> tuple[dict[str, Any], list[Path], str] | None:
-        renewed = session.replan()
-        if renewed is None:
+    def build() -> tuple[dict[str, Any], list[Path], str] | None:
+        planned = session.replan()
+        if planned is None:
             return None
-        scene, plan = renewed
+        scene, plan = planned
         verdict = "passed" if plan.report.ok else "FAILED"
         others = [path for path in source_files(plan) if path != draft.file]
         return scene, others, f"{verdict}: {plan.report.summary}"
 
     with server, offered(server.address, f"editing {draft.file}", no_open):
-        follow(server, files, made)
+        serve_live(server, files, build)
     return PASSED

@@ -47,6 +47,7 @@ Exit codes:
 
 
 MAX_EXPORT_FAILURES = 10
+"""Maximum number of kinds of failures that are listed."""
 UNMET_BY_CUBIC_FITS = ("acceleration_jump", "acceleration_change", "joint_acceleration", "jerk")
 """Quantities that fail if cubics join points of a smoother motion, at any density of points.
 
@@ -213,16 +214,18 @@ def _content(
     allowed: bool,
 ) -> tuple[str | bytes, str] | None:
     """The content and a note on its accuracy, or `None` if its points fail the check."""
-    source: Any = trajectory
+    exported: Any = trajectory
     note, chosen = "", dict(chosen)
     if form.straight:
         fit = chosen.pop("fit", None)
-        source = exporting.straight_points(trajectory, **exporting.STRAIGHT[form.name], fit=fit)
-        note = source.describe()
+        exported = exporting.straight_points(trajectory, **exporting.STRAIGHT[form.name], fit=fit)
+        note = exported.describe()
     elif form.takes_points(chosen):
         fit = chosen.pop("fit", None)
         accelerations = chosen.get("accelerations", False)
-        source = points = exporting.motion_points(trajectory, accelerations=accelerations, fit=fit)
+        exported = points = exporting.motion_points(
+            trajectory, accelerations=accelerations, fit=fit
+        )
         note = points.describe()
         if not may_export_points(checked, points, allowed):
             return None
@@ -230,11 +233,11 @@ def _content(
         chosen.setdefault("rate", checked.scenario.given.rate)
     robot = checked.space.robot if checked is not None else None
     if form.tabular:
-        table = exporting.motion_table(source, robot=robot, **chosen)
+        table = exporting.motion_table(exported, robot=robot, **chosen)
         return exporting.content(table, form.name), table.note
     if "robot" in form.options:
         chosen["robot"] = robot
-    return exporting.content(source, form.name, **chosen), note
+    return exporting.content(exported, form.name, **chosen), note
 
 
 def read_motion(
@@ -265,15 +268,17 @@ def may_export(checked: CheckedMotion | None, allowed: bool) -> bool:
         return True
     report = checked.report
     verdict = "exported all the same" if allowed else "not exported (--allow-failed exports it)"
-    _show(report.failures, f"{report.scenario}: ", f"{report.scenario} fails its check: {verdict}")
+    _print_verdict(
+        report.failures, f"{report.scenario}: ", f"{report.scenario} fails its check: {verdict}"
+    )
     return allowed
 
 
 def may_export_points(checked: CheckedMotion | None, points: Points, allowed: bool) -> bool:
-    """Report fitted points that fail the check, and return whether to export them.
+    """Report fitted points that fail the check of the motion; return whether to export them.
 
-    The check is that of the motion. A fit by cubics always has errors and jumps of the
-    acceleration: these are listed, but do not prevent the export.
+    A fit by cubics always has errors and jumps of the acceleration. They are listed, but do not
+    prevent the export.
     """
     if points.exact or checked is None:
         return True
@@ -288,11 +293,12 @@ def may_export_points(checked: CheckedMotion | None, points: Points, allowed: bo
         verdict, allowed = "exported, because a fit by cubics always has these errors", True
     verdict = f"the {points.count} points of --fit fail the check: {verdict}"
     whose = f"{report.scenario}: the points of --fit: "
-    _show(failures, whose, f"{report.scenario}: {verdict}")
+    _print_verdict(failures, whose, f"{report.scenario}: {verdict}")
     return allowed
 
 
-def _show(failures: Sequence[Finding], whose: str, verdict: str) -> None:
+def _print_verdict(failures: Sequence[Finding], whose: str, verdict: str) -> None:
+    """Print failures, each after the words of whom they are, and the verdict."""
     for failure in finding_lines(failures, MAX_EXPORT_FAILURES):
         echo(f"{whose}{failure}", err=True)
     echo(verdict, err=True)

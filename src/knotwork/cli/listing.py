@@ -140,7 +140,7 @@ def print_robot(robot: Robot) -> None:
 
 
 def _number(value: float, unit: str) -> str:
-    """A value in the displayed units, or a dash without a limit."""
+    """Text of a value in the displayed units; "none" for a missing limit."""
     if not np.isfinite(value):
         return "none"
     return SHOWN_UNITS.number(value, unit)
@@ -161,7 +161,7 @@ def print_collisions(robot: Robot, notes: list[str], data: dict[str, Any]) -> No
 
 
 def collisions_to_dict(robot: Robot, model: CollisionModel) -> dict[str, Any]:
-    """Give the pairs of links checked for collisions as plain data."""
+    """Return the pairs of links checked for collisions as plain data."""
     names = [body.name for body in model.bodies]
     return {
         "name": robot.name,
@@ -174,7 +174,7 @@ def collisions_to_dict(robot: Robot, model: CollisionModel) -> dict[str, Any]:
 
 
 def robot_to_dict(robot: Robot) -> dict[str, Any]:
-    """Give a robot as plain data, with `null` for a missing limit."""
+    """Return a robot as plain data, with `None` for a missing limit."""
     names = robot.joint_names
 
     def finite(values: Any) -> dict[str, float | None]:

@@ -15,39 +15,41 @@ from knotwork.errors import KnotworkError
 if TYPE_CHECKING:
     from knotwork.view.live_server import LiveServer
 
-    Made: TypeAlias = Callable[[], tuple[dict[str, Any], list[Path], str] | None]
+    BuildScene: TypeAlias = Callable[[], tuple[dict[str, Any], list[Path], str] | None]
 
-# Polling interval of the files, and the longest time that writing one may take [s].
-PERIOD, REST = 0.02, 0.02
+POLL_PERIOD = 0.02
+"""Interval between two looks at the files [s]."""
+WRITE_TIME = 0.02
+"""Longest time that writing a file may take [s]."""
 
 Stamp = tuple[int, int, int] | None
 
 
-class Files:
+class WatchedFiles:
     """Files and the times of their last changes.
 
-    >>> files = Files([Path("task.yaml")])
-    >>> files.changed()
+    >>> files = WatchedFiles([Path("task.yaml")])
+    >>> files.take_change()
     False
     """
 
     def __init__(self, paths: Iterable[Path]) -> None:
         self._stamps = {path: _stamp(path) for path in paths}
 
-    def follow(self, paths: Iterable[Path]) -> None:
-        """Follow more files, from their present state."""
+    def watch(self, paths: Iterable[Path]) -> None:
+        """Watch more files, from their present state."""
         for path in paths:
             self._stamps.setdefault(path, _stamp(path))
 
-    def changed(self) -> bool:
-        """Whether a file was changed since the last call; a missing file counts as unchanged.
+    def take_change(self) -> bool:
+        """Return whether a file was changed since the last call; a missing one counts as unchanged.
 
-        If so, it waits until the file is written.
+        After a change, the call waits until the file is written.
         """
         before = self._stamps
         if all(_stamp(path) in (None, stamp) for path, stamp in before.items()):
             return False
-        time.sleep(REST)
+        time.sleep(WRITE_TIME)
         self._stamps = {path: _stamp(path) or stamp for path, stamp in before.items()}
         return True
 
@@ -60,31 +62,32 @@ def _stamp(path: Path) -> Stamp:
     return status.st_mtime_ns, status.st_size, status.st_ino
 
 
-def follow(server: LiveServer, files: Files, make: Made) -> None:
-    """Serve a scene and rebuild it after each change of a file, until Ctrl-C.
+def serve_live(server: LiveServer, files: WatchedFiles, build: BuildScene) -> None:
+    """Serve a scene and build it again after each change of a file, until Ctrl-C.
 
     Args:
         server: Server of the page.
         files: Source files known before the first scene.
-        make: Builds the scene; returns it with its source files and a line to print, or `None` to
-            build another one at once.
+        build: Function that returns a scene with its source files and a line to print, or `None` if
+            the scene is out of date already.
     """
     serving = threading.Thread(target=server.serve_forever, args=(0.05,), daemon=True)
     serving.start()
     try:
         while True:
-            _renew(server, files, make)
-            while not files.changed():
-                time.sleep(PERIOD)
+            _rebuild(server, files, build)
+            while not files.take_change():
+                time.sleep(POLL_PERIOD)
     finally:
         server.shutdown()
 
 
-def _renew(server: LiveServer, files: Files, make: Made) -> None:
+def _rebuild(server: LiveServer, files: WatchedFiles, build: BuildScene) -> None:
+    """Build a scene and show it, or the error, with a line on the terminal."""
     start = time.perf_counter()
     server.start()
     try:
-        renewed = make()
+        built = build()
     except Exception as error:
         is_input_error = isinstance(error, KnotworkError)
         if not is_input_error and os.environ.get("KNOTWORK_TRACEBACK"):
@@ -93,9 +96,9 @@ def _renew(server: LiveServer, files: Files, make: Made) -> None:
         server.refuse(text)
         echo(f"{time.strftime('%H:%M:%S')} {'error: ' if is_input_error else ''}{text}", err=True)
         return
-    if renewed is None:
+    if built is None:
         return
-    scene, paths, line = renewed
-    files.follow(paths)
+    scene, paths, line = built
+    files.watch(paths)
     server.show(scene)
     echo(f"{time.strftime('%H:%M:%S')} {line} ({time.perf_counter() - start:.2f} s)")

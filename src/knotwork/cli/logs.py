@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,16 +13,14 @@ import click
 
 from knotwork import planning
 from knotwork.cli.parameters import GivenPath, bundle_options
-from knotwork.cli.terminal import echo
+from knotwork.cli.terminal import print_note
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
-from knotwork.files.documents import resources
 from knotwork.files.foreign import is_foreign, read_trajectory
 from knotwork.files.storage import load_trajectory
-from knotwork.files.storage.sets import stated_scenario
-from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.joint_space import JointSpace
-from knotwork.verification import Report
+from knotwork.planning.check_trajectory import scenario_of_plan
+from knotwork.task.scenario import load_scenario
+from knotwork.task.scenario.joint_space import joint_space
 from knotwork.verification.recording import (
     Alignment,
     LogTolerances,
@@ -33,6 +30,7 @@ from knotwork.verification.recording import (
     read_log,
     smoothed,
 )
+from knotwork.verification.report import CheckedMotion
 
 
 @dataclass(frozen=True)
@@ -41,8 +39,8 @@ class LogOptions:
 
     Attributes:
         against: Path of the plan to compare with, if given.
-        noise: Standard deviation of its positions [rad or m]; by default it is estimated.
-        unit: `"rad"` or `"deg"`: the unit of revolute joints without one in their headings.
+        noise: Standard deviation of the log's positions [rad or m]; by default it is estimated.
+        unit: `"rad"` or `"deg"`: unit of revolute joints whose headings state none.
         topic: Topic to read, if several have all joints.
         tolerances: Tolerances of the log relative to its plan.
     """
@@ -82,16 +80,16 @@ class Tolerance(click.ParamType[Any]):
 
 
 def _tolerances(sizes: Sequence[tuple[str, str, float]]) -> LogTolerances | None:
-    """Tolerances of tool, joints and time from the options."""
-    tool, joints, late = dict[str, float](), dict[str, float](), None
+    """Tolerances of tool, joints and delay from the option's values."""
+    tool, joints, delay = dict[str, float](), dict[str, float](), None
     for subject, unit, size in sizes:
         if unit == "s":
-            late = size
+            delay = size
         elif subject in ("", "tool"):
             tool[unit] = size
         else:
             joints[unit if subject == "joints" else subject] = size
-    return LogTolerances(tool, joints, late) if sizes else None
+    return LogTolerances(tool, joints, delay) if sizes else None
 
 
 def _log(
@@ -149,21 +147,19 @@ def smoothed_log(
     return smoothed(recorded, log.noise)
 
 
-def checked_log(
-    path: str | Path, reference: str, log: LogOptions, scenario: Scenario, space: JointSpace
-) -> tuple[JointTrajectory, Report]:
+def checked_log(path: str | Path, reference: str, log: LogOptions) -> CheckedMotion:
     """Read a log, align it with the clock of a plan, and check it against its scenario.
 
     Args:
         path: The log.
-        reference: The scenario as the command line names it.
-        log: Its options. Without a plan, the scenario is planned.
-        scenario: The scenario.
-        space: Its joints and robot.
+        reference: Name or path of the scenario.
+        log: Options of the log. If they name no plan, the scenario is planned.
 
     Raises:
         InputError: The log or the plan can't be read, or the scenario can't be planned.
     """
+    scenario = load_scenario(reference)
+    space = joint_space(scenario)
     curve = smoothed_log(path, space.joint_names, space.joint_units, log)
     if log.against is not None:
         span = (float(scenario.times[0]), float(scenario.times[-1]))
@@ -172,31 +168,23 @@ def checked_log(
         plan = planning.plan(reference).trajectory
     alignment = aligned(curve, plan)
     report = check_log(alignment, scenario, space, log.tolerances)
-    return alignment.trajectory, report
+    return CheckedMotion(scenario, space, None, alignment.trajectory, report)
 
 
 def planned_scenario(log: LogOptions | None) -> str | None:
     """The scenario of the plan that a log is compared with, if the plan's report states it."""
-    return None if log is None or log.against is None else stated_path(Path(log.against))
+    return None if log is None or log.against is None else read_stated_scenario(log.against)
 
 
-def stated_path(plan: Path) -> str | None:
-    """The scenario of a saved plan, if its report states it: a shipped name, or a path.
-
-    If the file does not exist, a note is printed.
-    """
-    stated = stated_scenario(plan)
-    if stated is None or stated in resources.names("scenarios"):
-        return stated
-    file = (plan if plan.is_dir() else plan.parent) / stated
-    if not file.is_file():
-        echo(f"note: {plan} is a plan of {file}, which does not exist", err=True)
-        return None
-    return os.path.relpath(file)
+def read_stated_scenario(plan: str | Path) -> str | None:
+    """Name or path of the scenario that a plan's report states; a note is printed if it is lost."""
+    scenario, note = scenario_of_plan(Path(plan))
+    print_note(note)
+    return scenario
 
 
 def log_beside_plan(path: str | Path, log: LogOptions) -> tuple[Alignment, JointTrajectory]:
-    """A log in the time of its plan, and the plan, which names the joints.
+    """Read a log and its plan, which names the joints, and align the log with the plan's clock.
 
     Raises:
         InputError: No plan is given, the plan is another tool's, or a file can't be read.

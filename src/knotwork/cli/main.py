@@ -25,6 +25,7 @@ os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 INTERNAL, INTERRUPTED, UNREAD = 3, 130, 141
+"""Exit codes: an internal error, Ctrl-C, and a reader of the output that closed its pipe."""
 
 # Module and summary by command.
 _COMMANDS = {
@@ -46,7 +47,7 @@ _COMMANDS = {
 
 
 class _Commands(click.Group):
-    """Loads only the requested command; the summaries of all are here."""
+    """Loads only the requested command; summaries need no loading."""
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in _COMMANDS:
@@ -109,10 +110,10 @@ def main() -> NoReturn:
 
 
 def _has_output() -> bool:
-    """Whether there is a standard output.
+    """Return whether there is a standard output, and occupy the numbers of closed streams.
 
-    The next opened file would get the number of a closed stream, and C code would
-    write its messages into it: the number is taken here.
+    Otherwise the next opened file would get such a number, and C code would write its messages
+    into that file.
     """
     for number, stream in ((1, sys.stdout), (2, sys.stderr)):
         if stream is None:

@@ -1,4 +1,4 @@
-"""Parameter types that several commands share."""
+"""Parameter types and options that several commands share, and the exit codes."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Seconds(click.ParamType[Any]):
     """A time: `10`, `10s`, `500ms`, `5m`, `5min` or `1h`.
 
     Args:
-        zero: Whether it may be zero.
+        zero: Whether the time may be zero.
     """
 
     name = "time"
@@ -116,8 +116,8 @@ def folder_option(help: str) -> Callable[[Command], Command]:
     return click.option("--out", "-o", metavar="DIR", type=GivenPath(path_type=Path), help=help)
 
 
-def _look_in(context: Any, parameter: Any, folders: tuple[str, ...]) -> None:
-    """Put folders before those in the variable `ROS_PACKAGE_PATH` of this process."""
+def _extend_package_path(context: Any, parameter: Any, folders: tuple[str, ...]) -> None:
+    """Put folders first in the environment variable `ROS_PACKAGE_PATH` of this process."""
     if folders:
         listed = [*folders, *filter(None, [os.environ.get("ROS_PACKAGE_PATH")])]
         os.environ["ROS_PACKAGE_PATH"] = os.pathsep.join(listed)
@@ -136,7 +136,7 @@ package_path_option = click.option(
     multiple=True,
     type=GivenPath(exists=True, file_okay=False, resolve_path=True),
     expose_value=False,
-    callback=_look_in,
+    callback=_extend_package_path,
     help="Folder searched for the robot's meshes, before those of ROS_PACKAGE_PATH; "
     "may be repeated.",
 )
@@ -159,7 +159,7 @@ class PlanOptions:
 
     Attributes:
         planner: Name of a planner, optionally with a rule.
-        budget: Computing time after which the best motion so far is taken, for free times [s].
+        budget: For free times, computing time after which the best motion so far is taken [s].
     """
 
     planner: str | None = None

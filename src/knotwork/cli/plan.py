@@ -78,7 +78,7 @@ def plan(
             results.append((reference, planned, written))
         except KnotworkError as error:
             results.append((reference, error, []))
-    code = max(_verdict(result) for _, result, _ in results)
+    code = max(_exit_code(result) for _, result, _ in results)
     if as_json:
         rows = [plan_to_dict(*row) for row in results]
         echo_json({"ok": code == PASSED, "plans": rows})
@@ -92,7 +92,7 @@ def plan(
     if len(results) > 1:
         echo("\nScenarios")
         for name, result, _ in results:
-            word = ("passed", "FAILED", "wrong input")[_verdict(result)]
+            word = ("passed", "FAILED", "wrong input")[_exit_code(result)]
             echo_line(f"{name}: {word}", word, fg="green" if word == "passed" else "red")
     return code
 
@@ -114,7 +114,7 @@ def print_plan(result: Plan | KnotworkError, written: list[Path], full: bool) ->
         echo(f"wrote {path}")
 
 
-def _verdict(result: Plan | KnotworkError) -> int:
+def _exit_code(result: Plan | KnotworkError) -> int:
     if isinstance(result, KnotworkError):
         return WRONG_INPUT
     return PASSED if result.report.ok else FAILED
@@ -123,7 +123,7 @@ def _verdict(result: Plan | KnotworkError) -> int:
 def plan_to_dict(
     reference: str, result: Plan | KnotworkError, written: list[Path]
 ) -> dict[str, Any]:
-    """A plan and its files as plain data for `--json`."""
+    """Plain data on a plan, or on its error, and on the written files, for `--json`."""
     if isinstance(result, KnotworkError):
         return {
             "scenario": reference,

@@ -24,15 +24,15 @@ SHOWN_AFTER = 0.5
 BAR_PERIOD = 0.1
 """Interval between updates of a bar [s]."""
 PLAN_INTERVAL, SWEEP_INTERVAL, LOG_SHARE = 5.0, 30.0, 0.1
-"""Interval between lines without a terminal: a time [s], or a share of the elapsed time."""
+"""Interval between lines of a log: a time [s], or a fraction of the elapsed time if longer."""
 
 State: TypeAlias = tuple[float | None, str]
-"""The completed share, `None` if unknown, and a line on the state."""
+"""The completed fraction, `None` if unknown, and a line on the state."""
 
 
 @contextmanager
 def show_planning(name: str, quiet: bool = False) -> Iterator[Callable[[Progress], None] | None]:
-    """Show the progress of planning a scenario, with or without reports from it."""
+    """Show that a scenario is being planned, and its progress as far as it is reported."""
     begin = time.monotonic()
 
     def describe(update: Progress | None) -> State:
@@ -95,7 +95,7 @@ def _show(
 
 
 def _draw(state: Callable[[], State], ended: threading.Event, console: Console) -> None:
-    """A bar and one line, cleared at the end; without a known share the bar is indeterminate."""
+    """Draw a bar and one line, cleared at the end; the bar pulses if the fraction is unknown."""
     from rich.progress import BarColumn, Progress, TextColumn
     from rich.table import Column
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from knotwork import planning
-from knotwork.cli.logs import stated_path
+from knotwork.cli.logs import read_stated_scenario
 from knotwork.cli.parameters import (
     EXIT_CODES,
     FAILED,
@@ -92,7 +92,7 @@ def _motion(source: str, new_task: Task) -> tuple[JointTrajectory, Scenario | No
     robot, described = None, new_task.robot
     if is_foreign(source):
         if described is None:
-            raise InputError(f"{source} needs a robot, and the scenario names none")
+            raise InputError(f"{source} needs a robot, but the scenario names none")
         robot = load_robot(Document(described) if isinstance(described, dict) else described)
-    motion, reference = read_unchecked(source, robot), stated_path(Path(source))
+    motion, reference = read_unchecked(source, robot), read_stated_scenario(source)
     return motion, None if reference is None else load_scenario(reference)

@@ -56,7 +56,7 @@ def print_report(
         report: Report of the check.
         scenario: Scenario of the check, if any.
         origin: Planner and options; by default the trajectory's planner.
-        solution: Choice of the solutions, if known.
+        solution: The IK solutions of the waypoints, if known.
     """
     out = console()
     description = "" if scenario is None else " ".join(scenario.given.description.split())
@@ -85,12 +85,12 @@ def print_report(
 
 
 def _is_sentence(finding: Finding) -> bool:
-    """Whether to print a sentence: no number, or detail without a limit."""
+    """Whether to print the sentence of a finding, not its numbers."""
     return finding.value is None or (finding.verdict == "information" and bool(finding.brief))
 
 
 def _findings_table(title: str, findings: Sequence[Finding], units: Units) -> Table:
-    """One row for each finding, by quantity; of those without a limit only the largest."""
+    """Table of findings by quantity; of findings without a limit, only the largest value."""
     table = plain_table(title, ["", "value", "limit", "margin", "at [s]", "", "off by\nat most"])
     table.columns[0].no_wrap = False
 

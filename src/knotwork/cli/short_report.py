@@ -27,7 +27,7 @@ _WORD_STYLES: dict[str, dict[str, Any]] = {
 
 
 def describe_left_out(plan: Plan) -> str:
-    """Name the options of the scenario that its replaced planner ignores."""
+    """Text on the options of the scenario that the planner in place of its own ignores."""
     options = ", ".join(plan.unsupported_options)
     return f"without the scenario's {options}, which {plan.trajectory.planner} does not take"
 

@@ -17,7 +17,7 @@ from knotwork.cli.logs import (
 )
 from knotwork.cli.parameters import PlanOptions
 from knotwork.cli.progress_display import show_planning
-from knotwork.cli.terminal import echo
+from knotwork.cli.terminal import echo, print_note
 from knotwork.curves.interpolation import get_planner
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
@@ -25,15 +25,13 @@ from knotwork.files.documents import resources
 from knotwork.files.foreign import is_foreign, is_trajectory, read_trajectory
 from knotwork.files.storage import set_disagreement
 from knotwork.planning import Plan
+from knotwork.planning.check_trajectory import check_with_task
 from knotwork.robot import Robot
-from knotwork.task.scenario import load_scenario
-from knotwork.task.scenario.joint_space import joint_space
-from knotwork.verification import check
 from knotwork.verification.brief import finding_lines
 from knotwork.verification.report import AnyMotion, CheckedMotion
 
-# Number of listed failures; more are counted.
 MAX_NOTED_FAILURES = 3
+"""Maximum number of kinds of failures that are listed; the others are counted."""
 
 
 def read_motions(
@@ -51,12 +49,12 @@ def read_motions(
         source: A scenario's name, or the path of a scenario or trajectory.
         reference: Scenario of a trajectory.
         options: Planning options of a scenario.
-        compare: Other planners for a scenario; their plans follow the first.
+        compare: Other planners for a scenario; their plans follow the first plan.
         robot: Robot of a trajectory without a scenario, if known.
-        log: Options of a log. The plan that it is compared with follows it.
+        log: Options of a log. The plan with which the log is compared follows it.
 
     Raises:
-        InputError: An option belongs to the other kind of source, or the motion can't be planned or
+        InputError: An option does not apply to the source, or the motion can't be planned or
             read.
     """
     options = options if options is not None else PlanOptions()
@@ -87,22 +85,15 @@ def read_checked(path: str | Path, reference: str, log: LogOptions | None = None
     Raises:
         InputError: A file can't be read, or the trajectory has other joints.
     """
-    scenario = load_scenario(reference)
-    space = joint_space(scenario)
     if log is not None:
-        trajectory, report = checked_log(path, reference, log, scenario, space)
-        return CheckedMotion(scenario, space, None, trajectory, report)
-    span = (float(scenario.times[0]), float(scenario.times[-1]))
-    trajectory, defects = read_trajectory(path, space.joint_names, space.joint_units, span=span)
-    fault = set_disagreement(Path(path))
-    if fault is not None:
-        echo(f"note: {path} {fault}", err=True)
-    report = check(trajectory, scenario, space=space, defects=defects)
-    return CheckedMotion(scenario, space, None, trajectory, report)
+        return checked_log(path, reference, log)
+    checked, note = check_with_task(path, reference)
+    print_note(note)
+    return checked
 
 
 def _is_trajectory(source: str, reference: str | None) -> bool:
-    """Whether a source is a trajectory; with a given scenario, any file but YAML is one."""
+    """Whether a source is a trajectory. If its scenario is given, every file but YAML is one."""
     if source in resources.names("scenarios"):
         return False
     if reference is not None and Path(source).suffix.lower() not in (".yaml", ".yml"):
@@ -172,6 +163,6 @@ def print_failures(motions: Iterable[AnyMotion]) -> None:
         report = motion.report
         if not report.ok:
             motion_name = f"{report.scenario}, {motion.trajectory.planner}"
-            echo(f"note: {motion_name}: the check FAILS", err=True)
+            print_note(f"{motion_name}: the check FAILS")
             for failure in finding_lines(report.failures, MAX_NOTED_FAILURES):
                 echo(f"  {failure}", err=True)

@@ -28,6 +28,7 @@ from knotwork.planning.sweeps.outcome import ROW_CRASHED, ROW_WRONG_INPUT
 from knotwork.units import readable
 
 MAX_REASONS = 12
+"""Maximum number of reasons in the table; the others are counted."""
 
 
 @click.command(
@@ -102,7 +103,7 @@ def sweep(
     best: str | None,
     freeze: Path | None,
     as_json: bool,
-    **planning: Any,
+    **planning_options: Any,
 ) -> int:
     """Plan and check SCENARIO many times with varied values, one row each.
 
@@ -115,10 +116,10 @@ def sweep(
     figure = best or "duration"
     figure_named(figure)
     if is_study(source):
-        _refuse_planning(source, planning | {"out": out})
+        _refuse_planning(source, planning_options | {"out": out})
         study = sweeps.Study.open(source)
     else:
-        options = {name: value for name, value in planning.items() if value is not None}
+        options = {name: value for name, value in planning_options.items() if value is not None}
         if "stop_after" in options:
             options["stop_after"], _ = options["stop_after"]
         vary = _values_by_path(options.pop("vary"))
@@ -146,7 +147,7 @@ def sweep(
 
 
 def _values_by_path(pairs: tuple[str, ...]) -> dict[str, str]:
-    """Values by path."""
+    """Read `PATH=VALUES`, each path once."""
     values_of: dict[str, str] = {}
     for pair in pairs:
         path, mark, values = pair.partition("=")
@@ -172,7 +173,7 @@ def _refuse_planning(source: str, options: dict[str, Any]) -> None:
 
 
 def study_to_dict(study: Study, figure: str, best: dict[str, Any] | None) -> dict[str, Any]:
-    """The printed results of a study as plain data, ready for JSON."""
+    """Return the printed results of a study as plain data, ready for JSON."""
     return {
         "ok": study.passed > 0,
         "scenario": study.name,

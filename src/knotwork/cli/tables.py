@@ -13,8 +13,11 @@ from rich.table import Table
 from knotwork.cli.short_report import TEXT_WIDTH
 from knotwork.cli.terminal import cell
 
-# Numbers are never truncated: tables wider than the terminal use the width they need.
 ANY_WIDTH = 1000
+"""Width of tables before they are fitted to the terminal, in characters.
+
+Numbers are never truncated: a table that does not fit is wider than the terminal.
+"""
 
 
 def console(*, wrap: bool = False) -> Console:
@@ -57,7 +60,7 @@ def plain_table(title: str, columns: Sequence[str], text_columns: int = 1) -> Ta
 
 
 def print_entry(name: str, about: str, rows: Mapping[str, str]) -> None:
-    """Print a name with its texts, wrapped; empty ones are left out."""
+    """Print a name and its texts by key, wrapped; empty texts are left out."""
     out = console(wrap=True)
     out.print(f"[bold]{cell(name)}[/]  {cell(about)}", soft_wrap=True)
     indent = max(map(len, rows), default=0) + 4
@@ -72,7 +75,7 @@ def print_wrapped(text: str, first: str, following: str, style: str = "") -> Non
 
     Args:
         text: The text.
-        first: Prefix of the first line; if longer than `following`, it shortens that line.
+        first: Prefix of the first line.
         following: Prefix of the other lines.
         style: Style of `first`.
     """

@@ -1,4 +1,4 @@
-"""Printing without risk: text from files can't move the cursor, colour or hide anything."""
+"""Printing that is safe: text from files can't move the cursor, or colour or hide anything."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ def cell(text: str, *, lines: bool = False) -> str:
     """Escape text for a table or line of Rich, where brackets are markup.
 
     Args:
-        text: From a file.
-        lines: Keep line feeds; by default they are escaped, so a name stays in one line.
+        text: Text from a file.
+        lines: Whether to keep line feeds; by default they are escaped, so a name is on one line.
     """
     from rich.markup import escape
 
@@ -43,9 +43,9 @@ def echo_line(text: str, word: str = "", **style: Any) -> None:
     """Print one line, one word of it in a style if the output is a terminal with colours.
 
     Args:
-        text: From a file.
-        word: The first occurrence gets the style.
-        style: As for `click.style`.
+        text: Text from a file.
+        word: Word whose first occurrence gets the style.
+        style: Style as for `click.style`.
     """
     line = to_one_line(text)
     plainly = "NO_COLOR" in os.environ or os.environ.get("TERM") in ("dumb", "unknown")
@@ -54,8 +54,14 @@ def echo_line(text: str, word: str = "", **style: Any) -> None:
     click.echo(line)
 
 
+def print_note(note: str) -> None:
+    """Print a note on standard error, if it is not empty."""
+    if note:
+        echo(f"note: {note}", err=True)
+
+
 def internal_error(error: Exception) -> str:
-    """Explain an internal error."""
+    """Text on an internal error, which asks for a report of it."""
     return (
         f"internal error: {type(error).__name__}: {error}\nThis is a fault of Knotwork, not of "
         "your input. Please report it; KNOTWORK_TRACEBACK=1 shows where it happened."
@@ -76,7 +82,7 @@ def echo_data(text: str | bytes) -> None:
 
 @contextmanager
 def offered(address: str, shown: str, no_open: bool) -> Iterator[None]:
-    """Print a line about a served page, and open it in a browser; Ctrl-C ends the block."""
+    """Print where a page is served, and open it in a browser; Ctrl-C ends the `with` block."""
     from knotwork.view.page_server import open_browser
 
     echo(f"{shown} at {address} until Ctrl-C")

@@ -13,7 +13,7 @@ from typing import Any
 
 import click
 
-from knotwork.cli.live_view import Files, follow
+from knotwork.cli.live_view import WatchedFiles, serve_live
 from knotwork.cli.logs import LogOptions, log_options
 from knotwork.cli.parameters import (
     PASSED,
@@ -146,7 +146,7 @@ def _map(source: str, out: Path | None, port: int | None, no_open: bool) -> int:
 
 
 def _beside(source: str, other: str, reference: str | None, options: PlanOptions) -> Page:
-    """The page of two motions."""
+    """The page that shows two motions side by side."""
     shown = checked_motions([read_motions(name, reference, options)[0] for name in (source, other)])
     if len(shown) < 2:
         raise InputError("side by side, two motions need their tasks: give --scenario")
@@ -170,7 +170,7 @@ def _scene(
     motions: list[AnyMotion],
     before: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
-    """The scene of the first motion."""
+    """The scene of the first motion; failures of all are printed."""
     print_failures(motions)
     motion = motions[0]
     if not isinstance(motion, JointTrajectory):
@@ -192,9 +192,9 @@ def _watch(
     read: Callable[[], list[AnyMotion]],
     robot: Robot | None,
 ) -> int:
-    """Serve a page that follows its files."""
+    """Serve a page that is built again when its files change."""
 
-    def renewed() -> tuple[dict[str, Any], list[Path], str]:
+    def build() -> tuple[dict[str, Any], list[Path], str]:
         motions = read()
         scene, motion = _scene(source, robot, motions, server.scene), motions[0]
         if isinstance(motion, JointTrajectory):
@@ -205,12 +205,12 @@ def _watch(
     given = [_file(name) for name in (source, reference) if name is not None]
     server = LiveServer(source, port or 0)
     with server, offered(server.address, f"showing {source} after each save", no_open):
-        follow(server, Files(given), renewed)
+        serve_live(server, WatchedFiles(given), build)
     return PASSED
 
 
 def _file(name: str) -> Path:
-    """File of a source: of a shipped scenario its own, of a folder its trajectory."""
+    """File of a source: the file of a shipped scenario, or the trajectory in a folder."""
     if name in resources.names("scenarios"):
         return resources.find("scenarios", name)
     path = Path(name)

@@ -23,10 +23,12 @@ class PathError(InputError):
     Attributes:
         text: Template of the message, with names of `values` in braces; empty without values.
         values: Lengths [m], and points in the axes of the path [m], for the template.
+        path_start: Index of the waypoint of a scenario where the path begins, if known.
     """
 
     text: str = ""
     values: Mapping[str, Any] = MappingProxyType({})
+    path_start: int | None = None
 
     def in_units(self, length: Callable[[float], str], point: Callable[[Any], str]) -> str:
         """Write the message with its lengths and points in another unit or frame.
@@ -137,6 +139,7 @@ class FollowingError(TaskError):
         joint: Name of the joint that would be beyond its limit; empty if no limit is the cause.
         value: Position or speed that the joint would have [rad or m, or per second], or `None`.
         bound: Limit that this value exceeds [rad or m, or per second], or `None`.
+        path_start: Index of the waypoint of a scenario where the path begins, if known.
     """
 
     arc_length: float = 0.0
@@ -144,6 +147,7 @@ class FollowingError(TaskError):
     joint: str = ""
     value: float | None = None
     bound: float | None = None
+    path_start: int | None = None
 
     def __init__(
         self,

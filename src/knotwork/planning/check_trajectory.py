@@ -1,8 +1,9 @@
-"""Checks of a motion without its task, and of the clearance between two motions."""
+"""Checks of a stored motion with or without its task, and of the clearance between two motions."""
 
 from __future__ import annotations
 
 import copy
+import os
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -13,15 +14,56 @@ from knotwork.errors import InputError
 from knotwork.files import documents
 from knotwork.files.documents import Document, validate
 from knotwork.files.foreign import read_trajectory
+from knotwork.files.storage import set_disagreement
+from knotwork.files.storage.sets import stated_scenario
 from knotwork.planning.replanning import SCENE_KEYS
 from knotwork.task import OtherRobot, Task
-from knotwork.task.scenario import Scenario, resolve_task
+from knotwork.task.scenario import Scenario, load_scenario, resolve_task
 from knotwork.task.scenario.joint_space import JointSpace, by_joint, joint_space, moved_robot
 from knotwork.task.task_source import read_document
 from knotwork.verification import Finding, check
 from knotwork.verification.checks import CHECKS_OF_WAYPOINTS
 from knotwork.verification.collisions import clearance_from_robot
 from knotwork.verification.report import CheckedMotion
+
+
+def scenario_of_plan(plan: Path) -> tuple[str | None, str]:
+    """Find the scenario of a saved plan, which the report next to its trajectory states.
+
+    Args:
+        plan: The folder of the plan, or a file in it.
+
+    Returns:
+        A shipped name or a path, or `None`; and a note if the stated file does not exist.
+    """
+    stated = stated_scenario(plan)
+    if stated is None or stated in documents.resources.names("scenarios"):
+        return stated, ""
+    file = (plan if plan.is_dir() else plan.parent) / stated
+    if not file.is_file():
+        return None, f"{plan} is a plan of {file}, which does not exist"
+    return os.path.relpath(file), ""
+
+
+def check_with_task(path: str | Path, scenario: str | Path) -> tuple[CheckedMotion, str]:
+    """Read a trajectory of any tool and check it against its scenario.
+
+    Args:
+        path: The trajectory.
+        scenario: Name or file of its scenario.
+
+    Returns:
+        The checked motion; and a note if the file was changed since the report next to it.
+
+    Raises:
+        InputError: A file can't be read, or the trajectory has other joints.
+    """
+    task = load_scenario(scenario)
+    space, span = joint_space(task), (float(task.times[0]), float(task.times[-1]))
+    motion, defects = read_trajectory(path, space.joint_names, space.joint_units, span=span)
+    report = check(motion, task, space=space, defects=defects)
+    fault = set_disagreement(Path(path))
+    return CheckedMotion(task, space, None, motion, report), f"{path} {fault}" if fault else ""
 
 
 def check_without_task(
@@ -56,7 +98,7 @@ def check_without_task(
     if robot is not None:
         data["robot"] = Path(robot).resolve().as_posix() if Path(robot).is_file() else str(robot)
     if not data.get("robot"):
-        raise InputError(f"{path} needs its robot: give it (--robot), or a scene with it")
+        raise InputError(f"{path} needs its robot: give the robot, or a scene that names it")
     locations = surroundings.locations
     # held objects need waypoints, which this task does not have
     data["waypoints"] = [{"joints": "home"}, {"joints": "home", "after": 1}]

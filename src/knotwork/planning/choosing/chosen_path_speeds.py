@@ -52,10 +52,11 @@ def with_path_speeds(solved: SolvedTask, problems: Sequence[PathSpeedProblem]) -
     free = scenario.free_values or replace(solved.free_values, path_speed_is_free=given)
     try:
         timed = SolvedTask.solve(scenario, free)
-    except (PathError, FollowingError):
-        for problem in problems:
+    except (PathError, FollowingError) as blocked:
+        faulty = [problem for problem in problems if problem.path.first == blocked.path_start]
+        for problem in faulty or problems:
             problem.lower_caps(MAX_SLOWDOWN, TOLERANCES)
-        raise NoSpeedsError(problems[0].path, 0, TOLERANCES) from None
+        raise NoSpeedsError((faulty or problems)[0].path, 0, TOLERANCES) from None
     errors = [error for problem in problems if (error := problem.correct_from_plan(timed))]
     if errors:
         raise errors[0]

@@ -26,7 +26,7 @@ from knotwork.verification.brief import worst_failure_text
 from knotwork.waypoints import JointWaypoints
 
 TIMED_RUNS = 5
-"""Number of timed runs of a planner; the first one also loads its module, so the fastest counts."""
+"""Number of timed runs of a planner. The fastest counts, because the first also loads modules."""
 
 
 @dataclass(frozen=True)
@@ -58,12 +58,12 @@ class Comparison:
         return tuple(row for row in self.rows if isinstance(row, Score))
 
     def to_dict(self) -> dict[str, Any]:
-        """Convert the comparison to plain data, ready for JSON."""
+        """Return the comparison as plain data, ready for JSON."""
         rows = [asdict(row) for row in self.rows]
         return {"scenario": self.scenario, "times_chosen": self.times_chosen, "planners": rows}
 
     def to_csv(self) -> str:
-        """Write the comparison as CSV, one row per planner; a peak takes four columns."""
+        """Return the comparison as CSV, one row per planner; a peak takes four columns."""
         rows = [flatten(row) for row in self.rows]
         columns = {name: None for row in sorted(rows, key=len, reverse=True) for name in row}
         return storage.rows_to_csv(list(columns), rows)
@@ -106,8 +106,8 @@ def compare(
     Args:
         scenario: As for `knotwork.plan`.
         planners: Names of planners; a rule may follow after a colon: `septic:estimated`. By
-            default all of them, and those with a rule in `DEFAULT_PLANNERS`, if it makes another
-            motion than the scenario's own options.
+            default `DEFAULT_PLANNERS`, without those whose rule gives the same motion as the
+            planner without it.
 
     Raises:
         UnknownNameError: A planner or rule is unknown.
@@ -123,8 +123,8 @@ def compare(
         scenario = load_scenario(scenario)
     with scenario.error_context("planner"):
         get_planner(scenario.planner)
-    base = _base(scenario)
-    own_options = planner_options(base.scenario, base.space)
+    base_plan = _base_plan(scenario)
+    own_options = planner_options(base_plan.scenario, base_plan.space)
     rows: list[Score | Refusal] = []
     trajectories: dict[str, JointTrajectory] = {}
     for name in names:
@@ -132,24 +132,24 @@ def compare(
         if name != scenario.planner:
             options, _ = supported_options(own_options, scenario.planner, name)
         try:
-            trajectory, seconds = _time_planner(name, base.joint_waypoints, options)
+            trajectory, seconds = _time_planner(name, base_plan.joint_waypoints, options)
         except InputError as error:
             rows.append(Refusal(name, str(error)))
             continue
-        plain = trajectories.get(name.partition(":")[0])
-        if planners is None and plain is not None and _same_motion(trajectory, plain):
+        without_rule = trajectories.get(name.partition(":")[0])
+        if planners is None and without_rule and _same_motion(trajectory, without_rule):
             continue
         trajectories[name] = trajectory
-        rows.append(_score(name, trajectory, seconds, base))
+        rows.append(_score(name, trajectory, seconds, base_plan))
     return Comparison(
         scenario.name, tuple(rows), trajectories, scenario.free_values is not None, scenario.units
     )
 
 
-def _base(scenario: Scenario) -> Plan:
-    """The plan with the joint waypoints for all planners.
+def _base_plan(scenario: Scenario) -> Plan:
+    """Plan a scenario to get the joint waypoints for all planners.
 
-    If the scenario's own planner fails, another one is used that can plan any task.
+    If the scenario's own planner refuses, they come from a planner that accepts any waypoints.
     """
     try:
         return plan(scenario)
@@ -170,16 +170,16 @@ def _time_planner(
     return planner(waypoints, options), min(seconds)
 
 
-def _score(name: str, trajectory: JointTrajectory, seconds: float, base: Plan) -> Score:
-    scenario, space, waypoints = base.scenario, base.space, base.joint_waypoints
+def _score(name: str, trajectory: JointTrajectory, seconds: float, base_plan: Plan) -> Score:
+    scenario, space, waypoints = base_plan.scenario, base_plan.space, base_plan.joint_waypoints
     deviation = None
     if space.robot is not None:
         from knotwork.verification.metrics.deviation import straight_path_deviation
 
         paths = scenario.paths
         deviation = straight_path_deviation(space.robot, trajectory, scenario.waypoints, paths)
-    report = base.report
-    if not _same_motion(trajectory, base.trajectory):
+    report = base_plan.report
+    if not _same_motion(trajectory, base_plan.trajectory):
         known = report.select(group=FEASIBILITY)
         report = check(trajectory, scenario, space=space, known=known)
     deviations = _values_and_limits(report, "path", "path_deviation")
@@ -218,7 +218,7 @@ def _score(name: str, trajectory: JointTrajectory, seconds: float, base: Plan) -
 
 
 def _values_and_limits(report: Report, subject: str, quantity: str) -> list[tuple[float, float]]:
-    """Values and limits of the findings that have both."""
+    """Values and limits of the selected findings that have both."""
     return [
         (finding.value, finding.limit)
         for finding in report.select(subject=subject, quantity=quantity)

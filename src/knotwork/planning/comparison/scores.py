@@ -23,27 +23,29 @@ class Score:
         end_acceleration: Largest magnitude of a joint's acceleration at start and end: the jump
             of an arm that starts and ends at rest.
         peak_velocity: Largest magnitude of the joint nearest its limit; without limits, of any.
-        peak_acceleration: Peak of the acceleration.
-        peak_jerk: Peak of the jerk; `None` where the acceleration jumps, as it is unbounded.
-        velocity_fluctuation: Value of the worst joint:
-            see `knotwork.verification.metrics.velocity_fluctuation`.
+        peak_acceleration: Likewise of the acceleration.
+        peak_jerk: Likewise of the jerk; `None` if the acceleration jumps, because the jerk is then
+            unbounded.
+        velocity_fluctuation: The largest of any joint, see
+            `knotwork.verification.metrics.velocity_fluctuation`.
         squared_acceleration: Integral of acceleration squared over time, summed over the joints.
-        squared_jerk: Integral of jerk squared over time, summed over the joints; `None` where the
+        squared_jerk: Integral of jerk squared over time, summed over the joints; `None` if the
             acceleration jumps.
-        straight_path_deviation: Distance of the tool from straight lines between poses [m],
-            sampled; `None` without consecutive poses off tool paths.
-        straight_path_turn: Angle of the tool from them [rad], sampled; `None` without such poses.
+        straight_path_deviation: Largest distance of the tool from straight lines between poses
+            outside tool paths [m], sampled; `None` without such lines.
+        straight_path_turn: Largest angle of the tool from its orientation along these lines [rad],
+            sampled; `None` without such lines.
         tool_path_deviation: Largest distance of the tool from the scenario's tool paths in the
             check [m]; `None` without such paths.
-        tool_path_speed_error: Largest deviation from the given speed along them, as a fraction of
-            it; `None` without a given speed.
+        tool_path_speed_error: Largest deviation from the given speed along tool paths, relative to
+            that speed; `None` without a given speed.
         clearance: Clearance of the nearest pair of bodies beyond the required margin, as in the
             check [m]; `None` without pairs.
         duration: Duration [s].
-        required, failed: Number of requirements in the check, and of the failed ones: waypoints,
-            continuity, limits, tool paths and others.
+        required, failed: Number of requirements in the check (waypoints, continuity, limits, tool
+            paths and others), and number of those that fail.
         time_to_plan: Computing time of the planner, the best of a few runs [s].
-        reason: Reason of a failure, in one line; empty if it passes.
+        reason: Reason of a failure, in one line; empty if the motion passes.
     """
 
     planner: str
@@ -80,7 +82,7 @@ class Refusal:
 
     Attributes:
         planner: Name of the planner.
-        reason: Reason.
+        reason: Reason why the planner refuses.
     """
 
     planner: str
@@ -88,7 +90,7 @@ class Refusal:
 
 
 def flatten(row: Score | Refusal) -> dict[str, Any]:
-    """Flatten a row to known values by column, with four columns for a peak."""
+    """Return the values of a row by column, without missing ones; a peak has four columns."""
     values: dict[str, Any] = {}
     for name, value in asdict(row).items():
         if isinstance(value, dict):
@@ -102,14 +104,14 @@ _NOT_RANKED = ("planner", "clearance", "duration", "required", "reason")
 COLUMNS = tuple(item.name for item in fields(Score) if item.name not in _NOT_RANKED)
 
 TIE_TOLERANCE = 0.01
-"""Relative tolerance of ties."""
+"""Relative difference from the best value up to which values are ties."""
 
 
 def best(scores: Sequence[Score]) -> dict[str, set[str]]:
-    """Planners with the best value of each column among all that pass, by column.
+    """Find the planners with the best value of each column, among all that pass.
 
-    Values within 1 % of the best are ties and share it; so do all values below 1e-9, the limit
-    of floating point.
+    Values within 1 % of the best are ties, and so are all values below 1e-9, which are rounding
+    errors.
 
     >>> scores = kw.compare("paper_case", ["cubic", "modified-hermite", "septic"]).scores
     >>> best(scores)["squared_acceleration"]
@@ -120,7 +122,9 @@ def best(scores: Sequence[Score]) -> dict[str, set[str]]:
     """
     winners: dict[str, set[str]] = {}
     for column in COLUMNS:
-        values = {score.planner: size(getattr(score, column)) for score in scores if score.passed}
+        values = {
+            score.planner: ranked_value(getattr(score, column)) for score in scores if score.passed
+        }
         known = {name: value for name, value in values.items() if value is not None}
         if known:
             lowest = max(min(known.values()), 0.0 if column == "time_to_plan" else 1e-9)
@@ -129,8 +133,8 @@ def best(scores: Sequence[Score]) -> dict[str, set[str]]:
     return winners
 
 
-def size(value: metrics.Peak | float | None) -> float | None:
-    """The number that ranks a column: for a peak its utilisation, if there is one."""
+def ranked_value(value: metrics.Peak | float | None) -> float | None:
+    """The number by which planners are ranked: for a peak its utilisation, if there is one."""
     if isinstance(value, metrics.Peak):
         return value.utilisation if value.utilisation is not None else value.value
     return value

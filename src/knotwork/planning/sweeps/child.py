@@ -1,7 +1,7 @@
 """Calls in child processes, with time limits. The parent survives their crashes.
 
-loky's processes do not import the user's script, as those of `multiprocessing` do. Each child has
-its own executor, because an executor ends all its processes when one ends.
+The processes of loky, unlike those of `multiprocessing`, do not import the user's script. Each
+child has its own executor, because an executor ends all its processes when one ends.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from knotwork.verification.checks import own_checks
 MAX_TIME_LIMIT = 1e6
 """Upper bound of time limits [s], required by clocks."""
 PARENT_PERIOD = 1.0
-"""Interval at which a child looks for its parent [s]."""
+"""Interval at which a child process checks that its parent is alive [s]."""
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 """Each process uses one thread, because NumPy's threads would slow down the other processes."""
 
@@ -43,7 +43,7 @@ def refuse_own_checks(instead: str) -> None:
     """Refuse child processes if the user has registered checks, which only this process has.
 
     Raises:
-        InputError: Checks are registered; `instead` is the advice.
+        InputError: Checks are registered; the message ends with `instead`, the advice.
     """
     if names := own_checks():
         raise InputError(
@@ -52,7 +52,7 @@ def refuse_own_checks(instead: str) -> None:
 
 
 class Child:
-    """A child process that starts at its first call and again after its end."""
+    """A child process that starts with its first call, and again after it has ended."""
 
     def __init__(self) -> None:
         self._executor: Any = None

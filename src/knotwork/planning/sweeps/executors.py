@@ -1,4 +1,4 @@
-"""Executors of rows: this process, child processes, or Dask's workers."""
+"""Planning of rows in this process, in child processes, or on Dask's workers."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ CONNECT_TIMEOUT = 20.0
 """Timeout of the connection to a scheduler [s]."""
 
 _NumberedEdits = tuple[int, Edits]
-"""The number of a row and its values."""
+"""The number of a row, and the values that it changes in the scenario."""
 
 
 def plan_rows(
     spec: StudySpec, rows: Sequence[int], workers: int, scheduler: str | None
 ) -> Iterator[tuple[int, Outcome]]:
-    """Plan rows, and give their numbers and outcomes in the order of completion.
+    """Plan rows, and yield their numbers and outcomes in the order of completion.
 
     Args:
         spec: The study.
         rows: Numbers of the rows to plan.
-        workers: Number of child processes; 0 to plan in this process, which
-            a crashing row then ends.
+        workers: Number of child processes; with 0, rows are planned in this process, which ends if
+            one crashes.
         scheduler: Address of a Dask scheduler, in place of child processes.
 
     Raises:
@@ -47,16 +47,16 @@ def plan_rows(
     """
     numbered = ((row, spec.edits(row)) for row in rows)
     if scheduler is not None:
-        yield from _on_scheduler(spec, list(numbered), scheduler)
+        yield from _plan_on_scheduler(spec, list(numbered), scheduler)
     elif workers:
-        plan_row = partial(_in_child, spec.document, spec.time_limit)
+        plan_row = partial(_plan_in_child, spec.document, spec.time_limit)
         yield from map_in_children(plan_row, numbered, workers)
     else:
         for row, edits in numbered:
             yield row, outcome_of(spec.document, edits)
 
 
-def _in_child(
+def _plan_in_child(
     document: Document, time_limit: float, child: Child, numbered: _NumberedEdits
 ) -> tuple[int, Outcome]:
     """Plan a row in a child process, and report a timeout or crash."""
@@ -79,7 +79,7 @@ def distributed() -> Any:
     return import_package("distributed", "a sweep with a scheduler", advice)
 
 
-def _on_scheduler(
+def _plan_on_scheduler(
     spec: StudySpec, rows: Sequence[_NumberedEdits], address: str
 ) -> Iterator[tuple[int, Outcome]]:
     with _client(address) as client:
@@ -87,7 +87,7 @@ def _on_scheduler(
         try:
             # a task has only the values of its row, because a whole study may be large
             fixed = {"document": spec.document, "time_limit": spec.time_limit}
-            futures = client.map(_by_worker, rows, **fixed, pure=False)
+            futures = client.map(_plan_on_worker, rows, **fixed, pure=False)
             for future in distributed().as_completed(futures):
                 yield future.result()
         except (Exception, asyncio.CancelledError) as error:
@@ -100,7 +100,7 @@ def _on_scheduler(
 _thread = threading.local()
 
 
-def _by_worker(
+def _plan_on_worker(
     numbered: _NumberedEdits, document: Document, time_limit: float
 ) -> tuple[int, Outcome]:
     """Plan a row in the child process of this thread of a Dask worker."""
@@ -109,7 +109,7 @@ def _by_worker(
     multiprocessing.current_process()._config["daemon"] = False  # type: ignore[attr-defined]
     if not hasattr(_thread, "child"):
         _thread.child = Child()
-    return _in_child(document, time_limit, _thread.child, numbered)
+    return _plan_in_child(document, time_limit, _thread.child, numbered)
 
 
 def _client(address: str) -> Any:
@@ -134,6 +134,6 @@ def _check_workers(client: Any, address: str) -> None:
     for worker, version in versions.items():
         if version != own_version():
             raise InputError(
-                f"scheduler {address}: worker {worker} has knotwork {version}, and here it is "
-                f"{own_version()}; install the same version"
+                f"scheduler {address}: worker {worker} has knotwork {version}; accepted: "
+                f"{own_version()}, the version of this process"
             )

@@ -17,10 +17,10 @@ _PATH_PART = re.compile(r"\[([^\[\]]+)\]|([^.\[\]]+)")
 
 
 def location_of(path: str, document: Document) -> Location:
-    """Location of a field path in a document.
+    """Find the location of a field path in a document.
 
     The last key may be missing, since a scenario may leave it out. Items of lists are selected
-    by their index, waypoints also by their name.
+    by index, waypoints also by name.
 
     Raises:
         InputError: The path is malformed, or does not exist.
@@ -54,11 +54,11 @@ def location_of(path: str, document: Document) -> Location:
 
 
 def scenario_with(document: Document, edits: Edits) -> Scenario:
-    """The scenario of a task with other values.
+    """Resolve the scenario of a document with other values.
 
     Args:
-        document: The task.
-        edits: Values by their location in it.
+        document: The document.
+        edits: Values by location in the document.
 
     Raises:
         DocumentError: Some values are wrong.

@@ -1,4 +1,4 @@
-"""Figures of a motion in a row: values of its report, by name."""
+"""Figures of a motion in a row of a study, taken from its plan and report."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RowFigure:
-    """A figure of a row, or `None` if the plan does not have it.
+    """A figure of a row, whose value is `None` if the plan does not have it.
 
     >>> from knotwork.planning.sweeps import FIGURES
     >>> FIGURES["clearance"].unit, FIGURES["clearance"].more_is_better
@@ -29,7 +29,7 @@ class RowFigure:
         title: Title in pictures.
         unit: SI unit; empty for a fraction of a limit and for singular values.
         more_is_better: Whether the best row has the largest value.
-        value_of: Computes it from a plan.
+        value_of: Function that computes the figure from a plan.
     """
 
     name: str
@@ -41,13 +41,13 @@ class RowFigure:
 
 def _utilisation_figure(quantity: str) -> RowFigure:
     """Figure for the largest utilisation of a kind of limit."""
-    # the tool also has a position at waypoints
+    # the tool also has findings on position, at waypoints
     kind = {"subject": "joint"} if quantity in JOINT_QUANTITIES else {}
 
     def max_utilisation(plan: Plan) -> float | None:
         findings = plan.report.select(quantity=quantity, **kind)
         if any(finding.only_sampled for finding in findings):
-            return None  # its utilisation is unknown
+            return None  # the utilisation is unknown
         utilisations = (finding.utilisation for finding in findings)
         return max((value for value in utilisations if value is not None), default=None)
 
@@ -76,9 +76,9 @@ def _clearance(involves_scene: bool, plan: Plan) -> float | None:
 
 
 def _squared_effort(plan: Plan) -> float | None:
-    if plan.space.carrying is None:
+    if plan.space.loaded_robots is None:
         return None
-    return sum(squared_effort(*part) for part in plan.space.carrying.parts(plan.trajectory))
+    return sum(squared_effort(*part) for part in plan.space.loaded_robots.parts(plan.trajectory))
 
 
 _outer, _inner = partial(_clearance, True), partial(_clearance, False)

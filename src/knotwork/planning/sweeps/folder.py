@@ -15,10 +15,11 @@ from knotwork.planning.sweeps.outcome import Outcome
 from knotwork.planning.sweeps.spec import STUDY_VERSION, StudySpec, spec_from_dict
 
 STUDY, ROWS = "study.json", "rows.jsonl"
+"""Names of the files in the folder of a study: its definition, and its finished rows."""
 STUDY_FORMAT = "knotwork.study"
 LARGEST_STUDY = 2_000_000_000
-"""Largest file of rows to read [bytes], enough for a million rows."""
-RESUME_ADVICE = "finished rows are kept, continue with --resume"
+"""Maximum size of a file of rows that is read [bytes], enough for a million rows."""
+RESUME_ADVICE = "finished rows are kept; resume the study"
 
 
 def own_version() -> str:
@@ -35,7 +36,7 @@ class StudyFolder:
     Attributes:
         path: Path of the folder; `None` keeps the rows in memory only.
         spec: The study.
-        rows: The finished rows by number, each a value per column.
+        rows: The finished rows by number, each a mapping of columns to values.
     """
 
     def __init__(self, path: Path | None, spec: StudySpec) -> None:
@@ -43,7 +44,7 @@ class StudyFolder:
         self.rows: dict[int, dict[str, Any]] = {}
 
     def add(self, row: int, outcome: Outcome) -> None:
-        """Keep the outcome of a row, at once.
+        """Keep the outcome of a row, in memory and at once in the folder.
 
         Raises:
             InputError: The file can't be written, or the study was removed.
@@ -78,8 +79,7 @@ class StudyFolder:
                     raise ValueError("it is not a row of this study")
             except (ValueError, LookupError, TypeError, RecursionError) as error:
                 raise InputError(
-                    f"{file}: line {number} can't be read ({error}); remove it, and continue with "
-                    "--resume"
+                    f"{file}: line {number} can't be read ({error}); remove it, then resume"
                 ) from error
             self.rows[row] = record
 
@@ -93,7 +93,7 @@ def create(path: Path, spec: StudySpec) -> StudyFolder:
     """Create the folder of a study.
 
     Raises:
-        InputError: The folder can't be created, or has a study, or rows without description.
+        InputError: The folder can't be created, or has a study, or rows without a definition.
     """
     if (path / ROWS).exists() and not is_study(path):
         raise InputError(
@@ -118,8 +118,7 @@ def create(path: Path, spec: StudySpec) -> StudyFolder:
         if not is_study(path):
             raise
         raise InputError(
-            f"{path} has a study already; continue it with --resume (resume=True), or give "
-            "another folder"
+            f"{path} has a study already; resume it, or give another folder"
         ) from error
     return StudyFolder(path, spec)
 

@@ -36,8 +36,7 @@ def plan_many(
         time_limit: Time limit of one scenario [s].
 
     Returns:
-        For each scenario its plan, or the error without one: of `knotwork.plan`,
-        or for a timeout or crash.
+        For each scenario its plan, or the error of `knotwork.plan`, of a timeout or of a crash.
 
     Raises:
         InputError: You have checks of your own, or the number of workers, the time limit or the
@@ -61,17 +60,17 @@ def plan_many(
 
     def plan_in(child: Child, i: int) -> tuple[int, Plan | KnotworkError]:
         try:
-            return i, child.call(_plan, tasks[i], limit=limit)
+            return i, child.call(_plan_or_error, tasks[i], limit=limit)
         except (ChildTimeoutError, ChildCrashedError) as error:
             return i, KnotworkError(str(error))
-        except Exception as error:  # a fault in one does not stop the others
+        except Exception as error:  # a fault in one scenario does not stop the others
             return i, KnotworkError(f"internal error: {type(error).__name__}: {error}")
 
     plans = dict(map_in_children(plan_in, range(len(tasks)), min(count, max(1, len(tasks)))))
     return [plans[i] for i in range(len(tasks))]
 
 
-def _plan(scenario: Any) -> Plan | KnotworkError:
+def _plan_or_error(scenario: Any) -> Plan | KnotworkError:
     try:
         return plan(scenario)
     except KnotworkError as error:

@@ -14,20 +14,20 @@ from knotwork.files.documents import read, read_text
 from knotwork.scene.meshes.locating import find_mesh
 
 LARGEST_FILE = 500_000_000
-"""Maximum size of a named file. No reader accepts more, and a text may name any file."""
+"""Maximum size of a named file [bytes]. No reader accepts more, and a text may name any file."""
 _DOCUMENTS = (".yaml", ".yml", ".json")
 _MESH = re.compile(r"""filename\s*=\s*["']([^"']+)["']""")
 
 
 def named_files(data: Any, folder: Path) -> dict[str, Path]:
-    """All files named by texts in data, and the files named in robots and URDFs.
+    """Find all files named by texts in data, and the files that robots and URDFs among them name.
 
     Args:
         data: Plain data: mappings, sequences, texts.
         folder: Folder of relative paths.
 
     Returns:
-        Paths by the name in the data, in order; for a file named in another, by both names.
+        Paths by name, sorted; the name of a file named in another one begins with that one's.
     """
     files: dict[str, Path] = {}
     _add(files, "", ((text, folder / text) for text in _texts(data)))
@@ -35,7 +35,7 @@ def named_files(data: Any, folder: Path) -> dict[str, Path]:
 
 
 def file_digests(data: Any, folder: Path) -> dict[str, str]:
-    """SHA-256 of these files, by the same names."""
+    """SHA-256 of the files that `named_files` finds, by the same names."""
     digests = {}
     for name, path in named_files(data, folder).items():
         with contextlib.suppress(OSError):  # reported when the scenario is read

@@ -12,7 +12,7 @@ from knotwork.planning.sweeps.field_path import scenario_with
 from knotwork.planning.sweeps.figures import FIGURES
 
 ROW_PASSED, ROW_FAILED, ROW_REFUSED = "passed", "failed", "refused"
-"""Verdicts: all checks pass; one fails; there is no motion."""
+"""Verdicts: all checks pass; a check fails; there is no motion."""
 ROW_TIME_LIMIT, ROW_CRASHED = "time limit", "crashed"
 """Verdicts: the time limit was exceeded; the process crashed."""
 ROW_WRONG_INPUT = "wrong input"
@@ -35,10 +35,11 @@ class Outcome:
     """Outcome of one scenario.
 
     Attributes:
-        verdict: One of the verdicts above.
-        reason: Reason of a failure, in few words; else empty.
-        message: Reason as a sentence; for a motion that passes, the number of sampled requirements.
-        figures: Figures by name; `None` without a motion, or if the report does not have it.
+        verdict: `ROW_PASSED`, `ROW_FAILED`, `ROW_REFUSED`, `ROW_TIME_LIMIT` or `ROW_CRASHED`.
+        reason: Reason of a failure, in a few words; else empty.
+        message: Reason as a sentence; for a motion that passes, the number of requirements that are
+            met at samples only, if any.
+        figures: Figures by name, empty without a motion; `None` if the report lacks a figure.
         plan_time: Planning time [s].
     """
 
@@ -50,7 +51,7 @@ class Outcome:
 
 
 def outcome_of(document: Document, edits: Edits) -> Outcome:
-    """Plan a document with other values."""
+    """Plan a scenario with other values, and describe the motion or the error."""
     begin = time.perf_counter()
     try:
         outcome = _with_motion(plan(scenario_with(document, edits)))

@@ -1,4 +1,4 @@
-"""`kw.sweep`: a study, started or continued."""
+"""`kw.sweep`: start or continue a study."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class SweepProgress:
         done: Number of finished rows.
         total: Number of rows of the study.
         passed: Number of finished rows that pass.
-        before: Number of rows finished at its start, from `resume`.
+        before: Number of rows that were finished when the sweep began, as it resumes a study.
         seconds: Elapsed time [s].
     """
 
@@ -52,12 +52,12 @@ class SweepProgress:
 
     @property
     def rate(self) -> float:
-        """Rows per second."""
+        """Number of finished rows per second of this sweep."""
         return (self.done - self.before) / self.seconds if self.seconds else 0.0
 
     @property
     def left(self) -> float | None:
-        """Remaining time [s]; `None` without a rate."""
+        """Expected remaining time [s]; `None` before the first row is finished."""
         return (self.total - self.done) / self.rate if self.rate else None
 
 
@@ -79,8 +79,8 @@ def sweep(
 ) -> Study:
     """Plan and check a scenario with varied values, one row per combination.
 
-    A row reports a timeout or crash, except with `workers=0`. Rows do not depend on the workers,
-    except for `plan_time`.
+    A timeout or crash is reported by its row, except with `workers=0`. The results do not depend on
+    the number of workers, except for `plan_time`.
 
     Args:
         scenario: As for `knotwork.plan`.
@@ -89,11 +89,12 @@ def sweep(
             its count), `"paper,balanced"` or `"uniform(-50, 50)"`.
         rows: A CSV file with paths as headings; each row is one variation.
         together: Vary all values together, row by row, in place of their product.
-        samples: Number of random samples of `uniform` fields, which vary together.
+        samples: Number of random samples of the `uniform` values, which vary together.
         seed: Seed of the random numbers.
         out: Folder for the study; by default only in memory.
         resume: Continue the study in the folder.
-        workers: Number of child processes, by default one per processor; 0 for none, untimed.
+        workers: Number of child processes, by default one per processor; with 0, rows are planned
+            in this process without a time limit.
         scheduler: Address of a Dask scheduler, in place of `workers`.
         stop_after: Stop after this many passing rows.
         time_limit: Time limit of a row [s].
@@ -122,7 +123,7 @@ def sweep(
 
 
 def _checked_workers(workers: int | None, scheduler: str | None) -> int:
-    """Number of child processes without a scheduler."""
+    """Return the number of child processes, which a scheduler makes irrelevant."""
     if scheduler is not None and workers is not None:
         raise InputError("workers and scheduler are both given; give one of the two")
     count = require_count(os.cpu_count() or 1 if workers is None else workers, "workers", 0)
@@ -150,7 +151,7 @@ def _plan_missing(
     progress: Callable[[SweepProgress], None] | None,
     max_passed: float,
 ) -> None:
-    """Plan the rows that are not finished, until enough pass. Each is kept at once."""
+    """Plan the rows that are not finished, until enough rows pass; each outcome is kept at once."""
     spec, begin, before = folder.spec, time.monotonic(), len(folder.rows)
     passed = sum(row["verdict"] == ROW_PASSED for row in folder.rows.values())
     missing = [row for row in range(len(spec)) if row not in folder.rows]
@@ -168,10 +169,10 @@ def _plan_missing(
 
 
 def _refuse_wrong_values(spec: StudySpec) -> None:
-    """Refuse a study that is wrong for the first, the last and a middle row.
+    """Refuse a study whose first, middle and last row all have wrong values.
 
     Raises:
-        InputError: The error of the first.
+        InputError: The values of these rows are wrong; the message is that of the first row.
     """
     faults: list[InputError] = []
     for row in (0, len(spec) // 2, len(spec) - 1):

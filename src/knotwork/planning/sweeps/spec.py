@@ -22,7 +22,9 @@ from knotwork.task.scenario import Scenario, load_scenario
 from knotwork.verification.checks import own_checks
 
 TEXTS = ("verdict", "reason", "message")
+"""Columns of a row on its outcome, besides the figures."""
 LONGEST_LINE = 10**9
+"""Width at which YAML in a row would be wrapped, in characters: never."""
 STUDY_VERSION = 5
 """Version of the meaning of rows; folders of another version are not continued."""
 
@@ -82,7 +84,7 @@ class StudySpec:
         return "row", *varied, *results
 
     def record(self, row: int, outcome: Outcome) -> dict[str, Any]:
-        """A finished row by column; varied mappings and lists are text, as in a file."""
+        """Values of a finished row by column; varied mappings and lists are YAML."""
         values = (
             item if isinstance(item, int | float | str) else to_flow_yaml(item, width=LONGEST_LINE)
             for item in self.values(row)
@@ -95,13 +97,13 @@ class StudySpec:
 
     @cached_property
     def _files(self) -> dict[str, str]:
-        """The files that the study depends on, each read once."""
+        """Digests of the files that the study depends on, by name."""
         folder = self.document.file.parent if self.document.file is not None else Path()
         columns = [column for axis in self.axes for column in axis.columns]
         return file_digests([self.document.data, *columns], folder)
 
     def to_dict(self) -> dict[str, Any]:
-        """Convert to plain data, ready for JSON."""
+        """Return the definition as plain data, ready for JSON."""
         return {
             "version": STUDY_VERSION,
             "scenario": self.document.data,
@@ -116,7 +118,7 @@ class StudySpec:
 
 
 def spec_from_dict(data: Mapping[str, Any], file: str | None) -> StudySpec:
-    """The study from the data of `StudySpec.to_dict`; `file` is the scenario's."""
+    """Restore a definition from the data of `StudySpec.to_dict` and the path of its scenario."""
     axes = tuple(
         Axis(tuple(axis), tuple(tuple(column) for column in axis.values())) for axis in data["vary"]
     )
@@ -125,7 +127,7 @@ def spec_from_dict(data: Mapping[str, Any], file: str | None) -> StudySpec:
 
 
 def scenario_document(scenario: str | Path | Mapping[str, Any] | Task | Scenario) -> Document:
-    """The document of a scenario to be varied.
+    """Read the document of a scenario that is to be varied.
 
     Raises:
         InputError: The scenario is missing or wrong.

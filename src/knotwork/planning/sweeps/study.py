@@ -31,8 +31,8 @@ class Study:
     (['failed', 'passed', 'passed'], 2)
 
     Attributes:
-        spec: Its definition.
-        folder: Folder of the rows, or `None` for rows in memory.
+        spec: Definition of the study.
+        folder: Folder with the rows, or `None` for rows in memory.
     """
 
     def __init__(self, folder: StudyFolder) -> None:
@@ -60,7 +60,7 @@ class Study:
 
     @property
     def columns_by_axis(self) -> tuple[tuple[str, ...], ...]:
-        """Names of the varied columns by axis, as random samples vary together."""
+        """Names of the varied columns, those that vary together in one tuple."""
         names = iter(self.varied)
         return tuple(tuple(islice(names, len(axis.paths))) for axis in self.spec.axes)
 
@@ -73,7 +73,7 @@ class Study:
 
     @cached_property
     def titles(self) -> dict[str, str]:
-        """The varied fields by column, with the unit in brackets where known."""
+        """Titles of the varied columns, with the unit in brackets where it is known."""
         data = self.spec.document.data
         units = (unit_at(data, location) for location in self.spec.locations)
         pairs = zip(self.varied, units, strict=True)
@@ -86,14 +86,14 @@ class Study:
 
     @property
     def figures(self) -> dict[str, RowFigure]:
-        """Description of the figures, by the name of their column."""
+        """Descriptions of the figures, by the name of their column."""
         return FIGURES
 
     def __len__(self) -> int:
         return len(self._rows)
 
     def __getitem__(self, column: str) -> list[Any]:
-        """Values of a column, `None` for missing ones.
+        """Values of a column; missing ones are `None`.
 
         Raises:
             InputError: The column does not exist.
@@ -117,10 +117,10 @@ class Study:
         return dict(Counter(sorted(filter(None, self["reason"]))).most_common())
 
     def best(self, figure: str = "duration") -> dict[str, Any]:
-        """The best row by a figure among all that pass; the first of equal ones.
+        """The best row by a figure, among all rows that pass; the first one of ties.
 
         Raises:
-            InputError: No row passes, or none of them has the figure.
+            InputError: No row passes, or no row that passes has the figure.
         """
         row_figure = figure_named(figure)
         candidates = [
@@ -141,14 +141,14 @@ class Study:
             InputError: The study has no such row, or its scenario is wrong.
         """
         if not 0 <= row < len(self.spec):
-            raise InputError(f"there is no row {row}; accepted: 0 to {len(self.spec) - 1}")
+            raise InputError(f"the study has no row {row}; accepted: 0 to {len(self.spec) - 1}")
         return scenario_with(self.spec.document, self.spec.edits(row))
 
     def freeze(self, row: int, path: str | Path) -> Path:
-        """Write the scenario of a row, comments kept as far as its file still has them.
+        """Write the scenario of a row, with the comments that its file still has.
 
-        If times or speeds are free, it is planned again, and the file has the chosen
-        numbers, as from `Plan.freeze`.
+        If times or speeds are free, the scenario is planned again and written with the chosen
+        numbers, as by `Plan.freeze`.
 
         Args:
             row: Number of the row.

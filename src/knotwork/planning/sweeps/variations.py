@@ -22,7 +22,7 @@ _NUMBER = r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*"
 _RANGE = re.compile(f"{_NUMBER}:{_NUMBER}:{_NUMBER}")
 _UNIFORM = re.compile(rf"\s*uniform\({_NUMBER},{_NUMBER}\)\s*")
 MAX_STUDY_ROWS = 1_000_000
-"""Largest number of rows of a study."""
+"""Maximum number of rows of a study."""
 
 
 @dataclass(frozen=True)
@@ -47,9 +47,9 @@ class _Uniform:
     high: float
 
     def draw(self, count: int, seed: int, path: str) -> tuple[float, ...]:
-        """Reproducible numbers; NumPy does not promise equal ones across versions."""
-        source = random.Random(f"{seed} {path}")
-        return tuple(self.low + (self.high - self.low) * source.random() for _ in range(count))
+        """Draw reproducible numbers; NumPy does not promise equal ones across versions."""
+        generator = random.Random(f"{seed} {path}")
+        return tuple(self.low + (self.high - self.low) * generator.random() for _ in range(count))
 
 
 def make_axes(
@@ -64,9 +64,9 @@ def make_axes(
 
     Args:
         vary: Values by path: a list, an array, or text as on the command line.
-        rows: A CSV file with paths as header; its rows are one axis, the first.
-        together: Vary all values together, row by row, as one axis.
-        samples: Number of random samples, which are one axis, the last.
+        rows: A CSV file with paths as header; its rows are the first axis.
+        together: Whether all values vary together, row by row, as one axis.
+        samples: Number of random samples, which are the last axis.
         seed: Seed of the random numbers.
 
     Raises:
@@ -99,11 +99,12 @@ def make_axes(
         counts = {path: len(values) for path, values in axes[0].items()}
         if len(set(counts.values())) > 1:
             listed = ", ".join(f"{path} has {count}" for path, count in counts.items())
-            raise InputError(f"values that vary together must be equally many; {listed}")
-    return _make_axes(axes)
+            raise InputError(f"values that vary together must have one number of values; {listed}")
+    return _checked_axes(axes)
 
 
-def _make_axes(axes: Sequence[Mapping[str, Sequence[Any]]]) -> tuple[Axis, ...]:
+def _checked_axes(axes: Sequence[Mapping[str, Sequence[Any]]]) -> tuple[Axis, ...]:
+    """Make axes of their columns, none of them empty, and not too many rows."""
     if not axes:
         raise InputError(f"nothing is varied; accepted: a path and its values, {ACCEPTED}")
     for path, values in (item for axis in axes for item in axis.items()):
@@ -112,7 +113,7 @@ def _make_axes(axes: Sequence[Mapping[str, Sequence[Any]]]) -> tuple[Axis, ...]:
     grid = tuple(Axis(tuple(axis), tuple(map(tuple, axis.values()))) for axis in axes)
     count = math.prod(map(len, grid))
     if count > MAX_STUDY_ROWS:
-        raise InputError(f"that makes {count} scenarios; at most {MAX_STUDY_ROWS} are accepted")
+        raise InputError(f"the study has {count} rows; accepted: at most {MAX_STUDY_ROWS}")
     return grid
 
 
@@ -172,7 +173,7 @@ def _rows(file: Path) -> dict[str, Sequence[Any]]:
         accepted = "paths of values, each once, for example frames.block.position[0]"
         raise rows.heading_error(None, f"the header is {format_value(header)}", accepted)
     if not rows.lines:
-        raise rows.error(None, None, "has no rows", "a header of paths, then a row a scenario")
+        raise rows.error(None, None, "has no rows", "a header of paths, then a row per scenario")
     columns: dict[str, list[Any]] = {path: [] for path in header}
     for line, cells in zip(rows.lines, rows.cells, strict=True):
         for i, (path, cell) in enumerate(zip(header, cells, strict=True)):

@@ -139,6 +139,7 @@ def _insert_waypoints(
         joints = JointsOnPath(begin.robot, path.motion, begin.q, begin.pull, continuation)
         followed = with_waypoints_inserted(joints, tolerances, times=ends, knots=knots)
     except PathError as error:
+        error.path_start = path.first
         error.locate(scenario.waypoints[path.last].where)
         raise
     requested = np.isin(followed.time, followed.time[np.searchsorted(followed.time, ends)])

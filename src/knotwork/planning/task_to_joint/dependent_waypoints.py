@@ -180,7 +180,7 @@ class GroupSolver:
         if not isinstance(self.scenario.branch, str):
             solution += " in the requested branch"
             remedy = "try branch: free"
-        return make_following_error(
+        error = make_following_error(
             path.motion,
             best,
             f"the path from {begin.name!r} can't be followed: with {solution} at "
@@ -191,3 +191,5 @@ class GroupSolver:
             waypoint=end.name,
             where=end.where,
         )
+        error.path_start = path.first
+        return error
