@@ -3,7 +3,7 @@ from . import sweeps as sweeps
 from . import timing as timing
 from .check_trajectory import check_without_task as check_without_task
 from .check_trajectory import clearance_between as clearance_between
-from .following import follow_path as follow_path
+from .path_following import follow_path as follow_path
 from .planned_motion import Plan as Plan
 from .planning import plan as plan
 from .replanning import scenario_from as scenario_from

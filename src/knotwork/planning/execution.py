@@ -85,7 +85,7 @@ def stopped_motion(plan: MotionT, at: float, *, on_path: bool) -> MotionT:
 
 
 def _checked(plan: MotionT, executed: Execution, warnings: Sequence[Finding] = ()) -> MotionT:
-    """An executed motion with a task of the waypoints that it reaches, checked.
+    """Check an executed motion against a task of the waypoints that it reaches.
 
     Args:
         plan: The planned motion.

@@ -179,7 +179,9 @@ def _frame_of_joints(scenario: Scenario) -> str | None:
 def _put_down(
     plan: CheckedMotion, held: GraspedObject, waypoint: int, span: tuple[float, float]
 ) -> SceneObject:
-    """A held object where the tool takes or releases it, which the tool may touch near it.
+    """A held object that lies where the tool takes or releases it.
+
+    The tool may touch it if the execution includes the motion from or to it.
 
     Args:
         plan: The planned motion.

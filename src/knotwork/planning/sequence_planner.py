@@ -40,7 +40,7 @@ class SequencePlanner:
         return Interpolator.read(self.scenario, self.planner)
 
     def solve(self, avoided: Sequence[SequenceStep] = ()) -> TaskSolution:
-        """Find the best sequence of solutions without some steps."""
+        """Find the best sequence of solutions that takes none of the steps to avoid."""
         interpolator = self._interpolator
         scenario, space = interpolator.scenario, interpolator.space
         return solve_task(scenario, space, interpolator.knots_along_paths, avoided)

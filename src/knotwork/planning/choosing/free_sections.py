@@ -107,12 +107,12 @@ class SolvedTask:
     @cached_property
     def collision_model(self) -> CollisionModel:
         """Bodies of the robot and the scene, in which the index of a waypoint is its time."""
-        from knotwork.planning.task_to_joint.candidate_collisions import bodies_and_pairs
+        from knotwork.planning.task_to_joint.candidate_collisions import unsolved_collision_model
 
         if self.space.robot is None:
             raise TypeError("without a robot there are no bodies")
         times = np.arange(len(self.scenario.waypoints), dtype=float)
-        return bodies_and_pairs(self.scenario, self.space, self.space.robot, times)
+        return unsolved_collision_model(self.scenario, self.space, self.space.robot, times)
 
     def where(self, i: int, *key: str) -> str:
         """Location of a key of waypoint i of the scenario, for messages."""

@@ -35,10 +35,10 @@ ENOUGH_CLEARANCE = 0.1
 """Clearance [m] above which a larger one is not preferred."""
 
 
-def bodies_and_pairs(
+def unsolved_collision_model(
     scenario: Scenario, space: JointSpace, robot: Robot, times: FloatArray
 ) -> CollisionModel:
-    """The collision model of a scenario before it is solved.
+    """The collision model of a scenario whose poses are not solved yet.
 
     Args:
         scenario: The task.
@@ -59,7 +59,7 @@ def bodies_and_pairs(
 
 
 class CandidateCollisions:
-    """Collision model of a scenario's robot and scene.
+    """Tests solutions of a scenario's waypoints for collisions, there and along paths.
 
     Args:
         scenario: The task.
@@ -71,7 +71,7 @@ class CandidateCollisions:
         from knotwork.scene.solid_pairs import SolidPairs
 
         self.scenario, self.robot = scenario, robot
-        self.model = bodies_and_pairs(scenario, space, robot, scenario.expected_times)
+        self.model = unsolved_collision_model(scenario, space, robot, scenario.expected_times)
         self._pairs = SolidPairs(self.model) if self.model.pairs else None
 
     def check_start(self, q: FloatArray) -> None:
@@ -116,8 +116,7 @@ class CandidateCollisions:
             return np.ones(len(q), dtype=bool)
         return np.asarray(self._pairs.clearance(self._arm_positions(q), time) >= 0.0)
 
-    def is_clear(self, q: FloatArray, time: float) -> bool:
-        """Whether a configuration is free of collisions at a time."""
+    def _is_clear(self, q: FloatArray, time: float) -> bool:
         return bool(self.are_clear(q[None], time)[0])
 
     def _branch_clearance(
@@ -134,8 +133,8 @@ class CandidateCollisions:
     def _arm_positions(self, q: FloatArray) -> FloatArray:
         return np.ascontiguousarray(q[:, : self.robot.dof])
 
-    def contact(self, path: Continuation, start: int, count: int = COLLISION_SAMPLES) -> int | None:
-        """The first of some steps along a path that collides; `None` if there is no collision.
+    def find_colliding_step(self, path: Continuation, start: int, count: int) -> int | None:
+        """Find the first of some steps along a path that collides; `None` if none does.
 
         Args:
             path: The continuations along the path.
@@ -150,16 +149,18 @@ class CandidateCollisions:
         gaps = (gap for gap, _ in self._pairs.nearest(q, path.time[steps], 0.0))
         return next((int(k) for k, gap in zip(steps, gaps, strict=False) if gap < 0.0), None)
 
-    def first_contact(self, path: Continuation, start: int, contact: int) -> LimitingConstraint:
-        """The collision that a contact is part of, from its beginning on.
+    def find_collision_start(
+        self, path: Continuation, start: int, colliding: int
+    ) -> LimitingConstraint:
+        """Find the beginning of the first collision along a path.
 
         Args:
             path: The continuations along the path.
             start: Index of the continuation.
-            contact: Step returned by `contact`.
+            colliding: Step returned by `find_colliding_step`.
         """
         q, time = path.position[:, start], path.time.tolist()
-        step = next((i for i in range(contact) if not self.is_clear(q[i], time[i])), contact)
+        step = next((i for i in range(colliding) if not self._is_clear(q[i], time[i])), colliding)
         _, first, second = min(self._gaps(q[step], time[step]), key=lambda gap: gap[0])
         begins = LimitingConstraint("collision", time[step], bodies=(second.name, first.name))
         if step == 0 or not time[step - 1] < time[step]:
@@ -171,7 +172,7 @@ class CandidateCollisions:
         motion = CubicHermiteSpline(path.time[rows], q[rows], path.velocity[rows, start])
 
         def sign(t: float) -> float:
-            return 1.0 if self.is_clear(motion(t), t) else -1.0
+            return 1.0 if self._is_clear(motion(t), t) else -1.0
 
         return begins._replace(time=float(bisect(sign, *time[rows], xtol=CONTACT_TIME_PRECISION)))
 

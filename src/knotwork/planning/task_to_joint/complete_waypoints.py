@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from knotwork.arrays import BoolArray, FloatArray
 from knotwork.curves.interpolation import BalancedKnots
 from knotwork.errors import PathError
-from knotwork.task.scenario import Scenario, ScenarioPath
+from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.waypoints import CartesianWaypoint, JointWaypoints
 
@@ -55,7 +55,7 @@ def complete_waypoints(
     positions: FloatArray,
     velocities: FloatArray,
     knots: Any,
-    tracks: Mapping[int, PathTrack] | None = None,
+    tracks: Sequence[PathTrack] = (),
 ) -> JointWaypoints:
     """Joint waypoints from the solutions at a scenario's waypoints.
 
@@ -68,7 +68,7 @@ def complete_waypoints(
         positions: Joint positions at its waypoints [rad or m], shape (n, d).
         velocities: Joint velocities at its waypoints [rad/s or m/s], shape (n, d).
         knots: Knot placement of the motion: see `ModifiedHermiteSpline`.
-        tracks: Track of each path, by its first waypoint; not needed without paths.
+        tracks: The arm along each path.
 
     Raises:
         PathError: The tolerances need too many waypoints, or are too fine to be proved.
@@ -86,13 +86,13 @@ def complete_waypoints(
     )
     parts: list[JointRows] = []
     done = 0
-    for path in scenario.paths:
+    for track in tracks:
+        path = track.path
         _hold(rows, space.waits)
-        track = (tracks or {})[path.first]
-        followed = _insert_waypoints(scenario, path, track, rows.position[path.first], knots)
+        followed = _insert_waypoints(scenario, track, rows.position[path.first], knots)
         rows.position[path.last] = followed.position[-1]
         # where another path follows, its first waypoint replaces the last of this one
-        joined = any(following.first == path.last for following in scenario.paths)
+        joined = any(following.path.first == path.last for following in tracks)
         parts.append(rows.slice(done, path.first))
         parts.append(followed.slice(0, len(followed.time) - joined))
         done = path.last + 1 - joined
@@ -118,13 +118,12 @@ def _hold(rows: JointRows, waits: tuple[int, ...]) -> None:
 
 
 def _insert_waypoints(
-    scenario: Scenario, path: ScenarioPath, track: PathTrack, start: FloatArray, knots: Any
+    scenario: Scenario, track: PathTrack, start: FloatArray, knots: Any
 ) -> JointRows:
     """Rows along a path, with inserted waypoints.
 
     Args:
         scenario: The task.
-        path: The path.
         track: The arm along the path.
         start: Joint positions at its start [rad or m], shape (d,).
         knots: Knot placement of the motion: see `ModifiedHermiteSpline`.
@@ -132,17 +131,17 @@ def _insert_waypoints(
     from knotwork.planning.task_to_joint.waypoint_insertion import with_waypoints_inserted
     from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
 
-    ends, tolerances = path.times, scenario.tolerances
+    path, tolerances = track.path, scenario.tolerances
     begin = track.start(start)
     continuation = track.continuation_from(begin.q)
     try:
         joints = JointsOnPath(begin.robot, path.motion, begin.q, begin.pull, continuation)
-        followed = with_waypoints_inserted(joints, tolerances, times=ends, knots=knots)
+        followed = with_waypoints_inserted(joints, tolerances, times=path.times, knots=knots)
     except PathError as error:
         error.path_start = path.first
         error.locate(scenario.waypoints[path.last].where)
         raise
-    requested = np.isin(followed.time, followed.time[np.searchsorted(followed.time, ends)])
+    requested = np.isin(followed.time, followed.time[np.searchsorted(followed.time, path.times)])
     scale, unit = scenario.shown_length
     along = scale * path.motion.arc_length(followed.time)
     names, k = np.empty(len(along), dtype=object), path.first - 1

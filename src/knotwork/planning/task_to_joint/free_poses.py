@@ -158,7 +158,7 @@ def with_virtual_joints(scenario: Scenario, space: JointSpace, chains: FreedomCh
             for target in space.targets
         ),
         near=None if space.near is None else pad_virtual(space.near, count),
-        near_at_waypoints=_solutions(scenario, space.near_at_waypoints, chains),
+        near_at_waypoints=_with_virtual_positions(scenario, space.near_at_waypoints, chains),
         chosen_sections=None,
     )
 
@@ -222,7 +222,7 @@ def pad_virtual(values: FloatArray, count: int) -> FloatArray:
     return np.concatenate((values, np.zeros((*values.shape[:-1], count))), axis=-1)
 
 
-def _solutions(
+def _with_virtual_positions(
     scenario: Scenario, preferred: Mapping[int, FloatArray], chains: FreedomChains
 ) -> dict[int, FloatArray]:
     """Preferred joint positions at waypoints, with the virtual joints that reach each pose."""

@@ -101,7 +101,7 @@ class CandidateMotions:
     branch: IndexArray
     turns: FloatArray
     collisions: CandidateCollisions | None
-    _contacts: dict[int, int | None] = field(default_factory=dict)
+    _colliding_steps: dict[int, int | None] = field(default_factory=dict)
 
     @classmethod
     def along(
@@ -122,7 +122,7 @@ class CandidateMotions:
         robot = self.track.chain.robot
         within_limits = self.continuation.is_feasible(robot, self.branch, self.turns)
         branches = sort_distinct(self.branch[within_limits]).tolist()
-        blocked = [branch for branch in branches if self._contact(branch) is not None]
+        blocked = [branch for branch in branches if self._colliding_step(branch) is not None]
         return within_limits & ~np.isin(self.branch, blocked)
 
     def at_waypoints(self, whole: Robot) -> list[Candidates]:
@@ -155,17 +155,17 @@ class CandidateMotions:
         branch, motion = int(self.branch[row]), self.continuation
         limits = motion.limiting_constraint(self.track.chain.robot, branch, self.turns[row])
         constraints = [] if limits is None else [limits]
-        contact = self._contact(branch)
-        if self.collisions is not None and contact is not None:
-            constraints.append(self.collisions.first_contact(motion, branch, contact))
+        step = self._colliding_step(branch)
+        if self.collisions is not None and step is not None:
+            constraints.append(self.collisions.find_collision_start(motion, branch, step))
         return min(constraints, key=lambda c: (c.kind == "velocity limit", c.time))
 
-    def _contact(self, branch: int) -> int | None:
+    def _colliding_step(self, branch: int) -> int | None:
         """Step at which the motion of a branch first collides, or `None`; tested once."""
         if self.collisions is None:
             return None
-        if branch not in self._contacts:
+        if branch not in self._colliding_steps:
             count = COLLISION_SAMPLES * (1 if self.track.guide is None else GUIDED_SAMPLES_FACTOR)
-            contact = self.collisions.contact(self.continuation, branch, count)
-            self._contacts[branch] = contact
-        return self._contacts[branch]
+            step = self.collisions.find_colliding_step(self.continuation, branch, count)
+            self._colliding_steps[branch] = step
+        return self._colliding_steps[branch]

@@ -93,13 +93,14 @@ def _solve_poses(
     infeasibilities = find_infeasibilities(search, chosen)
     # every other sequence is too fast, collides at a waypoint or takes a step that collided
     hopeless = bool(infeasibilities) or chosen.cost[CostLevel.COLLISIONS] > 0.0
-    tracks = {track.path.first: track for track in chosen.tracks}
     solution = TaskSolution(
-        complete_waypoints(scenario, extended, chosen.positions, chosen.velocities, knots, tracks),
+        complete_waypoints(
+            scenario, extended, chosen.positions, chosen.velocities, knots, chosen.tracks
+        ),
         infeasibilities=infeasibilities,
         choices=describe_choices(search, chosen),
         sequence=None if hopeless else chosen.positions,
-        starts={first: track.start(chosen.positions[first]) for first, track in tracks.items()},
+        starts={t.path.first: t.start(chosen.positions[t.path.first]) for t in chosen.tracks},
     )
     return _with_chosen_velocities(without_virtual_joints(solution, space), space)
 
