@@ -173,7 +173,7 @@ def test_stored_events_are_those_of_the_scenario(plan: kw.Plan) -> None:
     foreign = kw.check(replace(motion, events=(), segments=()), plan.scenario)
     assert foreign.ok
     (warned,) = foreign.select(group="Events", verdict="warning")
-    assert "switching is not checked" in warned.message
+    assert "switching of signals is not checked" in warned.message
     curve = motion.polynomial
     cut = kw.PiecewisePolynomial(curve.c[:, :-9], curve.x[:-9])
     ended = kw.check(kw.JointTrajectory(motion.joint_names, cut), plan.scenario)

@@ -179,7 +179,10 @@ def test_refuses_two_configurations_of_positioner_off_chain(folder: Path) -> Non
     given = {"robot": str(path), "start": "home", "waypoints": [{"joints": "away", "after": 2}]}
     text = refused(given)
     assert "waypoints[0].joints: robot 'away': configuration 'away' has joint" in text
-    assert f"{TILT!r} at 0.5, another one of the task at 0, and nothing in the task moves" in text
+    assert (
+        f"{TILT!r} at 0.5, another one of the task has it at 0, and nothing in the task moves"
+        in text
+    )
     assert kw.plan({**given, "waypoints": [{"joints": "home", "after": 2}]}).report.ok
 
 
@@ -217,8 +220,8 @@ WRONG = {
     "ring": ({"turner": {**TURNER, "in": "plate"}}, "external_axes: its links form a ring"),
     "clash": (
         {"turner": TURNER, TILT: {"turns": [0, 0, 1]}},
-        f"turner: another joint has the name 'elbow_joint' of .*, and one has the name '{TILT}'; "
-        "accepted: another name for 'turner'",
+        f"turner: another joint has the name 'elbow_joint' of .*, and '{TILT}' is the name of "
+        "one, too; accepted: another name for 'turner'",
     ),
 }
 

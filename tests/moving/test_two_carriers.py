@@ -180,6 +180,17 @@ def test_fetched_part_is_where_it_lies(folder: Path) -> None:
             assert at == pytest.approx(here if place is None else np.array(place), abs=1e-5)
 
 
+def test_draws_held_box_in_cell_under_moved_plate(folder: Path) -> None:
+    given = fetch(folder, near={**HOME, TILT: 0.3, "turn": -0.4})
+    plan, both = kw.plan({**given, "waypoints": given["waypoints"][:4]}), Composed(folder)
+    scene = scene_of(plan)
+    for k in np.searchsorted(times(scene), [0.5, 4.0, 7.0]).tolist():
+        t = float(times(scene)[k])
+        assert middle_of_held(scene, t, k) == pytest.approx(
+            box(plan, both, t).translation, abs=1e-3
+        )
+
+
 def test_refuses_unsupported_fixed_poses(folder: Path) -> None:
     given = fetch(folder)
     given["waypoints"][5]["frame"] = "base"

@@ -43,7 +43,7 @@ SHAPES = {
     '<sphere radius="nan"/>': "sphere has radius 'nan'",
     '<cylinder radius="1"/>': "cylinder has length ''",
     '<cylinder radius="1e300" length="1"/>': "at most 1e+06",
-    "<cone/>": "there is no shape <cone>; drawn are box",
+    "<cone/>": "there is no shape <cone>; accepted: box",
     '<mesh filename="none.stl"/>': "there is no mesh 'none.stl'",
     f'<mesh filename="{"x" * 5000}"/>': "there is no mesh 'xxx",
     "<mesh/>": "there is no mesh ''",

@@ -20,8 +20,9 @@ from knotwork.planning.replanning import SCENE_KEYS, on_moving_frames, task_with
 from knotwork.planning.speed_override import PATH_TOLERANCE, SAME_WAYPOINT_TIME, change_speed
 from knotwork.task import Task
 from knotwork.task.scenario import Scenario, resolve_task
-from knotwork.task.scenario.event_reader import action_of, segments
+from knotwork.task.scenario.event_reader import action_of
 from knotwork.task.scenario.joint_space import by_joint, joint_space
+from knotwork.task.scenario.motion_segments import motion_segments
 from knotwork.task.scenario.waypoint_reader import START
 from knotwork.task.task_source import with_moved_paths
 from knotwork.verification import Finding, Motion, check
@@ -98,8 +99,8 @@ def _checked(plan: MotionT, executed: Execution, warnings: Sequence[Finding] = (
         polynomial=motion,
         waypoint_times=times,
         events=tuple(event.event for event in scenario.events),
-        loads=space.carrying.loads(float(motion.x[0])) if space.carrying else (),
-        segments=_segments(plan.trajectory.segments, executed.clock) or segments(scenario),
+        loads=space.loaded_robots.loads(float(motion.x[0])) if space.loaded_robots else (),
+        segments=_segments(plan.trajectory.segments, executed.clock) or motion_segments(scenario),
     )
     known = [
         *warnings,

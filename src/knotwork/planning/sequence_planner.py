@@ -12,7 +12,7 @@ from knotwork.planning.planner_options import Interpolator
 from knotwork.planning.task_to_joint import SequenceStep, TaskSolution, solve_task
 from knotwork.planning.timing.timed_motion import Budget
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.event_reader import find_clear_motions, segments
+from knotwork.task.scenario.motion_segments import find_clear_motions, motion_segments
 from knotwork.verification import check
 
 if TYPE_CHECKING:
@@ -68,8 +68,8 @@ class SequencePlanner:
         trajectory = replace(
             trajectory,
             events=tuple(event.event for event in scenario.events),
-            loads=space.carrying.loads(trajectory.start_time) if space.carrying else (),
-            segments=segments(scenario, starts),
+            loads=space.loaded_robots.loads(trajectory.start_time) if space.loaded_robots else (),
+            segments=motion_segments(scenario, starts),
         )
         findings = [*solution.infeasibilities]
         if chosen is not None:

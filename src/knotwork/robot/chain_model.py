@@ -52,7 +52,7 @@ class ChainModel(PlannedJoints):
         self._memory = threading.local()
 
     def _add_tcp(self, description: Description) -> int:
-        """Add loads, virtual joints and the TCP to the model, and return its frame."""
+        """Add loads, virtual joints and the TCP to the model, and return the TCP's frame index."""
         model = self.model
         tool = model.frames[model.getFrameId(description.tool_frame, pin.BODY)]
         carrier, placement = tool.parentJoint, tool.placement * description.tool_offset
@@ -154,14 +154,14 @@ class ChainModel(PlannedJoints):
     torque = effort  # its old name, for one more version
 
     def _checked(self, values: ArrayLike, name: str) -> FloatArray:
-        """Values of the joints as an array.
+        """Check values of the joints, and return them as an array.
 
         Raises:
             WaypointDataError: A value is not finite, or there is a wrong number of them.
         """
         array = np.asarray(values)
-        fine = array.shape == (self.dof,) and array.dtype == np.float64
-        # Faster than np.isfinite(array).all(): a sum is finite only if no term is nan or infinite.
-        if fine and np.isfinite(array.dot(array)):
+        is_vector = array.shape == (self.dof,) and array.dtype == np.float64
+        # Faster than np.isfinite(array).all(): a sum is finite only if no term is NaN or infinite.
+        if is_vector and np.isfinite(array.dot(array)):
             return array
         return checked_array(values, (self.dof,), name)

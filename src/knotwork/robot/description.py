@@ -1,4 +1,4 @@
-"""Description of a robot: its URDF, tool and overridden limits."""
+"""`Description`: all data that define a robot."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class VirtualJoint:
 
 @dataclass(frozen=True, eq=False)
 class Description:
-    """All data of a robot.
+    """All data that define a robot.
 
     Attributes:
         name, description: Name and description.
@@ -62,8 +62,8 @@ class Description:
         gravity: Gravity in the axes of the base frame [m/s²], or `None` for 9.81 along -z of the
             root.
         locked: Positions of the joints that the description locks [rad or m].
-        rest: Positions of other joints that are not planned, by default nearest to 0 within their
-            limits [rad or m].
+        rest: Positions of other joints that are not planned [rad or m]; by default the position
+            within the limits that is nearest to 0.
         configurations: Name to joint to position [rad or m].
         limits: Limits that override the URDF's.
         limit_margin: Fraction of the limits of magnitudes that is used.
@@ -136,8 +136,8 @@ class Description:
                 raise RobotError(
                     self.name,
                     f"configuration {name!r} has joint {joint!r} at {value:g}, another one of the "
-                    f"task at {rest[joint]:g}, and nothing in the task moves it; accepted: the "
-                    "same position in both, or a pose on what it carries",
+                    f"task has it at {rest[joint]:g}, and nothing in the task moves it; accepted: "
+                    "the same position in both, or a pose on what it carries",
                     joint=joint,
                 )
         return replace(self, rest=rest)
@@ -177,7 +177,7 @@ class Description:
         return replace(self, limits={**self.limits, **merged})
 
     def no_tool_error(self, links: Sequence[str]) -> RobotError:
-        """The error for a use of the tool before one of the links is chosen for it."""
+        """Make the error for the use of a tool before its link is chosen."""
         leaves = self.urdf.leaves
         inner = ", ".join(name for name in links if name not in leaves)
         return RobotError(

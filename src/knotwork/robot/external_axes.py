@@ -94,10 +94,10 @@ def add_axes(
         robot: The URDF, which is changed.
         axes: The axes.
         root: Root link of the URDF.
-        urdfs: For each axis with a URDF that URDF, which is consumed, and its root link.
+        urdfs: URDF of each axis that has one, whose elements are moved, and its root link.
 
     Returns:
-        The other URDFs.
+        Files of the added URDFs.
 
     Raises:
         InputError: The URDF of an axis has no moving joint, or a name that is used.
@@ -159,24 +159,24 @@ def _add_urdf(
             f"{name}: {axis.urdf} has no joint that moves; accepted: the URDF of a positioner, or, "
             "for what does not move, scene: objects of a scenario"
         )
-    called: dict[str, dict[str, str]] = {}
+    new_names: dict[str, dict[str, str]] = {}
     for kind, used_names in names.items():
         elements = elements_by_name(root_element, kind)
-        called[kind] = {old: f"{name}_{old}" if old in shared[kind] else old for old in elements}
-        for old, new in called[kind].items():
+        new_names[kind] = {old: f"{name}_{old}" if old in shared[kind] else old for old in elements}
+        for old, new in new_names[kind].items():
             if new in used_names or (new != old and new in elements):
                 raise InputError(
-                    f"{name}: another {kind} has the name {old!r} of {axis.urdf}, and one has the "
-                    f"name {new!r}; accepted: another name for {name!r}, the prefix of such names"
+                    f"{name}: another {kind} has the name {old!r} of {axis.urdf}, and {new!r} is "
+                    f"the name of one, too; accepted: another name for {name!r}, the prefix"
                 )
-        used_names.update(called[kind].values())
+        used_names.update(new_names[kind].values())
     for element in (*child_elements(root_element, "link"), *child_elements(root_element, "joint")):
-        _rename(element, "name", called[element.tagName])
+        _rename(element, "name", new_names[element.tagName])
         for tag, key in (("parent", "link"), ("child", "link"), ("mimic", "joint")):
             for part in child_elements(element, tag):
-                _rename(part, key, called[key])
+                _rename(part, key, new_names[key])
         robot.appendChild(element)
-    new_root = called["link"][root]
+    new_root = new_names["link"][root]
     _append_joint(
         robot,
         f"{name} to {new_root}",
@@ -185,12 +185,12 @@ def _add_urdf(
         xyz=axis.position,
         rpy=axis.rpy,
     )
-    return UrdfFile(Path(axis.urdf or ""), tuple(called["link"].items()))
+    return UrdfFile(Path(axis.urdf or ""), tuple(new_names["link"].items()))
 
 
-def _rename(element: Element, key: str, called: Mapping[str, str]) -> None:
+def _rename(element: Element, key: str, new_names: Mapping[str, str]) -> None:
     old = element.getAttribute(key)
-    element.setAttribute(key, called.get(old, old))
+    element.setAttribute(key, new_names.get(old, old))
 
 
 def invert_to_root(robot: Element, link: str) -> None:
@@ -205,22 +205,22 @@ def invert_to_root(robot: Element, link: str) -> None:
     """
     import pinocchio as pin  # the keys of robot files do not need it
 
-    above = {read_link(element, "child"): element for element in child_elements(robot, "joint")}
-    while link in above:
-        joint, child = above[link], link
+    by_child = {read_link(joint, "child"): joint for joint in child_elements(robot, "joint")}
+    while link in by_child:
+        joint, child = by_child[link], link
         link = read_link(joint, "parent")
-        step, axis = f"{link} from {child}", _read_numbers(joint, "axis", "xyz", "1 0 0")
+        between, axis = f"{link} from {child}", _read_numbers(joint, "axis", "xyz", "1 0 0")
         turn = pin.rpy.rpyToMatrix(_read_numbers(joint, "origin", "rpy"))
         inverse = pin.SE3(turn, _read_numbers(joint, "origin", "xyz")).inverse()
         for old in child_elements(joint):
             if old.tagName in ("parent", "child", "origin", "axis"):
                 joint.removeChild(old)
         append_element(joint, "parent", link=child)
-        append_element(joint, "child", link=step)
+        append_element(joint, "child", link=between)
         append_element(joint, "axis", xyz=_format_numbers(-axis))
-        append_element(robot, "link", name=step)
+        append_element(robot, "link", name=between)
         rpy = pin.rpy.matrixToRpy(inverse.rotation)
-        _append_joint(robot, step, "fixed", (step, link), xyz=inverse.translation, rpy=rpy)
+        _append_joint(robot, between, "fixed", (between, link), xyz=inverse.translation, rpy=rpy)
 
 
 def _append_joint(

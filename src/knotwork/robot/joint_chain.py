@@ -25,7 +25,7 @@ class JointChain(NamedTuple):
         joint_names: Names of its joints, base first.
         base_frame: Link of the frame of poses; it does not move.
         locked: Position of every locked joint of one degree of freedom [rad or m].
-        followers: Locked joints that mimic a planned joint, with that joint.
+        followers: The planned joint that a locked joint mimics, by the name of the latter.
     """
 
     model: Any
@@ -69,13 +69,13 @@ def select_chain(description: Description) -> JointChain:
         urdf, robot, still, {**description.rest, **locked}
     )
     names = tuple(full.names[i] for i in moving)
-    masters = {full.names[i]: _list_mimicked(urdf, full.names[i], locked) for i in still}
+    mimicked = {full.names[i]: _list_mimicked(urdf, full.names[i], locked) for i in still}
     return JointChain(
         model=_reduce_model(full, still, reference),
         joint_names=names,
         base_frame=base,
         locked=values,
-        followers={name: of[-1] for name, of in masters.items() if of and of[-1] in names},
+        followers={name: of[-1] for name, of in mimicked.items() if of and of[-1] in names},
     )
 
 
@@ -89,8 +89,9 @@ def _list_mimicked(urdf: Urdf, name: str, locked: Mapping[str, float]) -> list[s
 
 
 def _reduce_model(full: Any, still: list[int], reference: Any) -> Any:
-    """Lock joints. Pinocchio finds frames by name, and a link may have the name of a joint."""
+    """Lock the joints of the indices `still`."""
     model = full.copy()
+    # Pinocchio finds frames by name, and a link may have the name of a joint.
     links = [frame for frame in model.frames if frame.type == pin.FrameType.BODY]
     for frame in links:
         frame.name = f"{_NO_JOINT}{frame.name}"
@@ -138,8 +139,8 @@ def _find_moving_joints(
         if why_not is not None:
             raise RobotError(
                 robot,
-                f"joint {full.names[i]!r} on the way to {tool!r} {why_not}, which can't be "
-                "planned for (only revolute, continuous and prismatic joints can); lock it "
+                f"joint {full.names[i]!r} on the way to {tool!r} {why_not}, which is not supported "
+                "(revolute, continuous and prismatic joints are); lock it "
                 f"with `locked: {{{full.names[i]}: 0}}`",
                 joint=full.names[i],
             )

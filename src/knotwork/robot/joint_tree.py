@@ -46,7 +46,7 @@ class JointTree:
         carriers = np.eye(len(self.parent), dtype=bool)
         for i, parent in enumerate(self.parent[1:], 1):
             carriers[i] |= carriers[parent]
-        carriers[:, 0] = False  # fixed
+        carriers[:, 0] = False  # joint 0 is fixed
         return carriers
 
     @cached_property
@@ -80,10 +80,11 @@ class JointTree:
 
         Args:
             q: Configurations [rad or m], shape (k, d).
-            root: Placement of the URDF's root, `pin.SE3`; by default none.
+            root: Placement of the URDF's root, `pin.SE3`; by default the identity.
 
         Returns:
-            Joint; x, y, z axis and origin [m]; component; configuration: shape (n + 1, 4, 3, k).
+            Shape (n + 1, 4, 3, k). The second index selects the x, y or z axis or the origin [m],
+            the third one the component.
         """
         k, n = len(q), len(self.parent)
         root = pin.SE3.Identity() if root is None else root
@@ -109,7 +110,7 @@ class JointTree:
 
 
 def joint_tree(model: Any) -> JointTree:
-    """Read the joints of a model.
+    """Read the joints of a Pinocchio model.
 
     Raises:
         InputError: A joint has several degrees of freedom.
@@ -173,8 +174,8 @@ def invert_chain(tree: JointTree, joint: int, placement: Any) -> tuple[JointTree
         placement: Placement of the link in the joint's axes, `pin.SE3`.
 
     Returns:
-        These joints with opposite axes, and the indices of their positions in the tree. Another
-        joint, the last one, stays at 0 and has the axes of the root.
+        The chain, whose joints have opposite axes, and the column of each joint in the tree. A
+        further joint at the end of the chain stays at 0 and has the axes of the root.
     """
     joints = tree.path(joint)[::-1]
     steps = [pin.SE3(tree.rotation[i], tree.translation[i]).inverse() for i in joints]

@@ -33,12 +33,12 @@ def robot_names() -> list[str]:
     >>> "ur5" in kw.robot_names()
     True
     """
-    further = {name for _, group in robots_of_missing_packages() for name in group}
-    return [name for name in resources.names("robots") if name not in further]
+    missing = {name for _, group in robots_of_missing_packages() for name in group}
+    return [name for name in resources.names("robots") if name not in missing]
 
 
 def robots_of_missing_packages() -> list[tuple[str, list[str]]]:
-    """Packages for `pip` that are not installed, each with the shipped robots that need it."""
+    """Missing packages by their name for `pip`, each with the shipped robots that need it."""
     robots: dict[str, list[str]] = {}
     for name in resources.names("robots"):
         text = (resources.folder("robots") / f"{name}.yaml").read_text(encoding="utf-8")
@@ -143,7 +143,7 @@ def _resolve_axes(content: RobotFile, document: Document, folder: Path, robot: s
 
 
 def _check_names(content: RobotFile, document: Document, urdf: Urdf) -> None:
-    """Check that named joints and frames exist. Errors have the line."""
+    """Check that named joints and frames exist."""
     for field in ("base_frame", "tool_frame"):
         link = getattr(content, field)
         if link is not None and link not in urdf.links:
@@ -218,9 +218,9 @@ def find_example_robot_data(robot: str) -> Path:
     Raises:
         RobotError: The package is not installed.
     """
-    # A search of the installed packages would take longer than the rest.
+    # Searching the metadata of installed packages would take longer than loading the robot.
     folder = _find_module_folder(f"cmeel.prefix/{_DATA_FOLDER}") or Path(sys.prefix) / _DATA_FOLDER
-    if folder.is_dir():  # the second is that of conda
+    if folder.is_dir():  # the second place is that of conda
         return folder
     raise RobotError(
         robot,

@@ -36,11 +36,10 @@ class PlannedJoints:
         self.jerk_limit, self.effort_limit = limits.jerk, limits.effort
         weights = [description.weights.get(name, 1.0) for name in self.joint_names]
         self.weights = checked_array(weights, (self.dof,), "weights")
-        at_zero = [0.0] * len(extra)  # virtual joints
         self.configurations: Mapping[str, FloatArray] = MappingProxyType(
             {
                 key: checked_array(
-                    [*(values[joint] for joint in names), *at_zero], (self.dof,), key
+                    [*(values[joint] for joint in names), *[0.0] * len(extra)], (self.dof,), key
                 )
                 for key, values in description.configurations.items()
                 if all(joint in values for joint in names)

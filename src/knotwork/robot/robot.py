@@ -33,7 +33,7 @@ class Robot(ChainModel):
         urdf_files: URDF files of the robot and of positioners, each with its links.
         package_paths: Additional folders with meshes.
 
-        base_frame: Link whose frame poses are given in.
+        base_frame: Link in whose frame poses are given.
         base_placement: Base frame in the axes of the URDF's root, as `pin.SE3`.
         base_moves: Whether joints move the base frame. Then efforts are unknown.
         world_frame: Link of the world frame: the base frame, unless joints move it.
@@ -58,7 +58,7 @@ class Robot(ChainModel):
         configurations: Named configurations with all joints [rad or m].
 
         locked: Positions of the joints that do not move [rad or m].
-        followers: Locked joints that mimic a moving joint, with that joint.
+        followers: The moving joint that a locked joint mimics, by the name of the latter.
         external_axes: Names of the joints that the robot's file adds to its URDF.
 
         frame_names: Names of the links, each of which may be the base or the tool frame.
@@ -140,7 +140,7 @@ class Robot(ChainModel):
 
         Raises:
             UnknownNameError: No configuration has this name.
-            RobotError: A joint is outside its limits, or elsewhere in another configuration used.
+            RobotError: A joint is outside its limits, or an earlier configuration has it elsewhere.
         """
         changed = self._description.with_rest(name, self.joint_names)
         return self if changed.rest == self._description.rest else Robot(changed)
@@ -183,7 +183,7 @@ class Robot(ChainModel):
         return Robot(self._description.with_limits(limits, self.joint_names))
 
     def with_limit_margin(self, margin: float) -> Robot:
-        """Use only a fraction of every limit but those of position."""
+        """Use only a fraction of every limit, except those of position."""
         return Robot(replace(self._description, limit_margin=margin))
 
     def with_tool(
@@ -218,9 +218,9 @@ class Robot(ChainModel):
     def with_base(self, link: str) -> Robot:
         """Use a moving link, such as a turntable, as the frame of poses.
 
-        Thus a task on a turntable is one of an ordinary serial chain. The chain then consists of
-        the inverse joints from that link to the world frame, and of the joints of the arm. All of
-        these joints are planned. The link may be one of an external axis.
+        The turntable and the arm are then one serial chain, of the inverse joints from that link to
+        the world frame and of the joints of the arm. All of them are planned. The link may be that
+        of an external axis.
 
         Raises:
             UnknownNameError: There is no such link.

@@ -1,6 +1,6 @@
 """The shapes of a URDF's links: boxes, spheres, cylinders, capsules and names of meshes.
 
-An invalid shape is left out, and the fault is reported.
+An invalid shape is left out, and its fault is returned.
 """
 
 from __future__ import annotations
@@ -72,8 +72,8 @@ class UrdfShapes:
     """The links of a robot's URDFs and their shapes.
 
     Attributes:
-        links: Names in the tree of links, in the order of the files.
-        carried: Link to the origins of the joints that it carries [m].
+        links: Names of the links in the tree, in the order of the files.
+        carried: Origins of the joints that each link carries, in its axes [m].
     """
 
     def __init__(self, files: Sequence[UrdfFile]) -> None:
@@ -106,7 +106,7 @@ class UrdfShapes:
                 origins.append(_read_origin(joint)[1])
 
     def link_shapes(self, link: str, kind: str) -> tuple[list[LinkShape], list[str]]:
-        """Give a link's valid shapes, `"visual"` or `"collision"`, and the faults of others."""
+        """Read a link's valid shapes, `"visual"` or `"collision"`, and the faults of others."""
         valid: list[LinkShape] = []
         faults: list[str] = []
         path, element, materials = self._links[link]
@@ -153,7 +153,7 @@ def _read_colour(item: Element, materials: Mapping[str, Element]) -> Colour | No
 def _read_shape(element: Element) -> LinkShape:
     kind = element.tagName
     if kind not in _SIZES:
-        raise InputError(f"there is no shape <{kind}>; drawn are {', '.join(_SIZES)}")
+        raise InputError(f"there is no shape <{kind}>; accepted: {', '.join(_SIZES)}")
     size = [
         number for name, n in _SIZES[kind].items() for number in _read_numbers(element, name, n)
     ]
@@ -174,7 +174,7 @@ def _read_shape(element: Element) -> LinkShape:
 def _read_numbers(
     element: Element, name: str, min_count: int, max_count: int | None = None
 ) -> list[float]:
-    """Numbers of an attribute.
+    """Read the numbers of an attribute.
 
     Raises:
         InputError: Their count is wrong, or a value is not a number in range.
@@ -189,16 +189,16 @@ def _read_numbers(
         abs(number) <= LARGEST_LENGTH for number in numbers
     ):
         count = f"{min_count}" if min_count == max_count else f"{min_count} or {max_count}"
-        many = "number" if count == "1" else "numbers"
+        noun = "number" if count == "1" else "numbers"
         raise InputError(
-            f"{element.tagName} has {name} {format_value(text)}; it must be {count} {many} of at "
+            f"{element.tagName} has {name} {format_value(text)}; it must be {count} {noun} of at "
             f"most {LARGEST_LENGTH:g}"
         )
     return numbers
 
 
 def _read_origin(element: Element) -> tuple[FloatArray, FloatArray]:
-    """Rotation and translation of an element's origin.
+    """Read the rotation and translation of an element's origin.
 
     Raises:
         InputError: Values are not numbers.

@@ -1,6 +1,6 @@
 """Reader of URDFs, into a Pinocchio model with one number per joint position.
 
-Only the tree of links and joints, and the masses, are read. Shapes and meshes are not.
+Only the tree of links and joints, and their masses, are read, without shapes and meshes.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from knotwork.robot.urdf_rules import (
     reduce_to_tree,
 )
 
-# Limit of unbounded joints while the URDF is parsed; infinity in the arrays.
+# Limit of unbounded joints while the URDF is parsed; arrays have infinity instead.
 _WIDE_LIMIT = "1e9"
 MAX_URDF_BYTES = 32_000_000
 MAX_URDF_ELEMENTS = 100_000

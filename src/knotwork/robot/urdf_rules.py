@@ -43,13 +43,13 @@ def elements_by_name(root: Element, tag: str) -> dict[str, Element]:
     return {element.getAttribute("name"): element for element in child_elements(root, tag)}
 
 
-def append_element(carrier: Element, tag: str, **attributes: str) -> Element:
+def append_element(parent: Element, tag: str, **attributes: str) -> Element:
     """Append a new child element, and return it."""
-    document: Any = carrier.ownerDocument
+    document: Any = parent.ownerDocument
     element: Element = document.createElement(tag)
     for name, value in attributes.items():
         element.setAttribute(name, value)
-    carrier.appendChild(element)
+    parent.appendChild(element)
     return element
 
 

@@ -282,8 +282,8 @@ class _Builder:
         frame = self.robot.model.frames[self.robot.require_tool()]
         lying = []
         ends = ((hold.grasp_pose, hold.start), (hold.release_pose, hold.end))
-        for held_in, (pose, time) in zip(held.frames, ends, strict=True):
-            joint, placement = self._carrier(held_in, time)
+        for lies_in, (pose, time) in zip(held.frames, ends, strict=True):
+            joint, placement = self._carrier(lies_in, time)
             lying.append((joint, (self._solid(shape, placement * pose),)))
         (joint_before, solids_before), (joint_after, solids_after) = lying
         carried = (self._solid(shape, frame.placement),)

@@ -99,13 +99,13 @@ def are_in_one_cell(robot: Robot, second: Robot) -> bool:
     """
     if robot.urdf != second.urdf or {*robot.joint_names} & {*second.joint_names}:
         return False
-    for arm, carrier in ((robot, second), (second, robot)):
-        carriers = carrier.carrying_joints
-        carrying = frozenset().union(*(carriers[name] for name in carrier.joint_names))
+    for arm, other in ((robot, second), (second, robot)):
+        by_joint = other.carrying_joints
+        carrying = frozenset().union(*(by_joint[name] for name in other.joint_names))
         for joint in sorted(carrying & {*arm.joint_names, *arm.followers}):
             raise InputError(
                 f"joint {joint!r} is moved by the motion of {arm.name!r} and carries the arm of "
-                f"{carrier.name!r}, whose motion keeps it fixed; accepted: arms of one URDF on a "
+                f"{other.name!r}, whose motion keeps it fixed; accepted: arms of one URDF on a "
                 f"fixed base, {joint!r} locked in both robot files"
             )
         for joint in sorted(carrying & robot.locked.keys() & second.locked.keys()):
@@ -114,7 +114,7 @@ def are_in_one_cell(robot: Robot, second: Robot) -> bool:
                 raise InputError(
                     f"joint {joint!r} is at {positions[0]:.6g} for {robot.name!r} and at "
                     f"{positions[1]:.6g} for {second.name!r}, and carries the arm of "
-                    f"{carrier.name!r}; accepted: one position, in the `locked` of both robot files"
+                    f"{other.name!r}; accepted: one position, in the `locked` of both robot files"
                 )
     return True
 

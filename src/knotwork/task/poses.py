@@ -160,7 +160,7 @@ class Frame(Placement):
     parent: Text = optional("base or the name of another frame", "base", key="in")
 
     @model_validator(mode="after")
-    def _check_carrier(self) -> Frame:
+    def _check_parent(self) -> Frame:
         if self.on is not None and self.parent != "base":
             raise ValueError("gives in and on; give one of the two")
         return self

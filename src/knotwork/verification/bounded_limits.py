@@ -91,7 +91,7 @@ def check_singularity(motion: Motion, scenario: Scenario, space: JointSpace) -> 
 
 def check_effort_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Compare joint torques and forces, by inverse dynamics, with their limits."""
-    if space.carrying is None:
+    if space.loaded_robots is None:
         if space.robot is not None and space.robot.base_moves:
             name = space.robot.base_frame
             message = f"efforts are not checked: the frame of the poses is on {name}, which moves"
@@ -103,7 +103,7 @@ def check_effort_limits(motion: Motion, scenario: Scenario, space: JointSpace) -
     jumps = lower_order_jumps(motion.curve, 2)  # a jump of one joint is an impulse on all joints
     parts = [
         torque_bound(robot, part, limit=add_slack(limits))
-        for robot, part in space.carrying.parts(motion.trajectory)
+        for robot, part in space.loaded_robots.parts(motion.trajectory)
     ]
     for i, bounds in enumerate(zip(*parts, strict=True)):
         bound = _worst_bound(bounds)

@@ -9,8 +9,8 @@ import numpy as np
 
 from knotwork.curves.trajectory.motion_events import Event
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.event_reader import segments
 from knotwork.task.scenario.joint_space import JointSpace
+from knotwork.task.scenario.motion_segments import motion_segments
 from knotwork.task.scenario.repetitions import repetition_starts
 from knotwork.task.scenario.scenario import RequestedEvent
 from knotwork.verification.finding import Finding, Group, Verdict
@@ -116,7 +116,7 @@ def _compare_on_path(
 
 def report_segments(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Report the interval of each segment of the motion."""
-    for segment in motion.trajectory.segments or segments(scenario):
+    for segment in motion.trajectory.segments or motion_segments(scenario):
         yield Finding(
             Group.SEGMENTS, "segment", segment.name, "segment", "information", segment.text,
             interval=(segment.start, segment.end),

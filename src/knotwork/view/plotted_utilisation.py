@@ -87,10 +87,10 @@ def _joint_values(
     quantity: str, space: JointSpace, curve: PiecewisePolynomial, time: FloatArray
 ) -> FloatArray:
     order = JOINT_QUANTITIES[quantity].order
-    if order is not None or space.carrying is None:
+    if order is not None or space.loaded_robots is None:
         return curve(time, order or 0)
     states = zip(time, curve(time), curve(time, 1), curve(time, 2), strict=True)
-    return np.array([space.carrying.robot_at(when).effort(*state) for when, *state in states])
+    return np.array([space.loaded_robots.robot_at(when).effort(*state) for when, *state in states])
 
 
 def _judged_sides(finding: Finding, joint: int, space: JointSpace) -> tuple[float, float]:

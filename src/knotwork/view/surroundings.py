@@ -124,8 +124,8 @@ def _draw_carried(
         parts.draw("held", in_tool, carrier=joint, between=[take, leave], of=held.name)
         spans = [appears, take], [leave, None]
         ends = (held.take, take), (held.leave, leave)
-        for (waypoint, time), held_in, between in zip(ends, held.frames, spans, strict=True):
-            carrier, placement = shown.carrier_of(held_in, time)
+        for (waypoint, time), lies_in, between in zip(ends, held.frames, spans, strict=True):
+            carrier, placement = shown.carrier_of(lies_in, time)
             in_world = shown.scenario.waypoints[waypoint].in_world_frame
             tool = robot.tool_pose(curve(time), in_world_frame=in_world)
             lying = mesh.place(placement * tool)

@@ -63,7 +63,7 @@ class _Sums(NamedTuple):
     given: FloatArray
 
     def evaluate(self, a: FloatArray) -> FloatArray:
-        """The accelerations at the knots, shape (d, n-1), from those at the waypoints, (d, n)."""
+        """Compute accelerations at knots, shape (d, n-1), from those at the waypoints, (d, n)."""
         return a[:, :-1] * self.start + a[:, 1:] * self.end + self.given
 
 
@@ -84,11 +84,12 @@ def solve_knot_accelerations(
     # differences of times and not 1 - p and 1 - b, because knots may be very near to a waypoint
     after, before = data.right[:-1] - x[:-1], x[1:] - data.left[1:]
     A, B = _knot_sums(data, after, before)
-    # the jerks (A - a)/(p h) after and (a - B)/(b h) before waypoint i are equal, so row i reads,
+    # The jerks (A - a)/(p h) after and (a - B)/(b h) before waypoint i are equal, so row i reads,
     # with the weights of a0 and a1 in A and B,
     #     -B0/(b h) a[i-1] + ((1 - B1)/(b h) + (1 - A0)/(p h)) a[i] - A1/(p h) a[i+1]
-    #         = what is given of A/(p h) and B/(b h)
-    # and where it is known a = the given value; at an end where it isn't, a is computed afterwards
+    #         = the given terms of A/(p h) and B/(b h)
+    # Where the acceleration is known, row i reads a[i] = its value. An unknown one at an end is
+    # computed afterwards.
     rate_after, rate_before = 1.0 / after, 1.0 / before
     if not known[0]:
         rate_after[0] = 0.0

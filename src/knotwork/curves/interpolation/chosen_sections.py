@@ -27,11 +27,11 @@ from knotwork.curves.polynomial.from_accelerations import (
 from knotwork.errors import OptionError
 from knotwork.waypoints import ChosenSection, JointWaypoints
 
-SAME_KNOT_TIME = 1e-9
-"""Difference relative to the largest time below which times are equal."""
+KNOT_TIME_TOLERANCE = 1e-9
+"""Tolerance of the times of knots at waypoints, relative to the largest waypoint time."""
 
-STALE = 1e-3
-"""Maximum correction of rounding, relative to the largest acceleration."""
+ROUNDING_CORRECTION = 1e-3
+"""Largest change of accelerations, relative to their peak, that their rounding may need."""
 
 
 def plan_modified_hermite(
@@ -64,22 +64,22 @@ def plan_modified_hermite(
     if ends is not None:
         _fill(accelerations, [0, -1], np.array(ends))
     parts: list[tuple[FloatArray, FloatArray]] = []
-    done = 0
+    next_row = 0
     for i, ((rows, knots), section) in enumerate(zip(located, sections, strict=True), 1):
-        if rows[0] < done:
+        if rows[0] < next_row:
             raise OptionError(
                 "chosen", f"section {i} begins before the end of the previous section"
             )
-        parts += _gap_pieces(waypoints, accelerations, done, rows[0], options)
+        parts += _gap_pieces(waypoints, accelerations, next_row, rows[0], options)
         parts.append(_section_pieces(waypoints, accelerations, rows, knots, section=section, i=i))
-        done = rows[-1]
-    parts += _gap_pieces(waypoints, accelerations, done, len(waypoints.time) - 1, options)
+        next_row = rows[-1]
+    parts += _gap_pieces(waypoints, accelerations, next_row, len(waypoints.time) - 1, options)
     breaks = np.concatenate([waypoints.time[:1], *(x[1:] for x, _ in parts)])
     return join_pieces(waypoints, np.concatenate([c for _, c in parts], axis=1), breaks)
 
 
 def _fill(accelerations: FloatArray, rows: IndexArray | list[int], values: FloatArray) -> None:
-    """Replace unknown values of some rows."""
+    """Fill in unknown accelerations of some rows."""
     accelerations[rows] = np.where(np.isnan(accelerations[rows]), values, accelerations[rows])
 
 
@@ -90,20 +90,20 @@ def _locate_section(
     t, x = waypoints.time, section.times
     if section.acceleration.shape[1:] != waypoints.position.shape[1:]:
         raise OptionError("chosen", f"section {i} has accelerations of other joints")
-    stale = "times that were chosen belong to its knots: change both, or choose them again"
-    slack = SAME_KNOT_TIME * max(1.0, float(np.abs(t).max()))
+    remedy = "its knots belong to the times chosen with them: change both, or choose times again"
+    tolerance = KNOT_TIME_TOLERANCE * max(1.0, float(np.abs(t).max()))
     for end in (x[0], x[-1]):
-        if np.abs(t - end).min() > slack:
+        if np.abs(t - end).min() > tolerance:
             where = f"section {i} begins or ends at {end:.9g} s, where no waypoint is"
-            raise OptionError("chosen", f"{where}; {stale}")
-    rows = np.flatnonzero((t >= x[0] - slack) & (t <= x[-1] + slack))
+            raise OptionError("chosen", f"{where}; {remedy}")
+    rows = np.flatnonzero((t >= x[0] - tolerance) & (t <= x[-1] + tolerance))
     knots = np.abs(x[:, None] - t[rows]).argmin(axis=0)
-    missing = np.abs(x[knots] - t[rows]) > slack
+    missing = np.abs(x[knots] - t[rows]) > tolerance
     if missing.any():
         row = rows[missing][0]
         at = f"{t[row]:.9g} s, the time of waypoint {waypoints.names[row]!r}"
         where = f"section {i} has no knot at {at}"
-        raise OptionError("chosen", f"{where}; {stale}")
+        raise OptionError("chosen", f"{where}; {remedy}")
     is_sparse = np.diff(knots) < 3
     if is_sparse.any():
         name = waypoints.names[rows[1:][is_sparse][0]]
@@ -148,12 +148,12 @@ def _section_pieces(
     peak = np.abs(section.acceleration).max(axis=0)
     pieces = []
     for k, (low, high) in zip(rows, pairwise(knots), strict=False):
-        part = slice(low, high + 1)
-        span, ends = np.diff(x[part])[None], slice(k, k + 2)
+        interval = slice(low, high + 1)
+        span, ends = np.diff(x[interval])[None], slice(k, k + 2)
         states = waypoints.position[ends], waypoints.velocity[ends]
-        corrected = correct_accelerations(span, a[part][None], *states)
-        change = np.abs(corrected[0] - a[part]).max(axis=0)
-        beyond = np.flatnonzero(change > STALE * np.maximum(peak, 1e-9))
+        corrected = correct_accelerations(span, a[interval][None], *states)
+        change = np.abs(corrected[0] - a[interval]).max(axis=0)
+        beyond = np.flatnonzero(change > ROUNDING_CORRECTION * np.maximum(peak, 1e-9))
         if beyond.size:
             raise OptionError(
                 "chosen",

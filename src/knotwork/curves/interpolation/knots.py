@@ -22,10 +22,8 @@ PAPER_INNER = (0.25, 0.75)
 """Fractions of an interval at which its two knots are: Eqs. (35), (36)."""
 
 PAPER_END = 0.618
-"""Fraction of the first or last interval, from the end inwards, at which its knot is: Eqs.
-
-(37), (38).
-"""
+"""Distance of the only knot of the first or last interval from the end of the curve, as a fraction
+of the interval: Eqs. (37), (38)."""
 
 KNOT_RULES = ("paper", "balanced")
 """Names of the rules that place knots."""

@@ -59,7 +59,7 @@ class ModifiedHermiteSpline(PiecewisePolynomial):
         WaypointDataError: The data are complex or not finite, their shapes do not match, there
             are fewer than two waypoints or their times do not increase.
         KnotError: A knot leaves a waypoint outside its span, or there are too few or too many.
-        OptionError: The end accelerations don't fit.
+        OptionError: The end accelerations are not numbers, or of another shape.
         InputError: The curve exceeds the range of floats.
         UnknownNameError: No knot rule has that name.
     """
@@ -141,7 +141,7 @@ def _check_range(a: FloatArray, c: FloatArray) -> None:
 
 
 def _require_real(values: ArrayLike, name: str) -> NDArray[Any]:
-    """Take real numbers as an array.
+    """Check that values are real numbers, and return them as an array.
 
     Raises:
         WaypointDataError: Values are complex or not numbers.

@@ -22,7 +22,7 @@ RULES: Mapping[str, tuple[str, ...]] = {
     "knots": KNOT_RULES,
     "accelerations": ACCELERATION_RULES,
 }
-"""Options that a rule after a planner's name can set, and the rules."""
+"""Rules that may follow a planner's name, by the option that they set."""
 
 
 def get_planner(name: str) -> Planner:
@@ -64,8 +64,8 @@ def planner_and_rule(name: str) -> tuple[str, dict[str, Any]]:
             return planner, {option: rule}
     if rules(planner):
         raise UnknownNameError(f"rule of planner {planner!r}", rule, rules(planner))
-    ruled = (f"{ruled_planner}:RULE" for ruled_planner in PLANNER_SPECS if rules(ruled_planner))
-    raise UnknownNameError("planner", name, (planner, *ruled))
+    with_rules = (f"{other}:RULE" for other in PLANNER_SPECS if rules(other))
+    raise UnknownNameError("planner", name, (planner, *with_rules))
 
 
 def rules(planner: str) -> list[str]:
@@ -81,20 +81,20 @@ def rules(planner: str) -> list[str]:
 def _plan(
     name: str, waypoints: JointWaypoints, options: PlannerOptions | None = None
 ) -> JointTrajectory:
-    """Plan with the planner of a name; see `Planner`. Errors name it."""
-    planner, ruled = planner_and_rule(name)
-    make = resolve_name(f"knotwork.curves.interpolation.{PLANNER_SPECS[planner].makes}")
-    requested = options if options is not None else PlannerOptions()
+    """Plan with the planner of a name; see `Planner`. Errors name the planner."""
+    planner, set_by_rule = planner_and_rule(name)
+    make = resolve_name(f"knotwork.curves.interpolation.{PLANNER_SPECS[planner].entry_point}")
+    options = options if options is not None else PlannerOptions()
     try:
-        wanted = replace(requested, **ruled)
-        for option, rule in ruled.items():
-            if option in requested.requested and requested != wanted:
+        with_rule = replace(options, **set_by_rule)
+        for option, rule in set_by_rule.items():
+            if option in options.requested and options != with_rule:
                 raise OptionError(
                     option, f"is given together with the rule {rule!r}; give one of the two"
                 )
-        check_supported(planner, wanted)
+        check_supported(planner, with_rule)
         with np.errstate(over="ignore", invalid="ignore"):
-            curve = make(waypoints, wanted)
+            curve = make(waypoints, with_rule)
     except KnotError:
         raise  # the error is about knots, independent of the planner
     except InputError as error:

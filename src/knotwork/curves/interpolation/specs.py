@@ -29,7 +29,7 @@ class PlannerSpec:
         guarantees: Guarantees of the motion.
         cannot: Limitations.
         supports: Names of the `PlannerOptions` that it supports.
-        makes: Module of `knotwork.curves.interpolation`, and its function that makes the curve.
+        entry_point: Module in `knotwork.curves.interpolation`, and function, that make the curve.
     """
 
     name: str
@@ -39,7 +39,7 @@ class PlannerSpec:
     guarantees: str
     cannot: str
     supports: tuple[str, ...]
-    makes: str
+    entry_point: str
 
 
 _ALL_PLANNERS = (
@@ -51,7 +51,7 @@ _ALL_PLANNERS = (
         guarantees="positions and velocities at all waypoints; end accelerations if requested",
         cannot="choose the accelerations at inner waypoints",
         supports=("knots", "end_acceleration", "chosen"),
-        makes="chosen_sections:plan_modified_hermite",
+        entry_point="chosen_sections:plan_modified_hermite",
     ),
     PlannerSpec(
         "cubic",
@@ -61,7 +61,7 @@ _ALL_PLANNERS = (
         guarantees="positions and velocities at all waypoints",
         cannot="keep the acceleration from jumping at inner waypoints",
         supports=(),
-        makes="waypoint_polynomials:plan_cubic",
+        entry_point="waypoint_polynomials:plan_cubic",
     ),
     PlannerSpec(
         "quintic",
@@ -71,7 +71,7 @@ _ALL_PLANNERS = (
         guarantees="positions, velocities and preset accelerations at all waypoints",
         cannot="find good accelerations: with bad presets the velocity fluctuates",
         supports=("accelerations", "end_acceleration"),
-        makes="waypoint_polynomials:plan_quintic",
+        entry_point="waypoint_polynomials:plan_quintic",
     ),
     PlannerSpec(
         "septic",
@@ -81,7 +81,7 @@ _ALL_PLANNERS = (
         guarantees="positions, velocities, preset accelerations and zero jerk at all waypoints",
         cannot="keep peaks low: the more is preset, the higher they are",
         supports=("accelerations", "end_acceleration"),
-        makes="waypoint_polynomials:plan_septic",
+        entry_point="waypoint_polynomials:plan_septic",
     ),
     PlannerSpec(
         "nonic",
@@ -91,7 +91,7 @@ _ALL_PLANNERS = (
         guarantees="positions, velocities, preset accelerations at all waypoints; no jerk, snap",
         cannot="keep peaks low: the more is preset, the higher they are",
         supports=("accelerations", "end_acceleration"),
-        makes="waypoint_polynomials:plan_nonic",
+        entry_point="waypoint_polynomials:plan_nonic",
     ),
     PlannerSpec(
         "parabolic-blend",
@@ -101,7 +101,7 @@ _ALL_PLANNERS = (
         guarantees="positions and velocities at both ends; constant acceleration in transitions",
         cannot="meet inner waypoints: it cuts their corners; acceleration jumps",
         supports=(),
-        makes="straight_lines:plan_blends",
+        entry_point="straight_lines:plan_blends",
     ),
     PlannerSpec(
         "bspline",
@@ -111,7 +111,7 @@ _ALL_PLANNERS = (
         guarantees="positions at all waypoints, velocities at both ends",
         cannot="meet velocities at inner waypoints",
         supports=(),
-        makes="waypoint_polynomials:plan_bspline",
+        entry_point="waypoint_polynomials:plan_bspline",
     ),
     PlannerSpec(
         "bspline-velocity",
@@ -121,7 +121,7 @@ _ALL_PLANNERS = (
         guarantees="positions and velocities at all waypoints",
         cannot="keep the acceleration from jumping at inner waypoints",
         supports=(),
-        makes="waypoint_polynomials:plan_cubic",
+        entry_point="waypoint_polynomials:plan_cubic",
     ),
     PlannerSpec(
         "3-5-3",
@@ -131,7 +131,7 @@ _ALL_PLANNERS = (
         guarantees="positions and velocities at all waypoints",
         cannot="serve three waypoints; find good inner accelerations where there are over four",
         supports=("accelerations",),
-        makes="waypoint_polynomials:plan_353",
+        entry_point="waypoint_polynomials:plan_353",
     ),
     PlannerSpec(
         "4-3-4",
@@ -141,7 +141,7 @@ _ALL_PLANNERS = (
         guarantees="positions at all waypoints, velocities and accelerations at both ends",
         cannot="meet velocities at inner waypoints",
         supports=("end_acceleration",),
-        makes="waypoint_polynomials:plan_434",
+        entry_point="waypoint_polynomials:plan_434",
     ),
     PlannerSpec(
         "trapezoidal",
@@ -151,7 +151,7 @@ _ALL_PLANNERS = (
         guarantees="positions at all waypoints; joints in phase, so straight in joint space",
         cannot="pass a waypoint at speed; acceleration jumps",
         supports=(),
-        makes="straight_lines:plan_trapezoids",
+        entry_point="straight_lines:plan_trapezoids",
     ),
 )
 

@@ -18,8 +18,8 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.errors import InputError
 from knotwork.waypoints import JointWaypoints
 
-FRACTION = 1.0 / 3.0
-"""Duration of a change of speed, relative to the interval or the shorter neighbouring interval."""
+RAMP_FRACTION = 1.0 / 3.0
+"""Duration of a change of speed, relative to its interval or the shorter of both next to it."""
 
 
 def plan_blends(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynomial:
@@ -40,19 +40,18 @@ def plan_blends(waypoints: JointWaypoints, options: PlannerOptions) -> Piecewise
 
     Args:
         waypoints: Positions, and velocities at the ends, n >= 2; inner velocities are not used.
-        options: There is nothing to choose.
+        options: Not used.
 
     Raises:
         InputError: An interval is too short for the resolution of its times.
     """
     t, y = waypoints.time, waypoints.position
     h = np.diff(t)
-    # half of a transition is in each neighbouring interval; at the ends all of it is in the only
-    # one
-    share = np.full(t.size, 0.5)
-    share[[0, -1]] = 1.0
+    # fraction of a transition in a neighbouring interval: the whole one at the ends of the motion
+    fraction = np.full(t.size, 0.5)
+    fraction[[0, -1]] = 1.0
     shorter = np.minimum(np.append(h[:1], h), np.append(h, h[-1:]))
-    duration = _round_down(t, share * FRACTION * shorter) / share
+    duration = _round_down(t, fraction * RAMP_FRACTION * shorter) / fraction
     change = np.diff(y, axis=0)
     for end in (0, -1):
         change[end] -= 0.5 * duration[end] * waypoints.velocity[end]
@@ -88,14 +87,14 @@ def plan_trapezoids(waypoints: JointWaypoints, options: PlannerOptions) -> Piece
 
     Args:
         waypoints: Positions, n >= 2; velocities are not used.
-        options: There is nothing to choose.
+        options: Not used.
 
     Raises:
         InputError: An interval is too short for the resolution of its times.
     """
     t, y = waypoints.time, waypoints.position
     h = np.diff(t)
-    ramp = _round_down(np.maximum(np.abs(t[:-1]), np.abs(t[1:])), FRACTION * h)
+    ramp = _round_down(np.maximum(np.abs(t[:-1]), np.abs(t[1:])), RAMP_FRACTION * h)
     # the speed is constant from t + τ to τ before the next waypoint
     inner = np.stack((t[:-1], t[:-1] + ramp, t[1:] - ramp), axis=1)
     breaks = np.append(np.maximum.accumulate(inner.ravel()), t[-1])

@@ -90,23 +90,23 @@ def plan_353(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePol
     t, y, v = waypoints.time, waypoints.position, waypoints.velocity
     if t.size == 3:
         raise InputError(
-            "three waypoints can't be done: a first and a last cubic, which must "
-            "meet all velocities, don't agree on the acceleration between them; add a waypoint or "
-            "use planner 'modified-hermite'"
+            "three waypoints are not supported: the first and the last cubic, which meet all "
+            "velocities, have different accelerations where they join; add a waypoint or use "
+            "planner 'modified-hermite'"
         )
-    requested = options.accelerations
-    if requested not in (None, *ACCELERATION_RULES):
+    rule = options.accelerations
+    if rule not in (None, *ACCELERATION_RULES):
         raise OptionError(
             "accelerations", "has values for each waypoint; accepted: zero, estimated"
         )
-    a = 0.0 * y if requested == "zero" else estimated_accelerations(waypoints)
+    a = 0.0 * y if rule == "zero" else estimated_accelerations(waypoints)
     a = keep_known(a, waypoints)
     start, end = cubic_accelerations(waypoints)
     a[0], a[-1] = start[0], end[-1]
     if t.size > 2:
         a[1], a[-2] = end[0], start[-1]
     c = two_point_coefficients(t, (y, v, a))
-    c[:2, [0, -1]] = 0.0  # but for rounding
+    c[:2, [0, -1]] = 0.0  # removes rounding errors
     return join_pieces(waypoints, c[2:] if t.size == 2 else c)
 
 
@@ -137,7 +137,7 @@ def plan_434(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePol
     a = np.concatenate((first[None], inner, last[None]))
     c = two_point_coefficients(waypoints.time, (waypoints.position, velocity, a))
     if len(a) > 2:
-        c = c[1:]  # zero but for rounding
+        c = c[1:]  # the first coefficients are only rounding errors
         c[0, 1:-1] = 0.0
     return join_pieces(waypoints, c)
 
@@ -145,7 +145,7 @@ def plan_434(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePol
 def _smooth_velocities(
     waypoints: JointWaypoints, ends: tuple[FloatArray, FloatArray] | None = None
 ) -> tuple[FloatArray, FloatArray]:
-    """Inner velocities that make the acceleration of cubics continuous.
+    """Find the inner velocities that make the acceleration of cubics continuous.
 
     An interval has the length h, the mean velocity s and the velocities v0 and v1 at its ends. The
     acceleration of its cubic is (6 s - 4 v0 - 2 v1)/h at its start and (2 v0 + 4 v1 - 6 s)/h at its
@@ -180,9 +180,9 @@ def _smooth_velocities(
     # the tridiagonal matrix by its diagonals: above, on and below the main one
     bands = np.stack((far[:-1, 0], (near[:-1] + near[1:])[:, 0], far[1:, 0]))
     v[1:-1] = solve_banded((1, 1), bands, rhs, check_finite=False)
-    late = near * v[1:] + far * v[:-1] - mean * slope
-    late[0] += end_terms[0]
-    return v, late[:-1]
+    accelerations = near * v[1:] + far * v[:-1] - mean * slope
+    accelerations[0] += end_terms[0]
+    return v, accelerations[:-1]
 
 
 def estimated_accelerations(waypoints: JointWaypoints) -> FloatArray:
@@ -216,7 +216,7 @@ def cubic_accelerations(waypoints: JointWaypoints) -> tuple[FloatArray, FloatArr
 def preset_accelerations(waypoints: JointWaypoints, options: PlannerOptions) -> FloatArray:
     """Accelerations at the waypoints given by the options, zeros by default, shape (n, d).
 
-    Accelerations of the waypoints have priority over the options.
+    Accelerations that the waypoints have take priority over the options.
 
     Raises:
         OptionError: An array has another shape, or end accelerations are given together with one.

@@ -21,7 +21,7 @@ LARGEST_TERM = 1e200
 
 
 def checked_order(nu: Any, name: str = "derivative order nu") -> int:
-    """Return a derivative order as an integer.
+    """Check the order of a derivative, and return it as an integer.
 
     Raises:
         InputError: The order is not an integer, or negative.

@@ -21,7 +21,7 @@ class ExtendedCurve:
         curve: Positions, trailing shape (e,).
         holds_ends: Whether it rests outside its time, at its end positions; otherwise it keeps the
             velocity that it has at its ends.
-        delay: Time of the curve's time 0 [s].
+        delay: Time at which the curve's own time is 0 [s].
 
     >>> rising = ExtendedCurve(PiecewisePolynomial([[[2.0]], [[0.0]]], [0, 1]))
     >>> rising([-1.0, 3.0]).T, rising.between(2, 3).c.T
@@ -33,7 +33,7 @@ class ExtendedCurve:
     delay: float = 0.0
 
     def __call__(self, t: ArrayLike, nu: int = 0) -> FloatArray:
-        """Positions, or a derivative of them, at times [s], shape (k,): shape (k, e)."""
+        """Positions or their nu-th derivative, shape (k, e), at times [s], shape (k,)."""
         local = np.asarray(t, dtype=float) - self.delay
         inside = np.clip(local, *self.curve.x[[0, -1]])
         beyond, value = (local - inside)[:, None], self.curve(inside, nu)
@@ -67,7 +67,7 @@ def stack_curves(*curves: PiecewisePolynomial) -> PiecewisePolynomial:
     array([1., 3.])
     """
     breaks = sort_distinct(*(curve.x for curve in curves))
-    fine = [split_at(curve, breaks) for curve in curves]
-    size = max(len(curve.c) for curve in fine)
-    padded = [np.pad(curve.c, ((size - len(curve.c), 0), (0, 0), (0, 0))) for curve in fine]
+    coefficients = [split_at(curve, breaks).c for curve in curves]
+    size = max(map(len, coefficients))
+    padded = [np.pad(c, ((size - len(c), 0), (0, 0), (0, 0))) for c in coefficients]
     return PiecewisePolynomial(np.concatenate(padded, axis=2), breaks)

@@ -31,7 +31,7 @@ def correct_accelerations(
         Accelerations, of the shape of `a`.
     """
     h = span.sum(axis=1)
-    u = span / h[:, None]  # in parts of the interval
+    u = span / h[:, None]  # as fractions of the interval
     remaining = 1.0 - np.cumsum(u, axis=1)
     # weights of the accelerations in velocity and position at the end, over h and h²
     weights = np.zeros((*u.shape[:1], 2, u.shape[1] + 1))

@@ -1,4 +1,4 @@
-"""Jumps at the inner breaks, and the rounding that they may come from.
+"""Jumps of a curve at its inner breaks, and bounds on those that rounding causes.
 
 A jump counts if it is larger than 1e-9 of the peak of its quantity and larger than the effect of
 rounding of coefficients and times, and in any case if it is larger than `ALWAYS_A_JUMP`. This last
@@ -30,11 +30,11 @@ h. This is more than the threshold below h = 30 µs (at |q| = 6), where it count
 """
 
 TIME_STEP = 1e-9
-"""Resolution of times in messages and drives [s]. A break that moves by this causes a jump of this
-times the jump of the next derivative."""
+"""Resolution of times in messages and drives [s]. A break that is moved by a time causes a jump of
+this time multiplied by the jump of the next derivative."""
 
 JUMP_WINDOW = 1e-6
-"""Time within which jumps are added up [s], because no drive distinguishes them."""
+"""Time within which jumps are added [s], because no drive distinguishes them."""
 
 
 def measure_jumps(curve: PiecewisePolynomial, nu: int) -> tuple[FloatArray, FloatArray]:
@@ -45,10 +45,10 @@ def measure_jumps(curve: PiecewisePolynomial, nu: int) -> tuple[FloatArray, Floa
         nu: Order of the derivative.
 
     Returns:
-        Absolute values, each with those that follow within `JUMP_WINDOW`, and the largest value
-        that rounding explains, shape (m-2, d) both. Thus noise about zero, as in the acceleration
-        of a straight motion, does not count as a jump. The same holds for rounding of breaks to
-        whole nanoseconds.
+        Sum of the absolute jumps at each break and within `JUMP_WINDOW` after it, and the largest
+        sum that does not count as a jump, shape (m-2, d) each. Noise about zero, as in the
+        acceleration of a straight motion, does not count, nor does rounding of breaks to whole
+        nanoseconds.
     """
     sizes = _sum_in_window(curve.x, np.abs(curve.jumps(nu)))
     moved = TIME_STEP * np.abs(curve.jumps(nu + 1))
@@ -58,9 +58,9 @@ def measure_jumps(curve: PiecewisePolynomial, nu: int) -> tuple[FloatArray, Floa
 
 
 def jump_rounding(curve: PiecewisePolynomial, nu: int) -> FloatArray:
-    """Bound on jumps of the nu-th derivative by rounding at each inner break, shape (m-2, d).
+    """Bound the jumps of the nu-th derivative that rounding causes, shape (m-2, d).
 
-    Each term c Hᵏ of a piece of length H has the rounding error of the largest one.
+    Each term c Hᵏ of a piece of length H has the rounding error of the largest term.
     """
     h = np.diff(curve.x)[:, None]
     size = np.zeros(curve.c.shape[1:])
@@ -82,9 +82,9 @@ def _sum_in_window(x: FloatArray, sizes: FloatArray) -> FloatArray:
 
 
 def evaluation_noise(curve: PiecewisePolynomial, orders: int) -> FloatArray:
-    """Bound on the rounding of computed derivative values, shape (orders, d).
+    """Bound the rounding errors of computed derivatives, shape (orders, d).
 
-    The error of Horner's scheme is at most 2 k · 2⁻⁵³ of the sum of the terms' sizes, degree k.
+    The error of Horner's scheme of degree k is at most 2 k · 2⁻⁵³ of the sum of the terms' sizes.
     """
     span = np.diff(curve.x)[:, None]
     noise = np.zeros((orders, curve.c.shape[2]))

@@ -14,7 +14,7 @@ BISECTIONS = 60
 def first_times(curve: PiecewisePolynomial, values: FloatArray) -> FloatArray:
     """Find the times at which a curve that never decreases first reaches values.
 
-    By bisection, because the curve may be at rest.
+    Bisection finds them, because Newton's method fails where the curve is at rest.
 
     >>> rising = PiecewisePolynomial([[1, 0], [0, 1]], [0, 1, 2])  # t up to 1
     >>> first_times(rising, np.array([0.25, 1.0]))

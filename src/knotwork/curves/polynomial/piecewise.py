@@ -63,11 +63,11 @@ class PiecewisePolynomial(ReadOnlyArrays):
         c.setflags(write=False)
         x.setflags(write=False)
         self._c, self._x, self._axis = c, x, axis
-        self._extrema = {}  # the curve does not change, and checks need them often
+        self._extrema = {}  # a cache: checks need them often
         self._orders = {}
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "_orders": {}}  # a cache
+        return {**self.__dict__, "_orders": {}}  # the cached derivatives are dropped
 
     @staticmethod
     def _from_parts(c: FloatArray, x: FloatArray, axis: int) -> PiecewisePolynomial:

@@ -139,7 +139,7 @@ def speed_profile(
     first, last = (default if v is None else checked_speed(v, name) for v, name, default in outer)
     junction_speeds = [float(first), *joint.tolist(), float(last)]
     totals = np.concatenate(([0.0], np.cumsum(length)))
-    breaks, coefficients, times, full, resolved = [0.0], [], [0.0], [], []
+    breaks, coefficients, times, full, ramps = [0.0], [], [0.0], [], []
     for i, ends in enumerate(pairwise(junction_speeds)):
         fixed = i == 0 and start_speed is not None, i == count - 1 and end_speed is not None
         stretch, v = i if count > 1 else None, float(speed[i])
@@ -152,15 +152,18 @@ def speed_profile(
                 breaks.append(float(end))
                 coefficients.append(c)
         times.append(float(starts[-1]))
-        # at a constant speed, a short piece between ramps needs no resolution
-        resolved += [T for T in (pieces[0][0], pieces[2][0], times[-1] - times[-2]) if T > 0.0]
-    _check_resolved(min(resolved), np.diff(times), speed)
+        ramps += [pieces[0][0], pieces[2][0]]
+    _check_resolved(ramps, np.diff(times), speed)
     curve = PiecewisePolynomial(np.array(coefficients).T, breaks)
     return Timing(curve, np.array(times), np.array(full), speed)
 
 
-def _check_resolved(shortest: float, durations: FloatArray, speeds: FloatArray) -> None:
-    """Refuse a ramp or stretch [s] that is too short for the duration of the path."""
+def _check_resolved(ramps: list[float], durations: FloatArray, speeds: FloatArray) -> None:
+    """Refuse a ramp or stretch [s] that is too short for the duration of the path.
+
+    A piece of constant speed between ramps may be short.
+    """
+    shortest = min(T for T in (*ramps, *durations) if T > 0.0)
     min_duration = RAMP_RESOLUTION * float(durations.sum())
     if shortest >= min_duration:
         return

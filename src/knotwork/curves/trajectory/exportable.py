@@ -1,4 +1,4 @@
-"""`Exportable`: the `to_…` methods of a trajectory; options are those of the functions.
+"""`Exportable`: the `to_…` methods of a trajectory, with the options of the functions they call.
 
 `knotwork.files.export` imports trajectories, so trajectories must not import it. These methods
 load it when they are called.
@@ -23,49 +23,49 @@ class Exportable:
         return getattr(importlib.import_module(_EXPORT), function)(self, *arguments, **options)
 
     def save_as(self, name: str, path: Path | str, *, force: bool = False, **options: Any) -> Path:
-        """Write it to a file in the format of a name; see `knotwork.files.export.save`."""
+        """Write the motion to a file in a named format; see `knotwork.files.export.save`."""
         return Path(self._exported("save", name, path, force=force, **options))
 
     def to_ros2(self, **options: Any) -> str:
-        """Give YAML of a ROS 2 message or action goal; see `knotwork.files.export.to_ros2`."""
+        """Return YAML of a ROS 2 message or action goal; see `knotwork.files.export.to_ros2`."""
         return str(self._exported("to_ros2", **options))
 
     def to_ros2_message(self, **options: Any) -> Any:
-        """Give the ROS 2 message object; see `knotwork.files.export.to_ros2_message`."""
+        """Return the ROS 2 message object; see `knotwork.files.export.to_ros2_message`."""
         return self._exported("to_ros2_message", **options)
 
     def to_pvt(self, **options: Any) -> str:
-        """Give a position-velocity-time table; see `knotwork.files.export.to_pvt`."""
+        """Return a position-velocity-time table; see `knotwork.files.export.to_pvt`."""
         return str(self._exported("to_pvt", **options))
 
     def to_urscript(self, **options: Any) -> str:
-        """Give a program for Universal Robots; see `knotwork.files.export.to_urscript`."""
+        """Return a program for Universal Robots; see `knotwork.files.export.to_urscript`."""
         return str(self._exported("to_urscript", **options))
 
     def to_csv(self, **options: Any) -> str:
-        """Give samples or knots as CSV; see `knotwork.files.export.to_csv`."""
+        """Return samples or knots as CSV; see `knotwork.files.export.to_csv`."""
         return str(self._exported("to_csv", **options))
 
     def to_json(self, **options: Any) -> str:
-        """Give samples or knots as JSON; see `knotwork.files.export.to_json`."""
+        """Return samples or knots as JSON; see `knotwork.files.export.to_json`."""
         return str(self._exported("to_json", **options))
 
     def to_npz(self, **options: Any) -> bytes:
-        """Give samples or knots as an npz file; see `knotwork.files.export.to_npz`."""
+        """Return samples or knots as an npz file; see `knotwork.files.export.to_npz`."""
         return bytes(self._exported("to_npz", **options))
 
     def to_parquet(self, **options: Any) -> bytes:
-        """Give samples or knots as a Parquet file; see `knotwork.files.export.to_parquet`."""
+        """Return samples or knots as a Parquet file; see `knotwork.files.export.to_parquet`."""
         return bytes(self._exported("to_parquet", **options))
 
     def to_drake(self) -> Any:
-        """Give Drake's `PiecewisePolynomial`; see `knotwork.files.export.to_drake`."""
+        """Return Drake's `PiecewisePolynomial`; see `knotwork.files.export.to_drake`."""
         return self._exported("to_drake")
 
     def to_scipy(self) -> PPoly:
-        """Give SciPy's `PPoly`; see `knotwork.files.export.to_scipy`."""
+        """Return SciPy's `PPoly`; see `knotwork.files.export.to_scipy`."""
         return self._exported("to_scipy")
 
     def to_mat(self) -> bytes:
-        """Give a MAT-file for MATLAB's `ppval`; see `knotwork.files.export.to_mat`."""
+        """Return a MAT-file for MATLAB's `ppval`; see `knotwork.files.export.to_mat`."""
         return bytes(self._exported("to_mat"))

@@ -129,8 +129,8 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
         Args:
             joint_names: Names of the joints, length d.
             time: Times of the breaks [s], shape (m,), strictly increasing.
-            position: [rad or m], shape (m, d).
-            velocity: [rad/s or m/s], shape (m, d).
+            position: Positions at the breaks [rad or m], shape (m, d).
+            velocity: Velocities at the breaks [rad/s or m/s], shape (m, d).
             joint_units: `"rad"` or `"m"` for each joint; by default all `"rad"`.
             planner: Name of its planner.
             waypoint_times: Times of the waypoints [s].
@@ -157,7 +157,7 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
         *,
         owner: str = "the scenario",
     ) -> JointTrajectory:
-        """Give the motion with its joints in another order.
+        """Return the motion with its joints in another order.
 
         Args:
             joint_names: The joints in the new order, length d.
@@ -308,13 +308,13 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
 
     @property
     def knots(self) -> Knots:
-        """The trajectory at its breaks."""
+        """Positions, velocities and accelerations at the breaks."""
         t = self.breaks
         return Knots(t, *(self.polynomial(t, nu) for nu in range(3)))
 
     @cached_property
     def continuity(self) -> Continuity:
-        """The jumps of position, velocity and acceleration at the inner breaks, measured."""
+        """Measured jumps of position, velocity and acceleration at the inner breaks."""
         degree = self.polynomial.degree
         jumps = [self._largest_jump(nu) for nu in range(max(3, degree + 1))]
         broken = [nu for nu, jump in enumerate(jumps) if jump.relative > 0.0]

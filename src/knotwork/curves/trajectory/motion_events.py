@@ -10,12 +10,12 @@ SegmentKind = Literal["free motion", "way", "tool path", "wait"]
 
 
 class MotionPart:
-    """Base class of parts of a motion, which are stored with it."""
+    """Base class of the data that are stored with a motion."""
 
     __pydantic_config__: ClassVar[dict[str, Any]] = {"extra": "forbid", "allow_inf_nan": False}
 
     def to_dict(self) -> dict[str, Any]:
-        """Give it as plain data, ready for JSON."""
+        """Return all fields as plain data, ready for JSON."""
         return asdict(self)  # type: ignore[call-overload,no-any-return]  # of a dataclass
 
 
@@ -54,7 +54,7 @@ class Event(MotionPart):
 
 
 def signals_on_at(events: Iterable[Event], time: float) -> list[Event]:
-    """Last event of each signal that is on at a time [s].
+    """Find the last event of each signal that is on at a time [s].
 
     A signal is on unless its value is off, 0 or a text.
 
@@ -74,7 +74,7 @@ class Load(MotionPart):
         mass: Total mass [kg].
         centre_of_mass: Centre of mass in the axes of the frame [m].
         frame: Name of the link that carries the load.
-        inertia: Inertia about that centre, in the frame's axes: xx, yy, zz, xy, xz, yz [kg m²].
+        inertia: Inertia about that centre in the frame's axes: xx, yy, zz, xy, xz, yz [kg m²].
     """
 
     time: float
@@ -102,5 +102,5 @@ class Segment(MotionPart):
     @property
     def text(self) -> str:
         """Name, kind and times as text."""
-        kind = "" if self.kind == "wait" else f"{self.kind}, "  # in its name
+        kind = "" if self.kind == "wait" else f"{self.kind}, "  # the name says it
         return f"{self.name}: {kind}{self.start:.3f} s to {self.end:.3f} s"

@@ -73,10 +73,10 @@ class SolvedTask:
         """Dynamics from each waypoint to the next, one object for equal loads."""
         from knotwork.planning.timing import Dynamics
 
-        carrying = self.space.carrying
-        carried = carrying.by_interval if carrying is not None else ()
-        models = {id(robot): Dynamics(robot) for robot in carried}
-        return tuple(models[id(robot)] for robot in carried)
+        loaded_robots = self.space.loaded_robots
+        robots = () if loaded_robots is None else loaded_robots.by_interval
+        models = {id(robot): Dynamics(robot) for robot in robots}
+        return tuple(models[id(robot)] for robot in robots)
 
     def dynamics(self, i: int) -> Dynamics | None:
         """Dynamics of its robot, if there is one, with the load from waypoint i on."""

@@ -76,9 +76,9 @@ def _clearance(involves_scene: bool, plan: Plan) -> float | None:
 
 
 def _squared_effort(plan: Plan) -> float | None:
-    if plan.space.carrying is None:
+    if plan.space.loaded_robots is None:
         return None
-    return sum(squared_effort(*part) for part in plan.space.carrying.parts(plan.trajectory))
+    return sum(squared_effort(*part) for part in plan.space.loaded_robots.parts(plan.trajectory))
 
 
 _outer, _inner = partial(_clearance, True), partial(_clearance, False)

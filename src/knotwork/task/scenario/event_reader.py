@@ -1,21 +1,19 @@
-"""Times of a task's actions, and the segments of its motion."""
+"""Times of a task's actions."""
 
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from knotwork.curves.trajectory.motion_events import Event, Segment, SegmentKind
+from knotwork.curves.trajectory.motion_events import Event
 from knotwork.files.documents import Location
-from knotwork.task import Action, ChosenMotion, PlainTask
+from knotwork.task import Action, PlainTask
 from knotwork.task.actions import parse_switched
-from knotwork.task.scenario.free_values_reader import ends_wait
-from knotwork.task.scenario.scenario import RequestedEvent, Scenario, ScenarioPath, ScenarioWaypoint
+from knotwork.task.scenario.scenario import RequestedEvent, ScenarioPath, ScenarioWaypoint
 from knotwork.task.scenario.task_in_si import TaskInSI
 
 EVENT_TOLERANCE = 1e-9
@@ -169,39 +167,3 @@ def action_of(event: Event, outputs: Mapping[str, int]) -> dict[str, Any]:
 def _output_name(output: int, outputs: Mapping[str, int]) -> str | None:
     """Name of a digital output, or `None`."""
     return next((name for name, number in outputs.items() if number == output), None)
-
-
-def find_clear_motions(scenario: Scenario) -> Iterator[tuple[list[int], ChosenMotion]]:
-    """Waypoints of each collision-free motion in the task, by index, and the motion."""
-    times = scenario.expected_times
-    for motion in scenario.given.chosen or ():
-        if motion.way:
-            low, high = motion.times[0] - EVENT_TOLERANCE, motion.times[-1] + EVENT_TOLERANCE
-            yield np.flatnonzero((low <= times) & (times <= high)).tolist(), motion
-
-
-def segments(scenario: Scenario, motion_starts: Collection[int] = ()) -> tuple[Segment, ...]:
-    """Segments of a motion, from waypoint to waypoint.
-
-    Args:
-        scenario: The task, with all times known.
-        motion_starts: Indices of the waypoints at the start of a motion found by `way: clear`.
-
-    >>> [one.name for one in segments(kw.load_scenario("ur5_deburring"))][:2]
-    ['start to approach', 'approach to edge start']
-    """
-    along = {i for path in scenario.paths for i in range(path.first, path.last)}
-    ends = [ends_wait(scenario.task_index, i) for i in range(len(scenario.waypoints))]
-    parts = []
-    for i, (first, second) in enumerate(pairwise(scenario.waypoints)):
-        begin = scenario.waypoints[i - ends[i]].name
-        kind: SegmentKind = "free motion"
-        if ends[i + 1]:
-            kind = "wait"
-        elif i in along:
-            kind = "tool path"
-        elif i in motion_starts:
-            kind = "way"
-        name = f"wait at {begin}" if kind == "wait" else f"{begin} to {second.name}"
-        parts.append(Segment(name, first.time, second.time, kind))
-    return tuple(parts)

@@ -40,7 +40,7 @@ class JointSpace:
         joint_units: `"rad"` or `"m"` for each joint.
         limits: Their limits, with the margin of the task.
         robot: The robot with the scenario's tool and position limits, or `None`.
-        carrying: The same robot with its loads over the motion, or `None`.
+        loaded_robots: The same robot with its loads over the motion, or `None`.
         targets: Required joint values at each waypoint; `None` for a pose.
         near: Joint positions near which solutions are chosen [rad or m], shape (d,), or `None`.
         end_acceleration: Required at the start and at the end [rad/s² or m/s²], shape (d,) each,
@@ -59,7 +59,7 @@ class JointSpace:
     joint_units: tuple[str, ...]
     limits: JointLimits
     robot: Robot | None = None
-    carrying: LoadedRobots | None = None
+    loaded_robots: LoadedRobots | None = None
     targets: tuple[JointState | None, ...] = ()
     near: FloatArray | None = None
     end_acceleration: tuple[FloatArray, FloatArray] | None = None
@@ -115,15 +115,15 @@ def joint_space(scenario: Scenario) -> JointSpace:
     _check_motion_limits(scenario, robot)
     read = JointReader(scenario, robot.joint_names, robot.joint_units, robot.configurations)
     robot = robot.with_limits(**read.limits()).with_limit_margin(task.limits.margin)
-    carrying = None if robot.base_moves else robots_with_loads(scenario, robot)
-    return _with_requirements(read, robot.limits, robot, carrying)
+    loaded_robots = None if robot.base_moves else robots_with_loads(scenario, robot)
+    return _with_requirements(read, robot.limits, robot, loaded_robots)
 
 
 def _with_requirements(
     read: JointReader,
     limits: JointLimits,
     robot: Robot | None = None,
-    carrying: LoadedRobots | None = None,
+    loaded_robots: LoadedRobots | None = None,
 ) -> JointSpace:
     """The joints of a reader with their limits, and the requirements of its scenario on them."""
     scenario, targets, near = read.scenario, read.targets(), read.scenario.given.near
@@ -132,7 +132,7 @@ def _with_requirements(
         read.units,
         limits,
         robot,
-        carrying,
+        loaded_robots,
         targets,
         near=None if near is None else read.array(near, "near"),
         end_acceleration=read.end_acceleration(),

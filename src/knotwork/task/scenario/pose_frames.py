@@ -1,10 +1,14 @@
 """`PoseFrames`: what moves with what.
 
-Every pose is fixed in a `MovingFrame`. The frame moves if it, or a frame around it, has the key
-`moves`: joints with known positions over time carry it, as on a belt. Otherwise it is at rest. It
-is placed in the cell, or on a link of the robot by the key `on`. Only one link may carry frames of
-poses: planned joints may move it, and poses are relative to it. Poses in the cell are then in the
-world frame. Objects of the scene have such frames too, until the tool holds them as its load.
+Every pose is fixed in a frame, a `MovingFrame`. The frame is placed in the cell or, with the key
+`on`, on a link of the robot. If it or a frame around it has the key `moves`, joints with known
+positions over time move it, like a belt. Otherwise it is at rest.
+
+All poses on a link must be on the same one, such as a turntable, which planned joints may move.
+That link is the base frame, and poses in the cell are then in the world frame.
+
+Objects of the scene have such frames, too. What the tool holds moves with it, as its load
+(`LoadedRobots`).
 """
 
 from __future__ import annotations
@@ -94,7 +98,7 @@ class PoseFrames:
             return self.named[self.names[i]]
         return replace(self.named["base"], link=self.link)
 
-    def in_world(self, i: int) -> bool:
+    def in_world_frame(self, i: int) -> bool:
         """Whether a pose is in the world frame, while a link carries the frames of others."""
         return bool(self.link) and not self[i].link
 
@@ -185,13 +189,14 @@ class PoseFrames:
         location: Location = ("waypoints", i)
         name, frame, requested = self.names[i], self[i], waypoint.orientation_in
         of_others = _link_text(self.link)
-        if self.in_world(i) and frame.is_moving:
+        if self.in_world_frame(i) and frame.is_moving:
             raise self.locations.error(
                 location,
                 f"is in frame {name!r}, which moves, and other poses are {of_others}",
                 "a fixed frame, or a task without the other poses",
             )
-        if isinstance(waypoint, PathWaypoint) and (self.in_world(i) or self.in_world(i - 1)):
+        is_path = isinstance(waypoint, PathWaypoint)
+        if is_path and any(self.in_world_frame(k) for k in (i - 1, i)):
             raise self.locations.error(
                 location,
                 f"ends a path with poses in the base, and other poses are {of_others}",
@@ -220,7 +225,7 @@ class PoseFrames:
             raise self.locations.error(
                 (*location, "speed"),
                 f"is chosen, but the motion of frame {name!r} depends on the time",
-                "a speed" if isinstance(waypoint, PathWaypoint) else "a speed, or velocity: free",
+                "a speed" if is_path else "a speed, or velocity: free",
             )
 
     def with_time_dependent(self, free: FreeValues, task_index: Sequence[int]) -> FreeValues:

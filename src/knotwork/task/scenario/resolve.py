@@ -83,7 +83,6 @@ def resolve_task(
         task_index=task_index,
         paths=paths,
         units=source.units,
-        frames={name: source.frames.named[name].rest_placement for name in task_in_si.frames},
         events=events.events(timed=free is None),
         free_values=free,
         pose_frame_link=source.frames.link,

@@ -151,7 +151,6 @@ class Scenario:
         task_index: Index in the task of each waypoint, -1 for the start; one with a wait appears
             twice.
         units: Units of the file, for output.
-        frames: Named frames of the file, each as `pin.SE3` in the base frame.
         pose_frame_link: Link that carries the frame of poses, if it is not the robot's base frame.
         paths: Tool paths between its waypoints, in order of time.
         events: Events in order of time; empty while times are free.
@@ -174,7 +173,6 @@ class Scenario:
     tolerances: Tolerances
     task_index: tuple[int, ...] = ()
     units: Units = field(default_factory=Units)
-    frames: Mapping[str, pin.SE3] = field(default_factory=dict)
     pose_frame_link: str = ""
     paths: tuple[ScenarioPath, ...] = ()
     events: tuple[RequestedEvent, ...] = ()
@@ -232,6 +230,11 @@ class Scenario:
             return knots.balanced
         # along tool paths no knots are optimised: the paper's rule is used
         return "paper" if isinstance(knots, str) and knots == "optimal" else knots
+
+    @property
+    def frames(self) -> dict[str, pin.SE3]:
+        """Named frames of the file, each at rest in the base frame."""
+        return {name: frame.rest_placement for name, frame in self.scene.frames.items()}
 
     @property
     def shown_length(self) -> tuple[float, str]:

@@ -271,8 +271,8 @@ class _WaypointReader:
                 "leaves the position open where the tool moves",
                 "position where it stops: stop: true",
             )
-        in_world = self.source.frames.in_world(i)
-        return CartesianWaypoint(name, time, pose, twist, where, freedom, in_world)
+        in_world_frame = self.source.frames.in_world_frame(i)
+        return CartesianWaypoint(name, time, pose, twist, where, freedom, in_world_frame)
 
     def _state(self, i: int, step: PoseWaypoint | PathWaypoint) -> tuple[pin.SE3, pin.Motion]:
         """Pose and velocity of a waypoint in the base, including the motion of its frame."""

@@ -183,6 +183,6 @@ def tree_from(frame_joints: Sequence[KnownJoints], arm: JointTree, root: Any) ->
 def append_joints(
     curve: PiecewisePolynomial, frame_joints: Sequence[KnownJoints]
 ) -> PiecewisePolynomial:
-    """Positions of an arm's joints, followed by those of its frame_joints, over the arm's time."""
+    """Positions of an arm's joints, followed by those of its frame, over the arm's time."""
     span = curve.x[[0, -1]].tolist()
     return stack_curves(curve, *(known.curve.between(*span) for known in frame_joints))

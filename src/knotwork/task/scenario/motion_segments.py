@@ -1,0 +1,50 @@
+"""Segments of a motion: free motions, tool paths, waits and motions found by `way: clear`."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from itertools import pairwise
+
+import numpy as np
+
+from knotwork.curves.trajectory.motion_events import Segment, SegmentKind
+from knotwork.task import ChosenMotion
+from knotwork.task.scenario.event_reader import EVENT_TOLERANCE
+from knotwork.task.scenario.free_values_reader import ends_wait
+from knotwork.task.scenario.scenario import Scenario
+
+
+def find_clear_motions(scenario: Scenario) -> Iterator[tuple[list[int], ChosenMotion]]:
+    """Waypoints of each collision-free motion in the task, by index, and the motion."""
+    times = scenario.expected_times
+    for motion in scenario.given.chosen or ():
+        if motion.way:
+            low, high = motion.times[0] - EVENT_TOLERANCE, motion.times[-1] + EVENT_TOLERANCE
+            yield np.flatnonzero((low <= times) & (times <= high)).tolist(), motion
+
+
+def motion_segments(scenario: Scenario, motion_starts: Collection[int] = ()) -> tuple[Segment, ...]:
+    """Segments of a motion, from waypoint to waypoint.
+
+    Args:
+        scenario: The task, with all times known.
+        motion_starts: Indices of the waypoints at the start of a motion found by `way: clear`.
+
+    >>> [one.name for one in motion_segments(kw.load_scenario("ur5_deburring"))][:2]
+    ['start to approach', 'approach to edge start']
+    """
+    along = {i for path in scenario.paths for i in range(path.first, path.last)}
+    ends = [ends_wait(scenario.task_index, i) for i in range(len(scenario.waypoints))]
+    parts = []
+    for i, (first, second) in enumerate(pairwise(scenario.waypoints)):
+        begin = scenario.waypoints[i - ends[i]].name
+        kind: SegmentKind = "free motion"
+        if ends[i + 1]:
+            kind = "wait"
+        elif i in along:
+            kind = "tool path"
+        elif i in motion_starts:
+            kind = "way"
+        name = f"wait at {begin}" if kind == "wait" else f"{begin} to {second.name}"
+        parts.append(Segment(name, first.time, second.time, kind))
+    return tuple(parts)
