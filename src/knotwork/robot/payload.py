@@ -16,7 +16,7 @@ the largest one."""
 
 @dataclass(frozen=True, eq=False)
 class Payload(ReadOnlyArrays):
-    """A body carried by the tool frame: the tool and the objects that it holds.
+    """A load of the tool frame: the tool and the objects that it holds.
 
     Attributes:
         mass: Mass [kg]; zero for no load.

@@ -262,7 +262,7 @@ class _Builder:
         self.carriers[frame.link, frame.joints] = joint, placement
 
     def _add_joints(
-        self, tree: JointTree, placement: Any, known: Sequence[ExtendedCurve], carrier: int = 0
+        self, tree: JointTree, placement: Any, known: Sequence[ExtendedCurve], carrier: int
     ) -> int:
         """Add joints with known positions, and return the index of the last one."""
         self.joints = join_trees(self.joints, tree, placement, carrier)
@@ -286,10 +286,10 @@ class _Builder:
             joint, placement = self._carrier(lies_in, time)
             lying.append((joint, (self._solid(shape, placement * pose),)))
         (joint_before, solids_before), (joint_after, solids_after) = lying
-        carried = (self._solid(shape, frame.placement),)
+        held_solids = (self._solid(shape, frame.placement),)
         appears = self.appearance_times.get(name, -math.inf)
         lying_before = Body(name, "object", joint_before, solids_before, start=appears)
-        in_tool = Body(name, "held", int(frame.parentJoint), carried)
+        in_tool = Body(name, "held", int(frame.parentJoint), held_solids)
         lying_after = Body(name, "object", joint_after, solids_after, start=hold.end)
         approached, left = hold.approach_start, hold.departure_end
         bodies = [

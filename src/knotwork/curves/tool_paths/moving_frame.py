@@ -145,7 +145,7 @@ class MovingFrame:
             return pose
         return self.rest_placement * self.placement_at(time).actInv(pose)
 
-    def carried_tool(self, t: ArrayLike, tool: ToolMotion) -> ToolMotion:
+    def tool_at(self, t: ArrayLike, tool: ToolMotion) -> ToolMotion:
         """Motion at times (k,) [s] of a tool that moves in the frame, given at rest."""
         if not self.joints:
             return tool
@@ -166,11 +166,11 @@ class MovingFrame:
             np.hstack((linear_acceleration, angular_acceleration)),
         )
 
-    def carried_twist(self, pose: pin.SE3, twist: pin.Motion, time: float) -> pin.Motion:
+    def twist_at(self, pose: pin.SE3, twist: pin.Motion, time: float) -> pin.Motion:
         """Velocity at a time [s] of a tool with a pose and a twist in the frame, given at rest."""
         position, rotation = np.array(pose.translation), np.array(pose.rotation)
         tool = ToolMotion(position[None], rotation[None], twist.vector[None], np.zeros((1, 6)))
-        return pin.Motion(self.carried_tool([time], tool).twist[0])
+        return pin.Motion(self.tool_at([time], tool).twist[0])
 
     def relative_motion(
         self, t: ArrayLike, position: FloatArray, rotation: FloatArray, velocity: FloatArray

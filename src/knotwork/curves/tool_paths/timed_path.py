@@ -144,7 +144,7 @@ class TimedPath:
         twist = np.hstack((tangent * ds, rate * ds))
         acceleration = np.hstack((bend * ds**2 + tangent * dds, change * ds**2 + rate * dds))
         tool = ToolMotion(position, rotation, twist, acceleration)
-        return self.woven_frame.carried_tool(t, tool)
+        return self.woven_frame.tool_at(t, tool)
 
     def twist(self, t: float) -> pin.Motion:
         """Velocity of the tool at a time [s], in base axes."""

@@ -23,24 +23,24 @@ if TYPE_CHECKING:
 
 
 def read_payload(
-    carried: Tool | HeldObject, locations: Locations, location: Location
+    part: Tool | HeldObject, locations: Locations, location: Location
 ) -> Payload | None:
     """The mass of a tool or of a held object, in SI as the file is; `None` without one.
 
     Raises:
         DocumentError: The mass and inertia are not physical.
     """
-    if carried.mass is None:
+    if part.mass is None:
         return None
-    i, inertia = carried.inertia, None
+    i, inertia = part.inertia, None
     if i is not None:
         inertia = np.array([[i.ixx, i.ixy, i.ixz], [i.ixy, i.iyy, i.iyz], [i.ixz, i.iyz, i.izz]])
-    fault = find_payload_fault(carried.mass, inertia)
+    fault = find_payload_fault(part.mass, inertia)
     if fault is not None:
         field, fault_text, accepted = fault
         raise locations.error((*location, field), fault_text, accepted)
-    default_centre = carried.position if isinstance(carried, HeldObject) else (0.0, 0.0, 0.0)
-    return Payload(carried.mass, np.array(carried.centre_of_mass or default_centre), inertia)
+    default_centre = part.position if isinstance(part, HeldObject) else (0.0, 0.0, 0.0)
+    return Payload(part.mass, np.array(part.centre_of_mass or default_centre), inertia)
 
 
 @dataclass(frozen=True, eq=False)

@@ -156,7 +156,7 @@ class Scenario:
         events: Events in order of time; empty while times are free.
         free_values: Durations, speeds and knots to be chosen, or `None`.
         motion_limits: Limits on the motion of tool and links, in SI, their margin applied.
-        scene: Surroundings, carried objects, and options of the collision check.
+        scene: Surroundings, held objects, and options of the collision check.
         locations: Locations of its parts in the file, for errors.
         continued_motion: The motion that it continues, and the time in it [s], or `None`.
 
@@ -253,7 +253,7 @@ class Scenario:
         """Times of the waypoints [s], shape (n,); NaN from the first free one."""
         times = self.expected_times
         if self.free_values is not None:
-            times[self.free_values.first_chosen_time :] = np.nan
+            times[self.free_values.first_unknown_time :] = np.nan
         return times
 
     @property
@@ -261,7 +261,7 @@ class Scenario:
         """Time from each waypoint to the next [s], shape (n - 1,); NaN where it is chosen."""
         durations = np.diff(self.expected_times)
         if self.free_values is not None:
-            durations[self.free_values.duration_is_chosen] = np.nan
+            durations[self.free_values.duration_is_unknown] = np.nan
         return durations
 
     @property

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class PlacedShape:
-    """A solid, placed in the axes of what carries it.
+    """A solid, placed in the axes of a frame or of the tool.
 
     Attributes:
         kind: `"box"`, `"sphere"`, `"cylinder"`, `"capsule"`, `"cone"`, `"ellipsoid"`,
@@ -109,12 +109,12 @@ class PlacedRobot:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """Surroundings of the robot and carried objects.
+    """Surroundings of the robot and held objects.
 
     Attributes:
         objects: Objects in frames.
         tool: Shapes of the tool, in the axes of the frame that carries it.
-        held: Objects that the tool carries.
+        held: Objects that the tool holds.
         robots: Other robots.
         collisions: Collision checks and their precision, in SI.
         margin: Required clearance from the surroundings [m].

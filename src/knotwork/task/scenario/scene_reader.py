@@ -176,7 +176,7 @@ class _SceneReader:
         )
 
     def _shape(self, item: ToolShape | SceneObject | HeldObject, location: Location) -> PlacedShape:
-        """A shape, placed in the frame that carries it, or in the base if it is an object."""
+        """A shape, placed in the axes of the tool, or in the base frame if it is an object."""
         locations, placement = self.source.locations, self.source.placement(item, *location)
         if isinstance(item, SceneObject):
             frames = self.source.frames.named

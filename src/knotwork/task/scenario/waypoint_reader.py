@@ -283,7 +283,7 @@ class _WaypointReader:
             return motion.pose(time), motion.twist(time)
         pose = self.arrivals.poses[i]
         twist = self._twist(i, step) if isinstance(step, PoseWaypoint) else pin.Motion.Zero()
-        return frame.pose_at(pose, time), frame.carried_twist(pose, twist, time)
+        return frame.pose_at(pose, time), frame.twist_at(pose, twist, time)
 
     def _twist(self, i: int, waypoint: PoseWaypoint) -> pin.Motion:
         """Velocity of a waypoint relative to its frame."""
