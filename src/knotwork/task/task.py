@@ -24,7 +24,7 @@ from knotwork.files.documents.values import (
 )
 from knotwork.files.documents.yaml_text import to_block_yaml
 from knotwork.task.actions import Output, one_name_each
-from knotwork.task.free_values import ChosenMotion, Way, Weights
+from knotwork.task.free_values import ChosenSectionFields, Way, Weights
 from knotwork.task.poses import Frame
 from knotwork.task.scene_shapes import Collisions, HeldObject, Surroundings
 from knotwork.task.task_options import (
@@ -172,7 +172,7 @@ class Task(TaskPart):
         "integral of jerk, effort or acceleration squared; "
         "left out: the duration, or jerk where that is given"
     )
-    chosen: NonEmpty[ChosenMotion] | None = optional(
+    chosen: NonEmpty[ChosenSectionFields] | None = optional(
         "Knots and accelerations of sections with chosen times, as `knotwork plan "
         "--freeze` writes them"
     )
@@ -230,7 +230,7 @@ class Task(TaskPart):
         return storage.write_files(target.parent, {target.name: text})[0]
 
 
-class PlainTask(Task):
+class ExpandedTask(Task):
     """A task in its own `units`, with repeats written out; `task_index` refers to its waypoints."""
 
     waypoints: NonEmpty[Waypoint] = required("At least two in order of time, or one after a start")
@@ -245,7 +245,7 @@ class PlainTask(Task):
         """Name of the frame of a waypoint; joint values do not depend on it."""
         return getattr(waypoint, "frame", None) or self.frame or "base"
 
-    def with_waypoints(self, changes: Mapping[int, Mapping[str, Any]]) -> PlainTask:
+    def with_waypoints(self, changes: Mapping[int, Mapping[str, Any]]) -> ExpandedTask:
         """A copy with changed values at some waypoints, validated.
 
         Args:

@@ -43,7 +43,7 @@ def set_disagreement(path: Path) -> str | None:
     """
     path = path / "trajectory.json" if path.is_dir() else path
     try:
-        stated = _report_beside(path)["files"][path.name]
+        stated = _read_report(path.parent)["files"][path.name]
         actual = _digest(path.read_bytes())
     except (OSError, LookupError, TypeError):
         return None  # there is no report of this file
@@ -63,7 +63,7 @@ def stated_scenario(plan: Path) -> tuple[str | None, str]:
     """
     folder = plan if plan.is_dir() else plan.parent
     try:
-        stated = str(_report_beside(folder / "trajectory.json")["scenario_file"] or "")
+        stated = str(_read_report(folder)["scenario_file"] or "")
     except (LookupError, TypeError):
         stated = ""
     if not stated or stated in documents.resources.names("scenarios"):
@@ -74,9 +74,9 @@ def stated_scenario(plan: Path) -> tuple[str | None, str]:
     return os.path.relpath(file), ""
 
 
-def _report_beside(path: Path) -> Any:
-    """The report in the folder of a file; `None` without a readable one."""
+def _read_report(folder: Path) -> Any:
+    """Read the report in a folder; `None` without a readable one."""
     try:
-        return json.loads(documents.read_text(path.parent / REPORT))
+        return json.loads(documents.read_text(folder / REPORT))
     except (OSError, ValueError, RecursionError, DocumentError):
         return None
