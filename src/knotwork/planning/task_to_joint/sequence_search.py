@@ -102,8 +102,8 @@ class SequenceSearch:
         groups = dependent_groups(scenario, space.waits)
         self._group_of = {i: group for group in groups for i in group}
         check_branch(scenario, robot)
-        kinds = scenario.free_values.speed_kinds if scenario.free_values is not None else ()
-        self.free_velocity = frozenset(i for i, kind in enumerate(kinds) if kind != "given")
+        free = scenario.free_values.waypoints if scenario.free_values is not None else ()
+        self.free_velocity = frozenset(i for i, at in enumerate(free) if at.speed_kind != "given")
         self.joints = joint_rules(robot)
         self.steps = step_rules(scenario, chains, space.targets, self.free_velocity, avoided)
 

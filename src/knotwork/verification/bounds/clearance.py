@@ -40,7 +40,7 @@ CLEARANCE_INTERVALS = 24
 """Approximate number of intervals of the first division, which is also at every break."""
 
 LENGTH_DIGITS = 12
-"""Decimal digits of lengths [m] that decide between times, equal on every machine."""
+"""Decimals of lengths [m] that decide between times, so that every machine decides equally."""
 
 CLEARANCE_PRECISION = 1e-3
 """Precision of a pair's minimum clearance [m], unless a fraction of the clearance is larger."""
@@ -198,9 +198,8 @@ class _ClearanceSearch:
         windows = self.windows[self.pair]
         exist = (middle[:, None] > windows[:, 0]) & (middle[:, None] < windows[:, 1])
         interval, solid_pair = np.nonzero(exist)
-        return _PairTests(
-            interval, solid_pair, np.full(len(solid_pair), np.nan), np.zeros((len(solid_pair), 3))
-        )
+        unmeasured = np.full(len(solid_pair), np.nan)
+        return _PairTests(interval, solid_pair, unmeasured, np.zeros((len(solid_pair), 3)))
 
     def _refine(self, intervals: Intervals, tests: _PairTests) -> tuple[Intervals, _PairTests]:
         """Measure where needed, close decided intervals, and divide the others into three."""
@@ -285,11 +284,9 @@ class _ClearanceSearch:
         waiting = np.flatnonzero(np.isnan(tests.distance) & (lower < first_goal[tests.solid_pair]))
         waiting = waiting[np.argsort(np.round(lower[waiting], LENGTH_DIGITS), kind="stable")]
         goal, smallest = first_goal.tolist(), self.distance.tolist()  # faster than arrays
-        columns = (
-            waiting,
-            *(x[waiting] for x in (tests.solid_pair, tests.interval, lower, motion)),
-        )
-        for test, c, interval, bound, moved in zip(*(x.tolist() for x in columns), strict=True):
+        columns = (tests.solid_pair, tests.interval, lower, motion)
+        listed = (column[waiting].tolist() for column in columns)
+        for test, c, interval, bound, moved in zip(waiting.tolist(), *listed, strict=True):
             if bound >= goal[c]:
                 continue
             enough = max(goal[c] + moved + 2 * DISTANCE_ERROR, smallest[c])
