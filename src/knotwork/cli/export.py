@@ -24,7 +24,7 @@ from knotwork.errors import InputError
 from knotwork.files import export as exporting
 from knotwork.files.export import Points
 from knotwork.files.export.formats import FORMATS, Format, checked_options, get_format
-from knotwork.files.export.labels import side_file, side_path
+from knotwork.files.export.labels import events_path, events_text
 from knotwork.files.foreign import is_foreign
 from knotwork.verification import Finding, check
 from knotwork.verification.brief import finding_lines
@@ -199,9 +199,9 @@ def export(
         if note:
             echo(note, err=True)
         return PASSED
-    side_content = side_file(trajectory) if needs_side_file else None
+    side_content = events_text(trajectory) if needs_side_file else None
     exporting.write(out, content, force=force, side_content=side_content)
-    files = f"{out} and {side_path(Path(out))}" if needs_side_file else out
+    files = f"{out} and {events_path(Path(out))}" if needs_side_file else out
     echo("; ".join(filter(None, (f"wrote {files}", note))))
     return PASSED
 
