@@ -76,7 +76,7 @@ class Checks:
         from knotwork import planning
         from knotwork.errors import InputError
         from knotwork.files.foreign import is_trajectory
-        from knotwork.files.storage.sets import stated_scenario
+        from knotwork.files.storage.report_digests import stated_scenario
         from knotwork.planning.check_trajectory import check_with_task
 
         scenario, robot, scene = (self._resolve(name) for name in (scenario, robot, scene))

@@ -18,7 +18,7 @@ from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.files.foreign import is_foreign, read_trajectory
 from knotwork.files.storage import load_trajectory
-from knotwork.files.storage.sets import stated_scenario
+from knotwork.files.storage.report_digests import stated_scenario
 from knotwork.task.scenario import load_scenario
 from knotwork.task.scenario.joint_space import joint_space
 from knotwork.verification.recording import (
