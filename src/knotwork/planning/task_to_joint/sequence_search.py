@@ -96,8 +96,7 @@ class SequenceSearch:
         robot = chains.whole
         self.scenario, self.space, self.chains, self.robot = scenario, space, chains, robot
         self.near = space.near
-        scene = scenario.scene
-        is_checked = scene.collisions.itself or scene.has_bodies
+        is_checked = scenario.scene.is_checked
         self.collisions = CandidateCollisions(scenario, space, chains.arm) if is_checked else None
         groups = dependent_groups(scenario, space.waits)
         self._group_of = {i: group for group in groups for i in group}
