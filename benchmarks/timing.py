@@ -303,7 +303,7 @@ def shipped_row(name: str, scenario: Scenario, given: float | None) -> dict[str,
     for k, joint in enumerate(made.space.joint_names):
         jerk[k] = chosen.assumed_jerk.get(joint, jerk[k])
     ruckig, ours = 0.0, 0.0
-    for run in chosen.segments:
+    for run in chosen.sections:
         q = run.trajectory.position(run.time)
         bound = JointLimits(limits["velocity"], limits["acceleration"], jerk)
         ruckig += chained(TimingProblem(run.trajectory.joint_names, q, run.velocity, bound)).sum()

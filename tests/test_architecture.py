@@ -216,7 +216,7 @@ IMPORTED_BY_TESTS = {
         "task.scenario.resolve",
         "task.si_units",
     ),
-    "a path that can't be followed at first": ("planning.choosing.segments",),
+    "a path that can't be followed at first": ("planning.choosing.free_sections",),
     "what a page asks for, without the page: handles, plans that are overtaken": ("view.editing",),
     "a clock of the test's own": (
         "planning.planning",

@@ -57,7 +57,7 @@ TITLES = {
     "Branch": "branch",
     "Balanced": "knots: balanced",
     "Weights": "objective",
-    "ChosenMotion": "chosen",
+    "ChosenSectionFields": "chosen",
     "EndAcceleration": "end_acceleration",
     "Presets": "planner_options",
     "Tolerances": "tolerances",

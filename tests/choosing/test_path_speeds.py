@@ -12,7 +12,7 @@ from reaching import reach
 
 import knotwork as kw
 from knotwork.errors import InputError, PathError
-from knotwork.planning.choosing import chosen_times, segments
+from knotwork.planning.choosing import chosen_times, free_sections
 from knotwork.planning.task_to_joint import solve_task
 from knotwork.planning.timing.timed_motion import Budget
 from knotwork.task.scenario.joint_space import joint_space
@@ -237,14 +237,14 @@ def test_takes_first_speeds_with_motions_when_budget_ends(monkeypatch: pytest.Mo
 
 def test_tolerance_bounds_speed_if_path_cannot_be_followed(monkeypatch: pytest.MonkeyPatch) -> None:
     """The first motion along the path can't be made, so that lower speeds are tried."""
-    solve, calls = segments.solve_task, count()
+    solve, calls = free_sections.solve_task, count()
 
     def fail_at_first_speeds(*given: Any) -> Any:
         if next(calls) == 1:
             raise PathError("the steps would be too small")
         return solve(*given)
 
-    monkeypatch.setattr(segments, "solve_task", fail_at_first_speeds)
+    monkeypatch.setattr(free_sections, "solve_task", fail_at_first_speeds)
     plan = kw.plan(reach(line("a", 100), limits=LIMITS))
     plan.report.raise_if_failed()
     (finding,) = plan.report.select(quantity="binding_limits")
@@ -255,7 +255,7 @@ def test_path_that_cannot_be_followed_slows_no_other(monkeypatch: pytest.MonkeyP
     task = reach(line("a", 100, stop=True), line("b", -100), limits=LIMITS)
     scenario = kw.load_scenario(task)
     fastest = speeds(kw.plan(scenario))
-    solve, calls = segments.solve_task, count()
+    solve, calls = free_sections.solve_task, count()
 
     def fail_on_second_path(*given: Any) -> Any:
         if next(calls) == 1:
@@ -263,7 +263,7 @@ def test_path_that_cannot_be_followed_slows_no_other(monkeypatch: pytest.MonkeyP
             raise PathError("the steps would be too small", path_start=start)
         return solve(*given)
 
-    monkeypatch.setattr(segments, "solve_task", fail_on_second_path)
+    monkeypatch.setattr(free_sections, "solve_task", fail_on_second_path)
     first, second = speeds(kw.plan(scenario))
     assert first == pytest.approx(fastest[0])
     assert 0.75 * fastest[1] < second < 0.85 * fastest[1]
@@ -275,13 +275,13 @@ def test_speeds_are_expected_for_the_given_solution(monkeypatch: pytest.MonkeyPa
     best = solve_task(scenario, space)
     other = solve_task(scenario, space, avoided=[(0, best.sequence[0], best.sequence[1])])
     solved: list[Any] = []
-    solve = segments.solve_task
+    solve = free_sections.solve_task
 
     def record(*given: Any) -> Any:
         solved.append(solve(*given).waypoints.position[0])
         return solve(*given)
 
-    monkeypatch.setattr(segments, "solve_task", record)
+    monkeypatch.setattr(free_sections, "solve_task", record)
     chosen_times.choose_times(scenario, Budget(), other)
     assert not np.allclose(other.waypoints.position[0], best.waypoints.position[0])
     assert np.allclose(solved, other.waypoints.position[0])

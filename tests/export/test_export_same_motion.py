@@ -168,7 +168,7 @@ def test_tolerances_that_can_not_be(fit: float) -> None:
 
 
 def test_a_tolerance_that_takes_too_many_points(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("knotwork.files.export.lossless.MOST_EXPORTED_POINTS", 50)
+    monkeypatch.setattr("knotwork.files.export.lossless.MAX_EXPORTED_POINTS", 50)
     with pytest.raises(InputError, match="more than 50 points"):
         motion_points(motion("quintic"), fit=1e-9)
 

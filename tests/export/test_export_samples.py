@@ -154,7 +154,7 @@ def test_files_of_one_motion_are_the_same() -> None:
 
 @pytest.mark.parametrize("make", ["to_csv", "to_json", "to_npz"])
 def test_refuses_too_many_samples_with_a_rate(monkeypatch: pytest.MonkeyPatch, make: str) -> None:
-    monkeypatch.setattr("knotwork.files.export.table.MOST_TABLE_VALUES", 13 * 20_000)
+    monkeypatch.setattr("knotwork.files.export.table.MAX_TABLE_VALUES", 13 * 20_000)
     with pytest.raises(InputError, match="at most 20000 are taken") as caught:
         getattr(motion(), make)(rate=1e5)
     accepted = float(str(caught.value).split(" Hz is accepted")[0].split()[-1])
@@ -242,5 +242,5 @@ def test_factors_that_name_no_joint(what: str, value: object) -> None:
 
 
 def test_factors_beyond_all_numbers_are_refused() -> None:
-    with pytest.raises(InputError, match=r"scale of joint 'a' is .*, which exceeds all"):
+    with pytest.raises(InputError, match=r"scale of joint 'a' is .*, which is too large"):
         motion().to_pvt(scale={"a": 1e308}, degrees=True)

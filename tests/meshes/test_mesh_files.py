@@ -204,7 +204,7 @@ HOSTILE = {
     "too far": ("a.obj", obj().replace("v 2.0", "v 1e300"), "not finite or farther"),
     "more facets than it has": ("a.stl", binary_stl()[:80] + b"\xff" * 120, "can't be read"),
     "counts alone": ("a.ply", PLY, "can't be read"),
-    "a suffix that is not read": ("a.blend", "BLENDER", r"read are \.dae, \.stl"),
+    "a suffix that is not read": ("a.blend", "BLENDER", r"accepted are files \.dae, \.stl"),
 }
 
 

@@ -213,17 +213,17 @@ def test_distances_of_convex_shapes_are_right(pairs: int, seed: int) -> None:
 
 
 @pytest.mark.parametrize("name", ["ur5_deburring", "ur10_spray"])
-def test_bounding_spheres_are_lower_bounds(name: str) -> None:
+def test_bounds_by_boxes_are_lower_bounds(name: str) -> None:
     scenario = load_scenario(name)
     robot = joint_space(scenario).robot
     pairs = SolidPairs(build_collision_model(scenario, robot))
     q = np.random.default_rng(4).uniform(-2.5, 2.5, (4, robot.dof))
     placed = place_joints(pairs.model.joints, q)
-    spheres = pairs.min_distances(*placed)
-    for i, (turn, shift) in enumerate(zip(*pairs.axes(*placed), strict=True)):
-        for c in range(len(pairs.first)):
-            distance = pairs.measure(c, turn, shift)
-            assert spheres[i, c] <= max(distance, 0.0) + DISTANCE_ERROR
+    turn, shift = pairs.axes(*placed)
+    item, combo = (x.ravel() for x in np.indices((len(q), len(pairs.first))))
+    bounds = pairs.min_distances(item, combo, *placed)
+    for i, c, bound in zip(item, combo, bounds, strict=True):
+        assert bound <= max(pairs.measure(c, turn[i], shift[i]), 0.0) + DISTANCE_ERROR
 
 
 MAX_GROWTH = 4e-4

@@ -71,7 +71,7 @@ def test_a_part_of_a_cloud_inside_a_closed_mesh_is_found(tmp_path: Path) -> None
     trimesh.creation.box([0.5, 0.5, 0.5]).export(tmp_path / "box.stl")
     box = solid("mesh", path=tmp_path / "box.stl", exact=True)
     two = cloud(tmp_path / "two.csv", [(1, 1, 1), (1.02, 1.02, 1.02), (0.1, 0.1, 0.1)])
-    assert len(two.cells.one_of_each_part) == 2
+    assert len(two.cells.point_of_each_part) == 2
     still, nothing = np.eye(3), np.zeros(3)
     assert is_one_inside_other(Placed(box, still, nothing), Placed(two, still, nothing))
     assert not is_one_inside_other(Placed(box, still, nothing), Placed(two, still, np.ones(3)))

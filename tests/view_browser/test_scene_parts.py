@@ -72,7 +72,7 @@ def test_meshes_are_those_that_pinocchio_reads(name: str) -> None:
 
 
 def test_without_a_robot_there_is_nothing_to_show() -> None:
-    with pytest.raises(InputError, match="only plots can be drawn"):
+    with pytest.raises(InputError, match="or draw plots of its joints"):
         kw.plan("paper_case").view()
 
 

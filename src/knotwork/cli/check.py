@@ -57,7 +57,7 @@ def _scene_options(robot: str | None, scene: str | None, limits: str | None) -> 
     return robot, scene, limits
 
 
-scene_options = bundle_options("without_task", _scene_options, (
+scene_options = bundle_options("scene_only", _scene_options, (
     click.option("--limits", metavar="YAML|FILE",
             help="Without a scenario: limits in place of the robot's, such as "
             "'{acceleration: 8, jerk: 400}' or a file, in the units of the scene."),
@@ -127,7 +127,7 @@ def check(
     as_json: bool,
     log: LogOptions | None,
     other: dict[str, Any] | None,
-    without_task: SceneOptions | None,
+    scene_only: SceneOptions | None,
 ) -> int:
     """Check a stored TRAJECTORY against a scenario and print the verdict.
 
@@ -152,11 +152,11 @@ def check(
         raise click.UsageError("--with takes neither --full nor a log")
     if other is not None:
         return check_together(str(trajectory), reference, other, as_json=as_json)
-    if without_task is not None and (reference is not None or log is not None):
+    if scene_only is not None and (reference is not None or log is not None):
         raise click.UsageError("--robot and --scene take neither a scenario nor a log")
-    if reference is None and without_task is None:
+    if reference is None and scene_only is None:
         reference = planned_scenario(log) if log is not None else read_stated_scenario(trajectory)
-    report, scenario = _checked_report(trajectory, reference, log, without_task)
+    report, scenario = _checked_report(trajectory, reference, log, scene_only)
     if as_json:
         echo_json(report.to_dict())
     elif full:
@@ -179,15 +179,12 @@ def _is_csv(path: Path | str) -> bool:
 
 
 def _checked_report(
-    trajectory: Path,
-    reference: str | None,
-    log: LogOptions | None,
-    without_task: SceneOptions | None,
+    trajectory: Path, reference: str | None, log: LogOptions | None, scene_only: SceneOptions | None
 ) -> tuple[Report, Scenario | None]:
     """Report and scenario of the check that the options select; a log may have no scenario."""
-    if without_task is not None:
+    if scene_only is not None:
         try:
-            checked = planning.check_without_task(trajectory, *without_task)
+            checked = planning.check_without_task(trajectory, *scene_only)
         except DocumentError as error:
             if error.file is None:
                 raise DocumentError("command line", error.problems) from error
@@ -208,9 +205,7 @@ def _checked_report(
     return compare_log(log_beside_plan(trajectory, log)[0], tolerances=log.tolerances), None
 
 
-def _refuse_unknown_placement(
-    source: str, scenario: Scenario, space: JointSpace, other: str
-) -> None:
+def _require_placement(source: str, scenario: Scenario, space: JointSpace, other: str) -> None:
     """Refuse robots without a known relative placement, unless they are two arms of one URDF."""
     other_space = joint_space(load_scenario(other))
     if space.robot is None or other_space.robot is None:
@@ -234,7 +229,7 @@ def check_together(
     if isinstance(first, JointTrajectory):
         raise InputError(f"give the scenario of {source} with --scenario")
     if other["in"] is None:
-        _refuse_unknown_placement(source, first.scenario, first.space, other["scenario"])
+        _require_placement(source, first.scenario, first.space, other["scenario"])
         other = {**other, "in": "base"}
     nearest = planning.clearance_between(first.trajectory, first.scenario, other, space=first.space)
     word, colour = ("clear:", "green") if nearest.ok else ("TOO NEAR:", "red")

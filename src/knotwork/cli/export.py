@@ -24,7 +24,7 @@ from knotwork.errors import InputError
 from knotwork.files import export as exporting
 from knotwork.files.export import Points
 from knotwork.files.export.formats import FORMATS, Format, checked_options, get_format
-from knotwork.files.export.labels import side_file, side_path
+from knotwork.files.export.labels import events_path, events_text
 from knotwork.files.foreign import is_foreign
 from knotwork.verification import Finding, check
 from knotwork.verification.brief import finding_lines
@@ -199,9 +199,9 @@ def export(
         if note:
             echo(note, err=True)
         return PASSED
-    side_content = side_file(trajectory) if needs_side_file else None
+    side_content = events_text(trajectory) if needs_side_file else None
     exporting.write(out, content, force=force, side_content=side_content)
-    files = f"{out} and {side_path(Path(out))}" if needs_side_file else out
+    files = f"{out} and {events_path(Path(out))}" if needs_side_file else out
     echo("; ".join(filter(None, (f"wrote {files}", note))))
     return PASSED
 
@@ -214,18 +214,16 @@ def _content(
     allowed: bool,
 ) -> tuple[str | bytes, str] | None:
     """The content and a note on its accuracy, or `None` if its points fail the check."""
-    exported: Any = trajectory
+    motion: Any = trajectory
     note, chosen = "", dict(chosen)
     if form.straight:
         fit = chosen.pop("fit", None)
-        exported = exporting.straight_points(trajectory, **exporting.STRAIGHT[form.name], fit=fit)
-        note = exported.describe()
+        motion = exporting.straight_points(trajectory, **exporting.STRAIGHT[form.name], fit=fit)
+        note = motion.describe()
     elif form.takes_points(chosen):
         fit = chosen.pop("fit", None)
         accelerations = chosen.get("accelerations", False)
-        exported = points = exporting.motion_points(
-            trajectory, accelerations=accelerations, fit=fit
-        )
+        motion = points = exporting.motion_points(trajectory, accelerations=accelerations, fit=fit)
         note = points.describe()
         if not may_export_points(checked, points, allowed):
             return None
@@ -233,11 +231,11 @@ def _content(
         chosen.setdefault("rate", checked.scenario.given.rate)
     robot = checked.space.robot if checked is not None else None
     if form.tabular:
-        table = exporting.motion_table(exported, robot=robot, **chosen)
+        table = exporting.motion_table(motion, robot=robot, **chosen)
         return exporting.content(table, form.name), table.note
     if "robot" in form.options:
         chosen["robot"] = robot
-    return exporting.content(exported, form.name, **chosen), note
+    return exporting.content(motion, form.name, **chosen), note
 
 
 def read_motion(
@@ -268,9 +266,8 @@ def may_export(checked: CheckedMotion | None, allowed: bool) -> bool:
         return True
     report = checked.report
     verdict = "exported all the same" if allowed else "not exported (--allow-failed exports it)"
-    _print_verdict(
-        report.failures, f"{report.scenario}: ", f"{report.scenario} fails its check: {verdict}"
-    )
+    verdict = f"{report.scenario} fails its check: {verdict}"
+    _print_verdict(report.failures, f"{report.scenario}: ", verdict)
     return allowed
 
 

@@ -17,10 +17,8 @@ if TYPE_CHECKING:
 
     BuildScene: TypeAlias = Callable[[], tuple[dict[str, Any], list[Path], str] | None]
 
-POLL_PERIOD = 0.02
-"""Interval between two looks at the files [s]."""
-WRITE_TIME = 0.02
-"""Longest time that writing a file may take [s]."""
+# Polling interval of the files, and the longest time that writing one may take [s].
+POLL_PERIOD, WRITE_TIME = 0.02, 0.02
 
 Stamp = tuple[int, int, int] | None
 

@@ -45,13 +45,14 @@ def find_avoidable_ends(plan: Plan, requested: Scenario) -> list[int]:
 def _given_motions(plan: Plan, free: FreeValues | None) -> set[int]:
     """Ends of tool paths, waits and motions with a way of their own, by index of waypoint."""
     ends = {i for path in plan.scenario.paths for i in range(path.first + 1, path.last + 1)}
-    return ends | {i + 1 for i in plan.space.waits} | set(free.way_options if free else ())
+    ways = {i for i, at in enumerate(free.waypoints) if at.way} if free else set()
+    return ends | {i + 1 for i in plan.space.waits} | ways
 
 
 def _whole_motions(plan: Plan, free: FreeValues | None) -> Iterator[range]:
     """Waypoints where each motion ends: several if it passes some of them at a free velocity."""
     last, first = len(plan.scenario.waypoints) - 1, 1
     for end in range(1, last + 1):
-        if free is None or free.speed_kinds[end] != "free" or end == last:
+        if free is None or free.waypoints[end].speed_kind != "free" or end == last:
             yield range(first, end + 1)
             first = end + 1

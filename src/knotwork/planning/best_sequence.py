@@ -122,7 +122,7 @@ def _around_obstacles(planner: SequencePlanner, best: Plan, tried: int) -> Plan:
     """A plan around the obstacles that every sequence hits, or the best plan and the attempts."""
     is_over, free, notes = planner.budget.is_over, planner.scenario.free_values, list[str]()
     untried = find_avoidable_ends(best, planner.scenario)
-    timed = [i for i in untried if free and free.duration_is_free[i - 1]]
+    timed = [i for i in untried if free and free.waypoints[i].duration_is_free]
     if timed and not is_over:
         untried = [i for i in untried if i not in timed]
         try:
@@ -137,7 +137,7 @@ def _around_obstacles(planner: SequencePlanner, best: Plan, tried: int) -> Plan:
                 )
     if untried and not best.scenario.scene.has_moving_bodies:
         # motions joined at a free velocity are one motion, which takes no times
-        joined = free and any(free.speed_kinds[i] == "free" for i in untried)
+        joined = free and any(free.waypoints[i].speed_kind == "free" for i in untried)
         times = " without times" if joined and not set(untried) <= set(timed) else ""
         collisions = "the collision" if len(untried) == 1 else "the collisions"
         notes.append(

@@ -57,7 +57,9 @@ def plan(
 
     requested, free = scenario, scenario.free_values
     fixed_arrivals = tuple(
-        scenario.waypoints[i].name for i in free.time_dependent if free.duration_is_free[i - 1]
+        scenario.waypoints[i].name
+        for i in free.time_dependent
+        if free.waypoints[i].duration_is_free
     )
     work = Budget(progress, budget)
     if free.time_dependent:

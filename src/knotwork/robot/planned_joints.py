@@ -92,16 +92,13 @@ def _collect_limits(description: Description, names: Sequence[str]) -> JointLimi
         for name in names:
             lower, upper = tables["position"].get(name, (-np.inf, np.inf))
             if not lower < upper:
-                raise _empty_range_error(description.name, name, lower, upper)
+                raise RobotError(
+                    description.name,
+                    f"position limits of joint {name!r} are [{lower:g}, {upper:g}], which leaves "
+                    "it no range; give others under "
+                    f"`limits: {{position: {{{name}: [lower, upper]}}}}` or lock it with "
+                    f"`locked: {{{name}: {lower:g}}}`",
+                    joint=name,
+                )
     joints = (*names, *(joint.name for joint in description.virtual))
     return JointLimits.by_joint(joints, tables).scaled(description.limit_margin)
-
-
-def _empty_range_error(robot: str, joint: str, lower: float, upper: float) -> RobotError:
-    return RobotError(
-        robot,
-        f"position limits of joint {joint!r} are [{lower:g}, {upper:g}], which leaves it no range; "
-        f"give others under `limits: {{position: {{{joint}: [lower, upper]}}}}` or lock it with "
-        f"`locked: {{{joint}: {lower:g}}}`",
-        joint=joint,
-    )

@@ -18,7 +18,7 @@ MAX_CLOUD_CELLS = 100_000
 """Maximum number of cells; a distance to them takes about 10 ms."""
 
 FARTHEST_CELL = 2**15
-"""Distance from the origin in edges from which Coal silently drops cells."""
+"""Distance from the origin, in edges of a cell, from which Coal silently drops cells."""
 
 CUBE_CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
 
@@ -62,8 +62,8 @@ class Cells:
         return np.asarray(corners * self.edge)
 
     @cached_property
-    def one_of_each_part(self) -> FloatArray:
-        """A point of each connected part [m], shape (m, 3); cubes are connected at a corner."""
+    def point_of_each_part(self) -> FloatArray:
+        """A point of each connected part [m], shape (m, 3); a common corner connects cubes."""
         from scipy.sparse import coo_array
         from scipy.sparse.csgraph import connected_components
         from scipy.spatial import KDTree

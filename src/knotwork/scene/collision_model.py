@@ -1,4 +1,4 @@
-"""Collision model of a task: bodies, and the pairs of them that are checked."""
+"""`CollisionModel`: the bodies of a task, and the pairs of them that are checked."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class IgnoredPair(NamedTuple):
     """Two bodies excluded from the check.
 
     Attributes:
-        first, second: Their names.
+        first, second: Names of the bodies.
         reason: Reason of the exclusion.
     """
 
@@ -46,7 +46,7 @@ class Pair(NamedTuple):
     Attributes:
         first, second: Their indices among the bodies; the second one moves with the robot.
         margin: Required clearance [m].
-        involves_scene: Whether one of them belongs to the scene. Then `way: clear` may help.
+        involves_scene: Whether one of them belongs to the scene, so that `way: clear` may help.
     """
 
     first: int
@@ -85,11 +85,11 @@ class CollisionModel:
         ignored: Excluded pairs of bodies, with the reason.
         missing: Sentences on links whose shapes are not available.
         bare: Names of links with visual shapes but no collision shapes.
-        known_motions: Positions of the joints after the robot's.
+        known_motions: Positions over time of the joints that follow the robot's in `joints`.
         carriers: For each frame, by its link and joints, the joint that carries it and the
             placement of its link in that joint's axes, `pin.SE3`.
-        robots: For each other robot, by name, its `Robot` and the joint of its root; its own joints
-            follow it.
+        robots: Each other robot by name: its `Robot`, and the joint of its root, which its own
+            joints follow.
     """
 
     joints: JointTree
@@ -150,7 +150,7 @@ class CollisionModel:
 
     @property
     def bare_links_note(self) -> str:
-        """A sentence on links without collision shapes, or an empty one."""
+        """A sentence on links without collision shapes; empty if there are none."""
         *first, last = self.bare or ("",)
         if not first:
             text = f"link {last} has no collision shapes and is not checked for collisions"
@@ -169,5 +169,5 @@ class CollisionModel:
 
     @cached_property
     def meter(self) -> DistanceMeter:
-        """Meter of distances."""
+        """Measures distances between bodies, in one thread."""
         return DistanceMeter()

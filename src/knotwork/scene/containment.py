@@ -38,16 +38,16 @@ def _is_inside(solid: Solid, point: FloatArray) -> bool:
     box = solid.geometry.aabb_local
     if (point < box.min_).any() or (point > box.max_).any():
         return False
-    enclosing, winds = [], 0
+    enclosing, total_winding = [], 0
     for part in range(solid.parts.max() + 1):
         triangles = solid.triangles[solid.parts == part]
         winding = round(winding_number(triangles, point))
         if winding:
-            winds += winding
+            total_winding += winding
             corners = triangles.reshape(-1, 3)
             enclosing.append((corners.min(axis=0), corners.max(axis=0)))
-    if winds or not enclosing:
-        return winds != 0
+    if total_winding or not enclosing:
+        return total_winding != 0
     enclosing.sort(key=lambda box: -float(np.prod(box[1] - box[0])))
     nested = all(
         (outer[0] < inner[0]).all() and (inner[1] < outer[1]).all()
@@ -57,12 +57,12 @@ def _is_inside(solid: Solid, point: FloatArray) -> bool:
 
 
 def _sample_parts(solid: Solid) -> FloatArray:
-    """Give a point of each connected part of a solid, in its own axes [m], shape (m, 3)."""
+    """A point of each connected part of a solid, in its own axes [m], shape (m, 3)."""
     if solid.triangles is not None and solid.parts is not None:
         _, first = np.unique(solid.parts, return_index=True)
         return np.asarray(solid.triangles[first, 0])
     if solid.cells is not None:
-        return solid.cells.one_of_each_part
+        return solid.cells.point_of_each_part
     if isinstance(solid.geometry, coal.Convex):
         return np.array([solid.geometry.point(0)])
     return np.zeros((1, 3))  # the centre of the other solids
@@ -71,11 +71,11 @@ def _sample_parts(solid: Solid) -> FloatArray:
 def winding_number(triangles: FloatArray, point: FloatArray) -> float:
     """Winding number of closed triangles, shape (n, 3, 3), about a point: ±1 inside, 0 outside.
 
-    The sum of their solid angles (van Oosterom and Strackee, 1983) over 4π.
+    It is the sum of their solid angles (van Oosterom and Strackee, 1983) divided by 4π.
     """
     a, b, c = (triangles - point).transpose(1, 0, 2)
     la, lb, lc = (np.linalg.norm(side, axis=1) for side in (a, b, c))
     volume = np.einsum("ij,ij->i", a, np.cross(b, c))
     dots = [np.einsum("ij,ij->i", *pair) for pair in ((a, b), (b, c), (c, a))]
-    below = la * lb * lc + dots[0] * lc + dots[1] * la + dots[2] * lb
-    return float(np.arctan2(volume, below).sum() / (2 * np.pi))
+    denominator = la * lb * lc + dots[0] * lc + dots[1] * la + dots[2] * lb
+    return float(np.arctan2(volume, denominator).sum() / (2 * np.pi))

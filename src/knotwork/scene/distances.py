@@ -27,7 +27,7 @@ SURFACE_TOLERANCE = 1e-7
 
 
 def _settle_boxes() -> None:
-    """Have Coal take all boxes exactly.
+    """Make Coal compute with exact boxes.
 
     The first support direction that a process evaluates for a box affects all later ones (`static`
     in Coal 3.0). If it contains a zero, every box is wider by 1e-10 of its size on one side.
@@ -40,7 +40,7 @@ def _settle_boxes() -> None:
     coal.distance(*pair, coal.DistanceRequest(), coal.DistanceResult())
 
 
-_settle_boxes()
+_settle_boxes()  # before any other distance is computed
 
 
 class Nearest(NamedTuple):
@@ -48,8 +48,8 @@ class Nearest(NamedTuple):
 
     Attributes:
         distance: Distance [m], or minus the penetration depth.
-        points: Points on the first and the second [m], shape (2, 3).
-        normal: Unit vector in which the first moves away from the second, shape (3,).
+        points: Points on the first and the second body [m], shape (2, 3).
+        normal: Unit vector along which the first body moves away from the second, shape (3,).
     """
 
     distance: float
@@ -64,9 +64,9 @@ class DistanceMeter:
         self._request = coal.DistanceRequest()
         self._request.enable_signed_distance = True
         self._request.gjk_tolerance = NEAREST_POINT_TOLERANCE
-        self._result, self._spot = coal.DistanceResult(), coal.DistanceResult()
+        self._result, self._gap_result = coal.DistanceResult(), coal.DistanceResult()
         self._first, self._second = coal.Transform3s(), coal.Transform3s()
-        self._here, self._point = coal.Transform3s(), coal.Sphere(0.0)
+        self._point_placement, self._point = coal.Transform3s(), coal.Sphere(0.0)
 
     def distance(self, first: Placed, second: Placed, max_distance: float = math.inf) -> float:
         """Distance between two solids [m], at most 0 if they overlap.
@@ -74,8 +74,8 @@ class DistanceMeter:
         Args:
             first: A solid.
             second: Another one.
-            max_distance: Upper bound of relevant distances [m]. For exact meshes and cells that are
-                farther offset, the result is between this and the distance.
+            max_distance: Upper bound of relevant distances [m]. For exact meshes and cells farther
+                away, the result is between this bound and the distance.
         """
         if _must_be_swapped(first, second):
             first, second = second, first
@@ -86,8 +86,8 @@ class DistanceMeter:
         self._second.setTransform(second.rotation, second.origin)
         a, b = first.solid, second.solid
         if a.outer_hull is not None or b.outer_hull is not None:
-            # There are many triangles and cells, so the hull is measured first. It is never farther
-            # away than they are.
+            # The hull has fewer faces than the mesh or cells, so it is measured first. It is never
+            # farther away than they are.
             near = self._coal_distance(a.outer_hull or a.geometry, b.outer_hull or b.geometry)
             # Coal skips the measurement if 0 is known already.
             max_distance = max(max_distance, DISTANCE_ERROR)
@@ -95,10 +95,10 @@ class DistanceMeter:
                 return near
             if near > DISTANCE_ERROR:
                 points = self._result.getNearestPoint1(), self._result.getNearestPoint2()
-                off = self._off(a, self._first, points[0]) + self._off(b, self._second, points[1])
-                if off <= SURFACE_TOLERANCE:
+                gap = self._gap(a, self._first, points[0]) + self._gap(b, self._second, points[1])
+                if gap <= SURFACE_TOLERANCE:
                     return near
-                max_distance = min(max_distance, near + off + DISTANCE_ERROR)
+                max_distance = min(max_distance, near + gap + DISTANCE_ERROR)
             return self._coal_distance(a.geometry, b.geometry, max_distance)
         return self._coal_distance(a.geometry, b.geometry)
 
@@ -111,14 +111,15 @@ class DistanceMeter:
         coal.distance(first, self._first, second, self._second, self._request, result)
         return float(result.min_distance)
 
-    def _off(self, solid: Solid, placement: Any, point: Any) -> float:
-        """Distance of a point from an exact mesh or from cells [m], 0 for a convex solid."""
+    def _gap(self, solid: Solid, placement: Any, point: Any) -> float:
+        """Gap between a point of the hull and the mesh or cells in it [m]; 0 without a hull."""
         if solid.outer_hull is None:
             return 0.0
-        self._here.setTranslation(point)
-        self._spot.clear()
-        coal.distance(solid.geometry, placement, self._point, self._here, self._request, self._spot)
-        return max(float(self._spot.min_distance), 0.0)
+        self._point_placement.setTranslation(point)
+        self._gap_result.clear()
+        second = self._point, self._point_placement
+        coal.distance(solid.geometry, placement, *second, self._request, self._gap_result)
+        return max(float(self._gap_result.min_distance), 0.0)
 
     @property
     def last_normal(self) -> FloatArray:
@@ -143,7 +144,7 @@ class DistanceMeter:
 
 
 def _must_be_swapped(first: Placed, second: Placed) -> bool:
-    """Whether the second of two solids has cells and the first has not: Coal swaps their points."""
+    """Whether only the second solid has cells; Coal would then confuse the nearest points."""
     return second.solid.cells is not None and first.solid.cells is None
 
 

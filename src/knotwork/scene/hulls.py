@@ -1,7 +1,7 @@
 """Convex hulls for Coal, in which a corner has at most 255 neighbours.
 
-A hull with more is replaced by one with fewer corners around it: Qhull leaves out points that are
-outside by less than a width, and the result is enlarged until it contains all points.
+A hull whose corners have more is replaced by a hull around it with fewer corners: Qhull leaves out
+points that are outside by less than a width, and the result is enlarged until it contains all.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from knotwork.errors import InputError
 MAX_COAL_POINTS = 1000
 """Maximum number of points of a hull by Coal, which takes minutes for 20,000 points."""
 MAX_NEIGHBOURS = 250
-"""Largest number of neighbours of a corner."""
+"""Maximum number of neighbours of a corner."""
 WIDTHS = np.geomspace(1e-6, 1e-3, 16)
 """Widths by which points may be outside before the hull is enlarged, relative to its size."""
 SHEET_RATIO = 1e-6
@@ -47,12 +47,13 @@ def make_convex_hull(points: FloatArray) -> Any:
 
     axes = np.linalg.eigh(np.cov(points.T, bias=True))[1]
     size = np.ptp(points @ axes, axis=0)
-    corners = at = points @ axes / size  # as wide as long, so that plates are not enlarged more
+    # as wide as long, so that plates are not enlarged more
+    corners = scaled = points @ axes / size
     try:
         for width in WIDTHS.tolist():
             hull = ConvexHull(corners, qhull_options=f"Qt W{width:.3g}")
             if np.bincount(hull.simplices.ravel()).max() <= MAX_NEIGHBOURS:
-                enlarged = _enlarge_hull(hull, at) * size @ axes.T
+                enlarged = _enlarge_hull(hull, scaled) * size @ axes.T
                 return coal.Convex(_to_coal_vectors(enlarged), _to_coal_triangles(hull))
             corners = corners[hull.vertices]
     except (QhullError, RuntimeError) as error:

@@ -19,13 +19,13 @@ from knotwork.task.scenario import PlacedRobot, load_scenario
 if TYPE_CHECKING:
     from knotwork.scene.collision_model import CollisionModel
 
-SAME_JOINT_POSITION = 1e-9
-"""Difference within which positions of joints [rad or m] and of robots are equal."""
+LOCKED_JOINT_TOLERANCE = 1e-9
+"""Tolerance of the position of a joint that two robot files lock [rad or m]."""
 
 _ROOT_PACKAGE = __package__.partition(".")[0]
 
 _under_way: list[str] = []
-"""Scenarios that are being planned; each is needed by the previous one."""
+"""Scenarios that are being planned; each one needs the next one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,34 +46,34 @@ class OtherMotion:
 
 
 def load_other_motion(placed: PlacedRobot) -> OtherMotion:
-    """Plan or read the motion of another robot; cached.
+    """Plan or read the motion of another robot; results are cached.
 
     Raises:
         InputError: Its scenario is wrong, fails its own check, or needs itself.
     """
-    source = str(placed.scenario)
-    if source in _under_way:
-        circle = " needs ".join((*_under_way[_under_way.index(source) :], source))
-        raise InputError(f"robots need one another: {circle}; accepted: an independent one")
+    path = str(placed.scenario)
+    if path in _under_way:
+        cycle = " needs ".join((*_under_way[_under_way.index(path) :], path))
+        raise InputError(f"robots need one another: {cycle}; accepted: an independent one")
     files = (Path(placed.scenario), placed.motion) if placed.motion else (Path(placed.scenario),)
     changed = tuple(file.stat().st_mtime_ns for file in files if file.is_file())
-    _under_way.append(source)
+    _under_way.append(path)
     try:
-        return _load_motion(source, placed.motion, changed)
+        return _load_motion(path, placed.motion, changed)
     finally:
         _under_way.pop()
 
 
 @lru_cache(maxsize=8)
-def _load_motion(source: str, motion: Path | None, changed: tuple[int, ...]) -> OtherMotion:
-    scenario = load_scenario(source)
+def _load_motion(path: str, motion: Path | None, changed: tuple[int, ...]) -> OtherMotion:
+    scenario = load_scenario(path)
     if scenario.given.robot is None:
-        raise InputError(f"{source}: names no robot")
+        raise InputError(f"{path}: names no robot")
     if motion is None:
         plan = _load_callable("planning", "plan")(scenario)
         if not plan.report.ok:
             raise InputError(
-                f"{source}: its motion fails its own check: {plan.report.failures[0].message}; "
+                f"{path}: its motion fails its own check: {plan.report.failures[0].message}; "
                 "accepted: a scenario that passes, or motion: the file of a recorded motion"
             )
         scenario, space, trajectory = plan.scenario, plan.space, plan.trajectory
@@ -110,7 +110,7 @@ def are_in_one_cell(robot: Robot, second: Robot) -> bool:
             )
         for joint in sorted(carrying & robot.locked.keys() & second.locked.keys()):
             positions = robot.locked[joint], second.locked[joint]
-            if abs(positions[0] - positions[1]) > SAME_JOINT_POSITION:
+            if abs(positions[0] - positions[1]) > LOCKED_JOINT_TOLERANCE:
                 raise InputError(
                     f"joint {joint!r} is at {positions[0]:.6g} for {robot.name!r} and at "
                     f"{positions[1]:.6g} for {second.name!r}, and carries the arm of "

@@ -31,11 +31,11 @@ class Pairing:
         robot: The robot.
         joints: Its joints, followed by those of known motions.
         scene: The surroundings, and the rules of the check.
-        given: Reasons given by the scenario, by the identities of the two bodies.
+        by_scenario: Reasons that the scenario gives, by the identities of the two bodies.
     """
 
-    def __init__(self, robot: Robot, joints: JointTree, scene: Scene, given: Reasons) -> None:
-        self.scene, self.given = scene, given
+    def __init__(self, robot: Robot, joints: JointTree, scene: Scene, by_scenario: Reasons) -> None:
+        self.scene, self.by_scenario = scene, by_scenario
         self.by_files = _read_reasons(robot)
         self.own_carriers = joints.carriers[:, : robot.model.njoints]
         self.joined = robot.joined_links
@@ -48,7 +48,7 @@ class Pairing:
             if first.start >= second.end or second.start >= first.end:
                 continue
             if first.joint == second.joint and first.kind == second.kind:
-                continue  # links of one part
+                continue  # they are one rigid body
             reason = self._reason(first, second)
             if reason is not None:
                 ignored.append(
@@ -75,7 +75,7 @@ class Pairing:
         kinds = {first.kind, second.kind}
         if kinds <= {"link", "tool"} and not self.scene.collisions.itself:
             return SELF_CHECK_OFF
-        reason = self.given.get(frozenset((first.identity, second.identity)))
+        reason = self.by_scenario.get(frozenset((first.identity, second.identity)))
         keeps_clear = first.tool_keeps_clear or second.tool_keeps_clear
         if reason is not None and not (reason == ALLOWED and keeps_clear):
             return reason  # only the gripper may touch an object, and only during this time

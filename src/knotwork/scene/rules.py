@@ -1,10 +1,10 @@
-"""Pairs of bodies that a scenario excludes from the check, by names in `allow` and `ignore`."""
+"""Pairs of bodies that a scenario excludes from the check by `allow` and `ignore`."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from knotwork.errors import InputError, UnknownNameError
+from knotwork.errors import UnknownNameError
 from knotwork.files.documents import Location, Locations
 from knotwork.robot import Robot
 from knotwork.scene.bodies import Body
@@ -31,20 +31,22 @@ def resolve_rules(
     items += [(("tool", "holds", held.name), held.name, held.allow) for held in scene.held]
     for location, name, allowed in items:
         if name in robot.frame_names:
-            raise names.wrong(location, "is the name of a link of the robot", "any other name")
+            raise locations.error(location, "is the name of a link of the robot", "any other name")
         identity = f"scenario:{name}"
-        for other in names.meant(allowed, (*location, "allow"), TOOL_BODY):
+        for other in names.identities(allowed, (*location, "allow"), TOOL_BODY):
             if other == identity:
                 fault = f"names {name!r} itself"
-                raise names.wrong((*location, "allow"), fault, "names of bodies that may touch it")
+                raise locations.error(
+                    (*location, "allow"), fault, "names of bodies that may touch it"
+                )
             reasons[frozenset((identity, other))] = ALLOWED
     for i, pair in enumerate(scene.collisions.ignore):
         at = ("collisions", "ignore", i)
-        meant = names.meant(pair, at)
-        if pair[0] == pair[1] or len(meant) != len(set(meant)):
-            raise names.wrong(at, f"names {pair[0]!r} twice", "two names")
-        if len(meant) == len(pair):
-            reasons[frozenset(meant)] = IGNORED
+        identities = names.identities(pair, at)
+        if pair[0] == pair[1] or len(identities) != len(set(identities)):
+            raise locations.error(at, f"names {pair[0]!r} twice", "two names")
+        if len(identities) == len(pair):
+            reasons[frozenset(identities)] = IGNORED
     return reasons
 
 
@@ -60,7 +62,7 @@ class _Names:
         self.bare = {name for link in robot.frame_names for name in (link, f"link:{link}")}
         self.listed = [*(body.link or body.name for body in bodies), *robot.frame_names]
 
-    def meant(self, named: Sequence[str], location: Location, also: str = "") -> list[str]:
+    def identities(self, named: Sequence[str], location: Location, also: str = "") -> list[str]:
         """Identities of the named bodies; a link without shapes has none.
 
         Args:
@@ -73,14 +75,10 @@ class _Names:
         for name in named:
             meanings = sorted(self.meanings.get(name, ()))
             if len(meanings) > 1:
-                fault = f"{name!r} is a link of the robot and something of the scenario"
-                raise self.wrong(location, fault, " or ".join(map(repr, meanings)))
+                fault = f"{name!r} is a link of the robot and a body of the scenario"
+                raise self.locations.error(location, fault, " or ".join(map(repr, meanings)))
             identities += meanings
             if not meanings and name != also and name not in self.bare:
                 names = dict.fromkeys([*self.listed, also] if also else self.listed)
                 raise UnknownNameError("link or object", name, list(names), where=where)
         return identities
-
-    def wrong(self, location: Location, fault: str, accepted: str) -> InputError:
-        """The error for a field of the scenario."""
-        return self.locations.error(location, fault, accepted)

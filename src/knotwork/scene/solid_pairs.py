@@ -15,17 +15,17 @@ from knotwork.scene.solids import Placed, support_values
 
 
 class SolidPairs:
-    """The pairs of solids of all checked pairs of bodies, as arrays.
+    """The pairs of solids, here called combinations, of all checked pairs of bodies, as arrays.
 
     Attributes:
         model: Bodies and pairs.
         solids: Solids of all bodies.
         joint: Index of the joint that carries each solid, shape (s,).
-        first, second: Solids of each pair of solids, shape (c,).
-        pair: Pair of bodies of each, shape (c,).
+        first, second: Indices of the two solids of each combination, shape (c,).
+        pair: Index of the pair of bodies of each combination, shape (c,).
         margin: Required clearance [m], shape (c,).
-        exact: Whether one of the two is an exact mesh, shape (c,).
-        convex: Whether both are convex, shape (c,).
+        exact: Whether one of the two solids is an exact mesh, shape (c,).
+        convex: Whether both solids are convex, shape (c,).
         windows: Time interval of the presence of each pair of bodies [s], shape (p, 2).
     """
 
@@ -53,8 +53,9 @@ class SolidPairs:
         self._corners = corners.swapaxes(1, 2)
         self._turn = np.array([solid.rotation for solid in self.solids])
         self._shift = np.array([solid.translation for solid in self.solids])
-        self._centre = (corners[:, 0] + corners[:, -1]) / 2
-        self._radius = np.linalg.norm(corners[:, -1] - corners[:, 0], axis=1) / 2
+        self._middle = (corners[:, 0] + corners[:, -1]) / 2
+        # half the edges of the box, in the solid's own axes
+        self._half = np.einsum("sij,si->sj", self._turn, corners[:, -1] - self._middle)
         self._planes = [
             (np.flatnonzero(self.first == s), solid.plane)
             for s, solid in enumerate(self.solids)
@@ -83,22 +84,42 @@ class SolidPairs:
         turned = rotation[:, self.joint] @ self._corners
         return np.asarray(turned + origin[:, self.joint, :, None])
 
-    def min_distances(self, rotation: FloatArray, origin: FloatArray) -> FloatArray:
-        """Lower bounds of the distances of all pairs, from bounding spheres and planes [m], (k, c).
+    def min_distances(
+        self, item: IndexArray, combo: IndexArray, rotation: FloatArray, origin: FloatArray
+    ) -> FloatArray:
+        """Lower bounds of distances, by planes that separate their boxes [m], shape (m,).
+
+        The planes are parallel to the sides, or normal to the line between the middles.
 
         Args:
+            item: Indices of the k placements, shape (m,).
+            combo: Indices of the pairs of solids, shape (m,).
             rotation: Rotations of all joints, shape (k, n + 1, 3, 3).
             origin: Origins of all joints [m], shape (k, n + 1, 3).
         """
-        centre = (rotation[:, self.joint] @ self._centre[:, :, None])[..., 0]
-        centre += origin[:, self.joint]
-        gap = centre[:, self.first] - centre[:, self.second]
-        bounds = np.linalg.norm(gap, axis=2) - self._radius[self.first] - self._radius[self.second]
+        first, second = self.first[combo], self.second[combo]
+        turn = rotation[:, self.joint]
+        middle = (turn @ self._middle[:, :, None])[..., 0] + origin[:, self.joint]
+        # axis; component; pair: contiguous memory access
+        axes, middle = (turn @ self._turn).reshape(-1, 3, 3).T, middle.reshape(-1, 3).T
+        at_first, at_second = (len(self.solids) * item + solid for solid in (first, second))
+        a, b = axes.take(at_first, 2), axes.take(at_second, 2)
+        half_a, half_b = self._half.T[:, first], self._half.T[:, second]
+        gap = middle[:, at_second] - middle[:, at_first]
+        on_a, on_b = (np.abs(np.einsum("ijm,jm->im", box, gap)) for box in (a, b))
+        crossed = np.abs(np.einsum("ijm,kjm->ikm", a, b))
+        along_a = on_a - half_a - np.einsum("ikm,km->im", crossed, half_b)
+        along_b = on_b - half_b - np.einsum("ikm,im->km", crossed, half_a)
+        length = np.maximum(np.linalg.norm(gap, axis=0), np.finfo(float).tiny)
+        support = (on_a * half_a + on_b * half_b).sum(axis=0)
+        bounds: FloatArray = (
+            np.maximum(along_a, along_b).max(axis=0).clip(length - support / length)
+        )
         for columns, plane in self._planes:
-            seconds = self.second[columns]
-            height = centre[:, seconds] @ plane[:3] - plane[3]
-            bounds[:, columns] = height - self._radius[seconds]
-        return np.asarray(bounds)
+            rows = np.flatnonzero(np.isin(combo, columns))
+            support = (np.abs(plane[:3] @ b[:, :, rows]) * half_b[:, rows]).sum(axis=0)
+            bounds[rows] = plane[:3] @ middle[:, at_second[rows]] - plane[3] - support
+        return bounds
 
     @property
     def last_normal(self) -> FloatArray:
@@ -111,7 +132,7 @@ class SolidPairs:
         """Distance of a pair of solids [m], at most 0 if they overlap.
 
         Args:
-            combo: Index of the pair.
+            combo: Index of the combination.
             turn: Rotations of the solids' own axes, shape (s, 3, 3).
             shift: Their origins [m], shape (s, 3).
             max_distance: Upper bound of relevant distances [m], as in `DistanceMeter.distance`.
@@ -130,7 +151,7 @@ class SolidPairs:
 
         Args:
             item: Indices of the k placements, shape (m,).
-            combo: Indices of the pairs of solids, shape (m,).
+            combo: Indices of the combinations, shape (m,).
             normal: Unit vectors from the second to the first, shape (m, 3); for half spaces they
                 are replaced by the normals of their planes.
             turn: Rotations of the solids' own axes, shape (k, s, 3, 3).
@@ -173,12 +194,13 @@ class SolidPairs:
             max_distance: Upper bound of the given values [m]. With 0 only the sign is meaningful.
         """
         low, high = self.windows[self.pair].T
-        is_present = (low <= time[:, None]) & (time[:, None] <= high)
+        item, combo = np.nonzero((low <= time[:, None]) & (time[:, None] <= high))
         rotation, origin = self.model.joint_placements(np.asarray(q, dtype=float), time)
 
-        bounds = self.min_distances(rotation, origin) - self.margin
+        bounds = np.full((len(time), len(low)), np.inf)
+        bounds[item, combo] = self.min_distances(item, combo, rotation, origin) - self.margin[combo]
         turn, shift = self.axes(rotation, origin)
-        for i, row in enumerate(np.where(is_present, bounds, np.inf)):
+        for i, row in enumerate(bounds):
             result, nearest = max_distance, -1
             for c in np.argsort(row).tolist():
                 if row[c] > result or (max_distance == 0.0 and result < 0.0):

@@ -13,12 +13,10 @@ from numpy.typing import NDArray
 
 from knotwork.arrays import FloatArray
 from knotwork.errors import InputError
-from knotwork.scene.cells import Cells, read_cells
+from knotwork.scene.cells import CUBE_CORNERS, Cells, read_cells
 from knotwork.scene.hulls import make_convex_hull
 from knotwork.scene.meshes.mesh_files import read_mesh, read_points
 from knotwork.task.scenario import PlacedShape
-
-_CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,17 +24,17 @@ class Solid:
     """A shape as Coal geometry, placed in the axes of the joint that carries it.
 
     Attributes:
-        shape: Its shape.
+        shape: The shape.
         geometry: Coal's geometry.
-        rotation: Rotation of its axes, shape (3, 3).
-        translation: Origin [m], shape (3,).
-        corners: Corners of its box, in the joint's axes [m], shape (8, 3); infinite for a half
-            space.
+        rotation: Rotation of its own axes in those of the joint, shape (3, 3).
+        translation: Origin of its own axes in those of the joint [m], shape (3,).
+        corners: Corners of a box around it in the axes of the joint [m], shape (8, 3); infinite for
+            a half space.
         plane: Unit normal and offset of a half space in the joint's axes, shape (4,), or `None`.
-        triangles: Triangles of an exact mesh in its own axes [m], shape
-            (n, 3, 3); `None` for a convex solid.
+        triangles: Triangles of an exact mesh in its own axes [m], shape (n, 3, 3), or `None`.
         parts: Index of the connected part of each of those triangles, shape (n,), or `None`.
-        outer_hull: Convex hull of such a mesh or of cells in Coal's type, else `None`.
+        outer_hull: Convex hull of an exact mesh or of cells in Coal's type; `None` for a convex
+            solid.
         cells: Cells of a point cloud, or `None`.
     """
 
@@ -125,7 +123,7 @@ def make_solid(shape: PlacedShape, axes: Any) -> Solid:
     corners = np.full((8, 3), np.inf)
     if plane is None:
         low, high = _find_box(geometry, cells)
-        corners = (low + _CORNERS * (high - low)) @ turn.T + shift
+        corners = (low + CUBE_CORNERS * (high - low)) @ turn.T + shift
     return Solid(
         shape,
         geometry,

@@ -1,6 +1,6 @@
 from .actions import Action as Action
 from .free_values import AtMost as AtMost
-from .free_values import ChosenMotion as ChosenMotion
+from .free_values import ChosenSectionFields as ChosenSectionFields
 from .free_values import ClearWay as ClearWay
 from .free_values import Fastest as Fastest
 from .free_values import FreePose as FreePose

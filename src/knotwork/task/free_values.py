@@ -142,8 +142,8 @@ class Weights(TaskPart):
         return self
 
 
-class ChosenMotion(TaskPart):
-    """A section of waypoints with chosen times: its knots and the accelerations there."""
+class ChosenSectionFields(TaskPart):
+    """The chosen motion of a section of waypoints: its knots and the accelerations there."""
 
     times: Annotated[Items[Number], Field(min_length=4)] = required(
         "Knot times, among them the times of the section's waypoints", unit="s"
@@ -161,7 +161,7 @@ class ChosenMotion(TaskPart):
     )
 
     @model_validator(mode="after")
-    def _check_knots(self) -> ChosenMotion:
+    def _check_knots(self) -> ChosenSectionFields:
         late = [time for before, time in pairwise(self.times) if time <= before]
         if late:
             raise ValueError(f"times must increase; {late[0]:g} s is not later than the one before")

@@ -24,7 +24,7 @@ from knotwork.files.documents.values import (
 )
 from knotwork.files.documents.yaml_text import to_block_yaml
 from knotwork.task.actions import Output, one_name_each
-from knotwork.task.free_values import ChosenMotion, Way, Weights
+from knotwork.task.free_values import ChosenSectionFields, Way, Weights
 from knotwork.task.poses import Frame
 from knotwork.task.scene_shapes import Collisions, HeldObject, Surroundings
 from knotwork.task.task_options import (
@@ -172,7 +172,7 @@ class Task(TaskPart):
         "integral of jerk, effort or acceleration squared; "
         "left out: the duration, or jerk where that is given"
     )
-    chosen: NonEmpty[ChosenMotion] | None = optional(
+    chosen: NonEmpty[ChosenSectionFields] | None = optional(
         "Knots and accelerations of sections with chosen times, as `knotwork plan "
         "--freeze` writes them"
     )

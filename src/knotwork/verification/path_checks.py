@@ -248,10 +248,8 @@ def _stretch_findings(scenario: Scenario, followed: _FollowedStretch) -> Iterato
     )
     for quantity, bound in bounds.items():
         unit = CRITERION_UNITS[quantity]
-        fact, brief = (
-            f"from {begin!r} to {end!r} {_error_text(quantity, bound, followed, scenario)}",
-            "",
-        )
+        text, brief = _error_text(quantity, bound, followed, scenario), ""
+        fact = f"from {begin!r} to {end!r} {text}"
         if not bound.proved:
             low, high = bound.where
             upper = scenario.units.text(bound.bound, unit, ".3g")

@@ -1,7 +1,7 @@
-"""Joints from the world to the base frame, in scenes whose base frame is moved by joints.
+"""Joints between the world and the base frame, in scenes whose base frame is moved by joints.
 
-Such a scene is in base axes. The inverse joints from the base to the world come first, and carry
-the world.
+Such a scene is in base axes. Its first joints are the inverses of those that move the base, and
+they carry the world.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from knotwork.robot.joint_tree import JointTree, invert_chain, joint_tree, place
 
 
 def drawn_joints(joints: JointTree, names: Iterable[str], first: int = 1) -> list[dict[str, Any]]:
-    """Describe joints of a tree, from `first` on: parent, placement and motion of each.
+    """Describe the joints of a tree from `first` on, as plain data with one entry per joint.
 
-    The n-th entry is of the n-th joint; `parent` counts from 1, and 0 is fixed. `quaternion` (x, y,
-    z, w) and `origin` [m] place the joint in the axes of its parent. Then the joint position q
-    rotates it about `axis` by q, or shifts it along `axis` by q.
+    `parent` counts joints from 1, and 0 is fixed. `quaternion` (x, y, z, w) and `origin` [m] place
+    the joint in the axes of its parent. The joint position q then rotates it about `axis` by q, or
+    shifts it along `axis` by q if it `slides`.
     """
     return [
         {
@@ -40,13 +40,13 @@ def drawn_joints(joints: JointTree, names: Iterable[str], first: int = 1) -> lis
 
 @dataclass(frozen=True, eq=False)
 class BaseJoints:
-    """Joints before those of a robot; none for a fixed base frame.
+    """The m joints before those of a robot; none for a fixed base frame.
 
     Attributes:
         robot: The robot.
-        joints: Data for the page.
-        columns: Joint positions of the robot that they follow, shape (m,); the last one is always
-            0.
+        joints: Descriptions of these joints, from `drawn_joints`.
+        columns: Index of the robot's joint whose position each one has, except the last one, which
+            is always at 0.
     """
 
     robot: Robot
@@ -66,7 +66,7 @@ class BaseJoints:
         ]
 
     def carry(self, parts: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
-        """Meshes or labels, with their joints renumbered after these ones."""
+        """Meshes or labels, whose carriers are renumbered to follow these joints."""
         if not self.joints:
             return [dict(part) for part in parts]
         return [{**part, "carrier": part.get("carrier", 0) + self.count} for part in parts]
@@ -78,7 +78,7 @@ class BaseJoints:
         return np.hstack((q[:, list(self.columns)], np.zeros((len(q), 1)), q))
 
     def to_world(self, q: FloatArray, points: FloatArray) -> FloatArray:
-        """Points in world axes.
+        """Transform points from base to world axes.
 
         Args:
             q: Joint positions [rad or m], shape (k, d).

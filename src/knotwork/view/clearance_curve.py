@@ -15,7 +15,8 @@ from knotwork.verification.collisions import motion_model
 from knotwork.view.shown_motion import ShownMotion, nearest_around
 
 CLEARANCE_SAMPLES = 200
-# Interval of the samples that test whether a pair moves, and motion [m] below which it is at rest.
+# Interval, in samples, at which a pair is tested for motion, and the change of its distance below
+# which it is at rest [m].
 STEP_OF_TEST, AT_REST = 8, 1e-6
 
 
@@ -25,7 +26,7 @@ class ClearanceCurve(NamedTuple):
     Attributes:
         time: Times [s], shape (n,).
         distance: Distance of the pair with the smallest margin [m], shape (n,); NaN without a pair.
-        pair: Index of that pair's name, shape (n,).
+        pair: Index of that pair's name, -1 without a pair, shape (n,).
         names: Names of pairs.
     """
 
@@ -36,11 +37,11 @@ class ClearanceCurve(NamedTuple):
 
 
 def clearance_curve(shown: ShownMotion) -> ClearanceCurve | None:
-    """Sample the clearance; `None` without moving pairs with the surroundings.
+    """Sample the clearance; `None` if no pair with the surroundings moves.
 
-    Only pairs of the check are sampled. A pair that keeps its margin at a constant distance, such
-    as a floor and the shoulder turning above it, is left out. The time of the smallest clearance in
-    the check is a sample.
+    Only pairs that the check examines are sampled. A pair that keeps its margin at a constant
+    distance, such as a floor and the shoulder turning above it, is left out. The time of the
+    smallest clearance in the check is one of the samples.
     """
     robot, scenario = shown.space.robot, shown.scenario
     if robot is None or not scenario.scene.objects:
@@ -81,7 +82,7 @@ def clearance_curve(shown: ShownMotion) -> ClearanceCurve | None:
 def _nearest(
     model: CollisionModel, pairs: tuple[Pair, ...], q: FloatArray, time: FloatArray
 ) -> tuple[list[int], FloatArray]:
-    """The pair with the least margin at each time, or -1, and its distance [m]."""
+    """Index of the pair nearest to its margin at each time, or -1, and its distance [m]."""
     if not pairs:
         return [-1] * len(time), np.full(len(time), np.nan)
     table = SolidPairs(replace(model, pairs=pairs))

@@ -1,4 +1,4 @@
-"""Lines of a curve: its points piece by piece, and its jumps."""
+"""Curves as lines to draw: points piece by piece, and jumps."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ CURVE_POINTS, MIN_POINTS, MAX_POINTS = 3000, 12, 400
 
 @dataclass(frozen=True, eq=False)
 class Strokes:
-    """A derivative of one component, evaluated piece by piece, both one-sided values at breaks.
+    """A derivative of one component, evaluated piece by piece, with both values at each break.
 
     Attributes:
         time: Times [s], shape (m, n): n of each piece, from its start to its end.
@@ -34,7 +34,7 @@ class Strokes:
         """Times and values of a line, with NaN at jumps.
 
         Args:
-            steps: Join the two sides of a jump by a vertical line instead.
+            steps: Whether a vertical line joins the two sides of a jump instead.
         """
         time, value = self.time.ravel(), self.value.ravel()
         if steps or not self.jumps.size:
@@ -51,7 +51,7 @@ class Strokes:
         return np.stack((time, time, time), axis=1).ravel(), value.ravel()
 
     def beyond(self, lower: float, upper: float) -> tuple[FloatArray, FloatArray]:
-        """Times and values that are below the lower or above the upper limit, NaN elsewhere."""
+        """Times, and values where they are beyond a limit, NaN elsewhere."""
         time, value = self.line()
         return time, np.where((value < lower) | (value > upper), value, np.nan)
 

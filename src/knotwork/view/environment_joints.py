@@ -1,4 +1,4 @@
-"""The joints of moving frames and other robots, which follow those of the robot in the tree."""
+"""Joints of moving frames and other robots, which follow those of the robot in the tree."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def joint_origins(shown: ShownMotion, count: int = 20) -> tuple[FloatArray, Floa
     """Positions of the joints after the robot's over the motion [m], shape (n, 3).
 
     Returns:
-        All of them, and only those of other robots.
+        Positions of all these joints, and of those of other robots only.
     """
     model, curve = shown.model, shown.curve
     if model is None:

@@ -37,11 +37,11 @@ NO_ROBOT = (
     "; name a robot in the scenario to see it move"
 )
 MAX_ROWS = 6
-"""Number of rows of failures, and of the tightest findings."""
+"""Maximum number of rows with failures, and with the tightest other findings."""
 MAX_USE = 100.0
-"""Use of a limit above which it is not printed in percent."""
+"""Utilisation of a limit above which it is not printed in percent."""
 _VERDICTS = {"met": "ok", "failed": "FAIL", "information": "not required"}
-"""Verdicts with other words."""
+"""Words for verdicts on the page; others are printed as they are."""
 
 
 def report_page(plan: CheckedMotion) -> Page:
@@ -90,7 +90,7 @@ def report_page(plan: CheckedMotion) -> Page:
 
 
 def _tightest(report: Report) -> list[Finding]:
-    """Failures first, then the finding nearest its limit for each other quantity."""
+    """The worst failures, then the tightest finding of each other kind."""
     measured = [finding for finding in report.failures if finding.value is not None]
     failing = [worst for worst, *_ in group_alike(measured)][:MAX_ROWS]
     unused = [finding for group in report.groups.values() for finding in representatives(group)]
@@ -101,7 +101,7 @@ def _tightest(report: Report) -> list[Finding]:
 
 
 def _groups(report: Report) -> list[dict[str, Any]]:
-    """Findings by group, without those at the top of the page."""
+    """Findings by group as data for the template, without remedies, which are above."""
     groups = []
     for title, findings in report.groups.items():
         shown = [finding for finding in findings if finding.quantity != TRIED]
@@ -125,11 +125,11 @@ def _groups(report: Report) -> list[dict[str, Any]]:
 
 
 def _picture(figure: Figure) -> dict[str, str]:
-    """A figure as part of the page, and its panels with their times.
+    """Make a figure an element of the page, with data on its panels for the script.
 
     Returns:
-        `drawing`, and `axes`, JSON: panels relative to the drawing, from its upper left
-        corner, with their ranges of times and values.
+        `drawing`, the element; and `axes`, JSON with the place of each panel in the drawing, from
+        its upper left corner, and its ranges of times and values.
     """
     from markupsafe import Markup
 
@@ -145,11 +145,11 @@ def _picture(figure: Figure) -> dict[str, str]:
 
 
 def _gauges(plan: CheckedMotion, figures: Sequence[Figure]) -> dict[str, Any]:
-    """The curves whose values are shown next to the scene, in the displayed units.
+    """Name the curves whose values are shown next to the scene, in the displayed units.
 
     Returns:
-        `joints`: by joint, and quantity with unit, its `curve` and, if finite, its `bounds`;
-        `kinds`: these quantities with units; `tool`: names, units and curves of the others.
+        `joints` has the `curve` and, if finite, the `bounds` of each joint by quantity and unit;
+        `kinds` these quantities and units; `tool` the names, units and curves of the tool.
     """
     trajectory, names = plan.trajectory, plan.space.joint_names
     prefix = f"curve:{ShownMotion.of_plan(plan).label}:"

@@ -27,12 +27,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Number of marks above which they are small or left out, because they would hide the curve.
+# Numbers of marks above which knots are left out, and others are small, not to hide the curve.
 MAX_KNOT_TICKS, MAX_LARGE_MARKS = 400, 60
-# Number of motions up to which each has its own row of knots.
+# Maximum number of motions whose knots are drawn, each in its own row.
 MAX_KNOT_ROWS = 3
 MAX_COLUMNS = 8
-"""Largest number of joints of several motions in one picture."""
+"""Maximum number of joints in a picture of several motions."""
 
 
 @dataclass(frozen=True)
@@ -41,9 +41,9 @@ class Series:
 
     Attributes:
         motion: The motion.
-        joint: Its joint.
+        joint: Name of the joint.
         index: Index of colour and line style.
-        label: Its name in the panel; empty if it is the only one.
+        label: Name of the curve in the panel; empty if it is the only one.
     """
 
     motion: ShownMotion
@@ -58,11 +58,11 @@ class Series:
 
     @property
     def unit(self) -> str:
-        """SI unit of its position."""
+        """SI unit of the joint's position."""
         return self.motion.trajectory.joint_units[self.component]
 
     def finding(self, quantity: str) -> Finding | None:
-        """Finding on the limit of a quantity; `None` without a limit."""
+        """Finding on the joint's limit of a quantity; `None` without a limit."""
         return self.motion.joint_limit_findings.get((self.joint, quantity))
 
     def margin(self, quantity: str) -> float:
@@ -84,9 +84,9 @@ def plot_joints(
 ) -> Figure:
     """Draw joint motions over time, one row of panels per quantity.
 
-    Joints of one motion share a panel, with the limits of the joint nearest to its own. Several
-    motions have one column per joint. Jumps, waypoints and knots are marked, and the parts of
-    curves whose exact extrema exceed a limit.
+    Joints of one motion share a panel, which shows the limits of the joint nearest to its limits.
+    Several motions have one column per joint. Jumps, waypoints and knots are marked, and so are
+    parts of curves beyond a limit.
 
     Args:
         motions: A `Plan`, a `JointTrajectory`, or several of them.
@@ -117,7 +117,7 @@ def plot_joints(
         return draw_picture(drawn, rows, heading, joints=names, size=size)
     if len(names) > MAX_COLUMNS:
         raise InputError(
-            f"{len(names)} joints of {len(drawn)} motions are too much for one picture; choose "
+            f"{len(names)} joints of {len(drawn)} motions do not fit into one picture; accepted: "
             f"at most {MAX_COLUMNS} joints"
         )
     columns = [_overlaid(drawn, name) for name in names]
@@ -141,8 +141,8 @@ def _joints_by_unit(motion: ShownMotion, names: list[str]) -> list[list[Series]]
 def _joint_panel(axes: Axes, quantity: str, series: Sequence[Series], units: Units) -> Panel:
     """Draw the panel of a quantity.
 
-    The limits are those of the joint nearest to its limit. They have its colour if another joint
-    has other limits.
+    The limits shown are those of the joint nearest to its limit, and have its colour if another
+    joint has other limits.
 
     Args:
         axes: Axes to draw on.
@@ -177,10 +177,7 @@ def _joint_panel(axes: Axes, quantity: str, series: Sequence[Series], units: Uni
 
 
 def _draw_curve(panel: Panel, series: Series, count: int) -> None:
-    """Draw one of `count` curves, its jumps, and its parts beyond the limit.
-
-    Parts are only marked if the exact extrema exceed the limit.
-    """
+    """Draw one of `count` curves, its jumps and, if the check fails, its parts beyond the limit."""
     motion, quantity, factor = series.motion, panel.title, panel.factor
     drawn = strokes(motion.curve, series.component, DERIVATIVES.index(quantity), factor)
     name = f"{motion.label}:{series.joint}:{quantity}"
@@ -208,7 +205,7 @@ def _mark_given(panel: Panel, series: Sequence[Series], order: int, *, one_motio
 
 
 def _limit_note(nearest: Series, findings: dict[Series, Finding], panel: Panel) -> tuple[str, bool]:
-    """Name the curve nearest to its limit or farthest beyond it, and state whether it is beyond."""
+    """Text on the curve nearest to its limit or farthest beyond; whether a limit is exceeded."""
     factor, unit, finding = panel.factor, panel.unit, findings[nearest]
     name = f"{nearest.label}: " if nearest.label else ""
     lower, upper = (factor * bound for bound in nearest.motion.bounds(nearest.joint, panel.title))

@@ -22,9 +22,9 @@ from knotwork.view.primitive_meshes import rod, solid, sphere
 LINE_RADIUS = 0.012
 JOINT_COLOUR = (0.9, 0.45, 0.1, 1.0)
 MAX_DRAWN_TRIANGLES = 3_000_000
-"""Largest number of triangles of a robot."""
+"""Maximum number of triangles of a robot."""
 MAX_FILE_BYTES = 512_000_000
-"""Largest size of all mesh files of a robot [bytes]."""
+"""Maximum size of all mesh files of a robot [bytes]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,9 +32,9 @@ class LinkShapes:
     """Shapes of a robot's links.
 
     Attributes:
-        parts: Meshes by the joint that carries them, length d + 1. The first ones are fixed, in the
-            axes of the URDF's root. The others are in the axes of their joint.
-        warnings: Parts that can't be drawn as described.
+        parts: Meshes by the joint that carries them, length d + 1. The first entry has fixed meshes
+            in the axes of the URDF's root; the others are in the axes of their joint.
+        warnings: Texts on parts that can't be drawn as described.
     """
 
     parts: list[list[Mesh]]
@@ -42,14 +42,14 @@ class LinkShapes:
 
     @cached_property
     def shapes(self) -> list[Mesh | None]:
-        """All parts of each joint as one mesh; `None` without parts."""
+        """All meshes of each joint merged into one; `None` if the joint carries none."""
         return [merge_meshes(parts) if parts else None for parts in self.parts]
 
 
 def link_shapes(robot: Robot) -> LinkShapes:
     """Read the shapes of all links, including those of locked joints.
 
-    A shape that can't be drawn is a warning; the link is drawn as a line to its child links.
+    A shape that can't be drawn causes a warning, and its link is drawn as lines to its child links.
     """
     urdf, drawn = UrdfShapes(robot.urdf_files), _Drawn(robot)
     frames = {f.name: f for f in robot.model.frames if f.type == pin.FrameType.BODY}
@@ -81,13 +81,13 @@ def link_shapes(robot: Robot) -> LinkShapes:
 
 
 def _lines(origins: Sequence[FloatArray]) -> list[Mesh]:
-    """Rods from a link's origin to those of its child links, in its axes."""
+    """Rods from a link's origin to the origins of its child links, in the link's axes."""
     far = [origin for origin in origins if np.linalg.norm(origin) > 1e-6]
     return [rod(np.zeros(3), origin, LINE_RADIUS, GREY) for origin in far]
 
 
 class _Drawn:
-    """Shapes as meshes; the total size of their files is limited."""
+    """Converts shapes to meshes, up to a maximum size of files and number of triangles."""
 
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
@@ -95,7 +95,7 @@ class _Drawn:
         self._triangles = 0
 
     def meshes(self, shapes: Sequence[LinkShape]) -> tuple[list[Mesh], list[str]]:
-        """Shapes of a link in its axes, and reasons of missing ones."""
+        """Meshes of a link's shapes in its axes, and the reasons why shapes are missing."""
         drawn: list[Mesh] = []
         missing: list[str] = []
         for shape in shapes:
@@ -125,7 +125,7 @@ class _Drawn:
         self._sizes[path] = status.st_size
         if sum(self._sizes.values()) > MAX_FILE_BYTES:
             raise InputError(
-                f"mesh {path} is not read: the robot's have more than {MAX_FILE_BYTES} bytes"
+                f"mesh {path} is not read: the robot's meshes exceed {MAX_FILE_BYTES} bytes"
             )
         return _read_mesh(path, status.st_mtime_ns)
 

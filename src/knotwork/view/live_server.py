@@ -1,4 +1,4 @@
-"""The server of a page that follows its newest scene, and may edit its task."""
+"""The server of a page that always shows the newest scene, and may edit its task."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ class LiveServer(PageServer):
         title: Title of the page until there is a scene.
         port: Port; 0 for any free one.
         actions: For an editor, handlers of the page's requests by name; each gets the page's JSON.
-        more_state: For an editor, gives the state of the page besides the scene, as plain data.
+        more_state: For an editor, function that returns further state for the page as plain data.
 
     Attributes:
-        version: Number of the scene; 0 before the first one.
-        scene: From `make_scene`; `None` before the first one.
+        version: Number of the newest scene; 0 before the first one.
+        scene: The newest scene, from `make_scene`; `None` before the first one.
 
     Raises:
         InputError: The port is in use, or not permitted; or the package `meshcat` is not
@@ -80,7 +80,7 @@ class LiveServer(PageServer):
         self._set_state(self.version, error, busy=False)
 
     def start(self) -> None:
-        """Announce that the next version is in progress; an error stays until then."""
+        """Announce that the next scene is in progress; an error is shown until it is ready."""
         self._set_state(self.version, self._error, busy=True)
 
     def _set_state(self, version: int, error: str, *, busy: bool) -> None:
@@ -89,7 +89,7 @@ class LiveServer(PageServer):
         self.notify()
 
     def notify(self) -> None:
-        """Send the state again."""
+        """Send the state to all open pages."""
         with self._changed:
             self._count += 1
             self._changed.notify_all()
@@ -100,7 +100,7 @@ class LiveServer(PageServer):
         return {**state, **self._more_state()}
 
     def _page(self, query: Query) -> Answer:
-        """The page at the start of following."""
+        """The whole page with the newest scene."""
         version, scene = self.version, self.scene  # in this order, because a page may be newer
         if scene is None:
             return "text/html", waiting_page(self._title, self._error)

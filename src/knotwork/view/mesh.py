@@ -14,9 +14,9 @@ from knotwork.scene.meshes.mesh_part import Colour, MeshPart
 
 GREY: Colour = (0.75, 0.75, 0.75, 1.0)
 CREASE = np.radians(35.0)
-"""Angle of faces below which they are shaded as one smooth surface."""
+"""Angle between faces below which they are shaded as one smooth surface [rad]."""
 MERGED_DIGITS = 7
-"""Decimals [m] to which corners of faces must agree to be one point."""
+"""Decimals to which corners of faces [m] must agree to count as one point."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +49,7 @@ class Mesh:
         return replace(self, vertices=vertices, normals=self.normals @ turn.T)
 
     def shift(self, translation: ArrayLike) -> Mesh:
-        """Shift the mesh [m], shape (3,)."""
+        """Shift the mesh by a vector [m], shape (3,)."""
         return self.move(np.eye(3), translation)
 
     def place(self, pose: pin.SE3) -> Mesh:
@@ -65,7 +65,7 @@ class Mesh:
         return replace(self, vertices=vertices, normals=normalise_rows(normals), faces=faces)
 
     def paint(self, colour: Sequence[float]) -> Mesh:
-        """Give all of it one colour, red, green, blue and opacity."""
+        """Paint the whole mesh in one colour: red, green, blue and perhaps opacity."""
         colours = np.tile(np.asarray(colour[:3], dtype=float), (len(self.vertices), 1))
         opacity = float(colour[3]) if len(colour) > 3 else 1.0
         return Mesh(self.vertices, self.normals, self.faces, colours, opacity)
@@ -78,7 +78,7 @@ def normalise_rows(vectors: FloatArray) -> FloatArray:
 
 
 def box_corners(points: FloatArray) -> FloatArray:
-    """Corners of the box about points of shape (n, 3), along the axes; shape (8, 3)."""
+    """Corners of the axis-aligned bounding box of points, shape (n, 3); shape (8, 3)."""
     bounds = zip(points.min(axis=0), points.max(axis=0), strict=True)
     return np.array(np.meshgrid(*bounds)).reshape(3, -1).T
 

@@ -24,11 +24,11 @@ ANIMATION_RATE = 60.0
 VIEW_ANGLE = 45.0
 """Vertical field of view [deg]."""
 BOARD_WIDTH, BOARD_HEIGHT = 6.4, 3.2
-"""Size of the board, in inches of its picture."""
+"""Size of the board's picture [in]."""
 MAX_BOARD_LINES = 5
-"""Largest number of lines for failures."""
+"""Maximum number of lines for failures on the board."""
 LINE_LETTERS = 74
-"""Number of letters in a line."""
+"""Number of letters in a line of the board."""
 VERDICT_LOOKS = {True: ("passed", "#12803c"), False: ("FAILED", "#c01018"), None: ("", "black")}
 
 
@@ -104,7 +104,7 @@ def _joint_nodes(scene: Mapping[str, Any], root: Visualizer) -> list[Visualizer]
 
 
 def _plain(name: str) -> str:
-    """A name as one step of a Meshcat path."""
+    """A name as one element of a Meshcat path."""
     return name.replace("/", "|")
 
 
@@ -182,7 +182,7 @@ def put_up_board(scene: Mapping[str, Any], node: Visualizer) -> FloatArray:
         node: Node of the viewer for the board.
 
     Returns:
-        Its corners [m], shape (4, 3).
+        The corners of the board [m], shape (4, 3).
     """
     from meshcat.geometry import Box, ImageTexture, MeshBasicMaterial, PngImage
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from markupsafe import Markup
 
 ASSETS = Path(__file__).parent / "assets"
-# The script of the page consists of these files in `assets/scene/`. Each may use the previous ones.
+# The script of the page is made of these files in `assets/scene/`; each may use the previous ones.
 SCRIPTS = (
     *("shapes", "arm", "surroundings", "fit", "camera", "labels", "player", "strip"),
     *("joints", "video", "live", "scene"),
@@ -36,7 +36,7 @@ class Page:
     Attributes:
         title: Title of the page.
         html: The whole page, self-contained.
-        warnings: Parts that can't be drawn as described.
+        warnings: Texts on parts that can't be drawn as described.
     """
 
     def __init__(self, title: str, text: str, warnings: tuple[str, ...] = ()) -> None:
@@ -83,11 +83,11 @@ def scene_page(
 
     Args:
         scene: From `make_scene`.
-        embedded: The page is part of another, which has the title and the verdict.
-        autoplay: Start the motion automatically.
-        live: Number of this version, if a `LiveServer` serves further ones.
-        editing: The page edits its task, with handles and forms.
-        scripts: Include the scripts of the scene; without them, the text only updates an open page.
+        embedded: Whether the page is part of another, which has the title and the verdict.
+        autoplay: Whether the motion starts automatically.
+        live: Number of this scene, if a `LiveServer` serves further ones.
+        editing: Whether the page edits its task, with handles and forms.
+        scripts: Whether to include the scripts; without them, the text only updates an open page.
 
     Raises:
         InputError: The package `meshcat` is not installed.
@@ -105,7 +105,7 @@ def scene_page(
 
 
 def waiting_page(title: str, error: str) -> str:
-    """Make the page that a `LiveServer` shows until there is a scene; it loads itself again."""
+    """Make the page that a `LiveServer` shows before the first scene; it reloads itself."""
     return render_template("waiting.html", {"style": asset("scene.css")}, title=title, error=error)
 
 

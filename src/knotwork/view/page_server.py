@@ -20,10 +20,7 @@ from knotwork.errors import InputError, KnotworkError
 HOST = "127.0.0.1"
 """Address that only this machine can reach."""
 HOST_NAMES = (HOST, "localhost", "[::1]")
-"""Accepted host names.
-
-With others a foreign page could map its name to this address to read the page.
-"""
+"""Accepted host names. With others, a foreign site could map its own name to this address."""
 MAX_REQUEST_BYTES = 1_000_000
 """Largest size of a request [bytes]."""
 
@@ -34,13 +31,14 @@ Action: TypeAlias = Callable[[Mapping[str, Any]], Mapping[str, Any]]
 
 
 class PageServer(ThreadingHTTPServer):
-    """Serves pages; no other process is started.
+    """Serves pages from threads of this process.
 
     Attributes:
         address: Address for a browser.
-        routes: Answers by path, from the query; `None` where there is nothing.
-        actions: Handlers of a page's requests by path; each gets and gives plain data.
-        token: Secret that each query must have, or empty.
+        routes: Functions from the query to the answer, by path; they return `None` if there is no
+            answer.
+        actions: Handlers of a page's requests by path; each gets and returns plain data.
+        token: Secret that each query must have; empty if none is required.
     """
 
     daemon_threads = True
@@ -63,7 +61,7 @@ class PageServer(ThreadingHTTPServer):
             is_in_use = error.errno == errno.EADDRINUSE
             why = "is in use" if is_in_use else f"can't be used: {error.strerror}"
             raise InputError(
-                f"port {port} {why}; give another (--port), or none for a free one"
+                f"port {port} {why}; accepted: another port, or none for a free one"
             ) from error
         self.address = f"http://{HOST}:{self.server_port}/"
 
@@ -114,7 +112,7 @@ class PageHandler(BaseHTTPRequestHandler):
                 self._send("application/json", json.dumps(answer))
 
     def _admitted_path(self) -> tuple[str, Query] | None:
-        """Path and query of a request that is admitted; otherwise an error is sent."""
+        """Path and query of an admitted request; to others an error is sent."""
         path, _, text = self.path.partition("?")
         query = {name: values[0] for name, values in parse_qs(text).items()}
         token = self.server.token.encode()
@@ -147,7 +145,7 @@ class PageHandler(BaseHTTPRequestHandler):
 
 
 def _act(action: Action, text: bytes) -> Mapping[str, Any]:
-    """The answer of an action to a request's text, or its error."""
+    """Return the answer of an action to the text of a request, or the error as an answer."""
     try:
         request = json.loads(text, parse_constant=_refuse)
         if not isinstance(request, dict):

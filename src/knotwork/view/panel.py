@@ -40,9 +40,9 @@ class LimitLine(NamedTuple):
     Attributes:
         kind: `"limit"` or `"tolerance"`.
         value: Value in the displayed unit.
-        spans: Time intervals of its validity [s].
-        always: Draw it at any distance from the curves.
-        colour: Its colour if it applies to one curve.
+        spans: Time intervals in which the limit applies [s].
+        always: Whether it is drawn at any distance from the curves.
+        colour: Colour, if the limit applies to one curve only.
     """
 
     kind: str
@@ -75,7 +75,7 @@ class Panel:
     failed: bool = False
 
     def draw_curve(self, name: str, index: int, time: FloatArray, value: FloatArray) -> None:
-        """Draw values in the displayed unit, with NaN at gaps; `index` of colour and line style."""
+        """Draw values in the displayed unit, NaN at gaps; `index` selects colour and line style."""
         look: dict[str, Any] = {"color": colour(index), "linestyle": dashes(index)}
         look |= {"linewidth": 2.0, "zorder": 3, "solid_capstyle": "butt"}
         self.axes.plot(time, value, gid=f"curve:{name}", **look)
@@ -124,7 +124,7 @@ class Panel:
         return low, high
 
     def _draw_levels(self, low: float, high: float) -> tuple[float, float]:
-        """Draw the limits near curves in this range, and give the range including them."""
+        """Draw the limits near curves with this range, and return the range with the limits."""
         margin = LIMIT_DISTANCE * (high - low)
         for level in self.levels:
             if level.always or low - margin <= level.value <= high + margin:

@@ -1,4 +1,4 @@
-"""The tool, its path coloured by speed and limits, and the given path, as meshes."""
+"""Meshes of the tool, of its path coloured by speed, and of the given path."""
 
 from __future__ import annotations
 
@@ -40,11 +40,11 @@ WIDTH = 0.0045
 def speed_colours(
     path: ToolTrace, shown: ShownMotion, fastest: float
 ) -> tuple[FloatArray, dict[str, Any]]:
-    """Choose the colours of a path.
+    """Choose the colours of a path by speed.
 
     Returns:
-        The colour of each sample, shape (n, 3); and the legend: the scale with its colours, and the
-        given speeds as marks on it [m/s].
+        The colour of each sample, shape (n, 3); and the legend, which has the end of the scale
+        [m/s], its colours, and given speeds as marks on it [m/s].
     """
     high = max(max_speed(shown), fastest)
     marks = sorted(_given_speeds(shown) - {0.0}, reverse=True)
@@ -56,7 +56,7 @@ def speed_colours(
 
 
 def max_speed(shown: ShownMotion) -> float:
-    """Largest speed of the tool [m/s], or given one, as a failing tool may be slower."""
+    """Largest speed of the tool, or largest given one, which a failing tool may not reach [m/s]."""
     trace = tool_trace(shown)
     speeds = () if trace is None else trace.speed
     return float(max([0.0, *speeds, *_given_speeds(shown)]))
@@ -71,10 +71,10 @@ def _given_speeds(shown: ShownMotion) -> set[float]:
 def draw_paths(
     parts: SceneParts, shown: ShownMotion, size: float, fastest: float
 ) -> dict[str, Any]:
-    """Draw the tool, its path and that of the task; empty without a tool.
+    """Draw the tool, its path and the tool paths of the task.
 
     Returns:
-        The legend.
+        The legend; empty without a tool.
     """
     robot, trace = shown.robot, tool_trace(shown)
     if trace is None:
@@ -115,7 +115,7 @@ def _merged_lines(lines: Iterable[Mesh | None]) -> Mesh | None:
 
 
 def _tool_mesh(robot: Robot, size: float) -> Mesh:
-    """A rod from the tool frame to the tool centre point with its axes, in the joint's axes."""
+    """A rod from the tool frame to the tool centre point, and the tool's axes, in joint axes."""
     tip = robot.model.frames[robot.tcp_frame_id].placement
     flange = tip * robot.tool_offset.inverse()
     parts = [triad(0.06 * size, 0.0028 * size).place(tip)]
@@ -144,8 +144,8 @@ def given_path_points(
     """Points of dashes along each of the scenario's tool paths [m], in a scene of a given size [m].
 
     Yields:
-        The joint that carries the path, and points in its axes; without one, or at rest,
-        points in the axes of the URDF's root.
+        The joint that carries the path, and points in its axes; or `None`, and points in the axes
+        of the URDF's root, if no joint does or `at_rest` is true.
     """
     for path in shown.scenario.paths:
         curve, dashes = path.motion.path, []
@@ -174,6 +174,6 @@ def _clear_motion_mesh(trace: ToolTrace, shown: ShownMotion, size: float) -> Mes
 
 
 def _runs(on: NDArray[Any]) -> list[slice]:
-    """Ranges of consecutive true values."""
+    """Slices of consecutive true values."""
     runs: list[slice] = np.ma.clump_unmasked(np.ma.masked_equal(on, value=False))  # type: ignore[no-untyped-call]
     return runs

@@ -54,7 +54,7 @@ MIN_SPAN = 0.003
 """Minimum drawn duration of a contact, as a fraction of the motion."""
 SEGMENTS = ("tool path", "way", "wait")
 MIN_HEIGHT, LOW_HEIGHT, MANY_ROWS = 1.5, 1.1, 4
-"""Smallest height of a panel [in], of one of more rows than this, and this number of rows."""
+"""Minimum height of a panel [in], that of a panel of more rows than the last number."""
 
 DrawPanel: TypeAlias = "Callable[[Axes], Panel]"
 
@@ -75,7 +75,7 @@ def draw_picture(
         rows: For each row of panels, functions that draw them; as many as there are columns.
         title: Title of the picture.
         joints: Names of the curves of a single motion, in the order of colours. Curves of several
-            motions have the names of these.
+            motions are named by their motions.
         columns: Titles of the columns.
         size: A name of `PAGE_SIZES`; by default as large as the panels need.
 
@@ -114,7 +114,7 @@ def draw_picture(
 
 
 def _new_figure(rows: int, columns: int, size: str | None) -> Figure:
-    """An empty figure for rows and columns of panels, of a page's or of the required size."""
+    """Make an empty figure, of the given size or as large as its rows and columns need."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -145,7 +145,7 @@ def _dress(axes: Axes) -> None:
 
 
 def picture_title(motions: Sequence[ShownMotion], default: str) -> str:
-    """Scenario, planner if there is only one, and a failed check."""
+    """Title of a picture: scenario, planner if there is only one, and whether a check fails."""
     first = motions[0]
     (name,) = shorten_names([first.scenario.name], TITLE_LETTERS)
     parts = [part for part in (name, first.label if len(motions) == 1 else "") if part]
@@ -235,9 +235,9 @@ def _name_waypoints(axes: Axes, motion: ShownMotion) -> None:
 def _add_curve_legend(
     figure: Figure, curves: Sequence[str], title: str, motions: Sequence[ShownMotion]
 ) -> None:
-    """Put the title above the panels, and below it names of curves.
+    """Put the title above the panels, and below it the names of the curves.
 
-    If these are names of motions, failures follow them, in red.
+    If the curves are motions, the failure of each follows its name, in red.
     """
     from matplotlib.lines import Line2D
 

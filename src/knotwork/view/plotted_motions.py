@@ -20,15 +20,15 @@ def motions_of(
     """Collect the motions of a picture, with distinct labels.
 
     Raises:
-        InputError: There are none, or more than line styles, one is neither plan nor trajectory,
-            or their joints differ.
+        InputError: There is no motion, there are more motions than line styles, one is neither a
+            plan nor a trajectory, or their joints differ.
     """
     items: list[Any] = list(motions) if isinstance(motions, Sequence) else [motions]
     if not items:
         raise InputError("a picture needs at least one plan or trajectory")
     if len(items) > len(DASHES):
         raise InputError(
-            f"{len(items)} motions are too many for one picture; choose at most {len(DASHES)}"
+            f"{len(items)} motions are too many for one picture; accepted: at most {len(DASHES)}"
         )
     shown = [_motion(item, scenario) for item in items]
     first = shown[0].trajectory

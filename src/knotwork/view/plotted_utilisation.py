@@ -1,4 +1,4 @@
-"""Use of each limit in the check, over time."""
+"""Utilisation of each limit in the check over time, sampled."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from knotwork.view.shown_motion import ShownMotion
 def sample_utilisation(
     shown: ShownMotion, findings: Iterable[Finding], time: FloatArray
 ) -> Iterator[tuple[Finding, FloatArray]]:
-    """Sample the use of each limit. The maximum is the finding's own, at the nearest sample.
+    """Sample the utilisation of each limit. The sample nearest a finding's time has its value.
 
     Args:
         shown: The motion.
@@ -94,7 +94,7 @@ def _joint_values(
 
 
 def _judged_sides(finding: Finding, joint: int, space: JointSpace) -> tuple[float, float]:
-    """Lower and upper limit; for a range that is kept, only the one of the finding."""
+    """Lower and upper limit; for a range that is kept, only the limit of the finding."""
     lower, upper = (float(bounds[joint]) for bounds in space.limits.bounds(finding.quantity))
     if JOINT_QUANTITIES[finding.quantity].limit != "range" or not finding.ok:
         return lower, upper

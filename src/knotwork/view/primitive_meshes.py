@@ -17,10 +17,10 @@ def solid(kind: str, size: Sequence[float], colour: Sequence[float], sides: int 
 
     Args:
         kind: `"box"`, `"sphere"`, `"capsule"`, `"cylinder"` or `"cone"`.
-        size: Its sides, or its radius and, but for a sphere, its length [m]; that of a capsule is
-            without its ends.
+        size: The three sides of a box; else the radius and, except for a sphere, the length [m],
+            for a capsule without its ends.
         colour: Red, green, blue and opacity.
-        sides: Number of sides around.
+        sides: Number of sides around the axis.
     """
     from trimesh import creation
 
@@ -61,7 +61,7 @@ def arrow(start: ArrayLike, end: ArrayLike, radius: float, colour: Sequence[floa
 def _revolve_along(
     start: ArrayLike, end: ArrayLike, profile: Sequence[Sequence[float]], colour: Sequence[float]
 ) -> Mesh:
-    """Turn a profile about a line: radius [m] and height relative to its length, upwards."""
+    """Revolve a profile about a line; its points are radius [m] and fraction of the length."""
     from trimesh import creation
 
     foot = np.asarray(start, dtype=float)

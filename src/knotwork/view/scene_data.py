@@ -1,4 +1,4 @@
-"""Content of a scene: arm, motion, task and findings of the check, as plain data.
+"""Contents of a scene as plain data: arm, motion, task and findings of the check.
 
 Everything is in the axes of the URDF's root, z up, in m and s.
 """
@@ -37,18 +37,19 @@ from knotwork.view.time_strip import time_strip
 from knotwork.view.tool_trace import tool_speeds, tool_trace
 
 ROBOT_PARTS = ("joints", "shapes")
-"""Parts of a scene that depend only on the robot: most of the data."""
+"""Parts of a scene that depend only on the robot; they are most of the data."""
 OUTLINE_SAMPLES = 100
-"""Number of samples of the arm along the motion, all of which are in view."""
+"""Number of samples of the arm along the motion, all of which must be in view."""
 FRAME_RATE = 120.0
-"""Frame rate of an animation that has fewer frames than the maximum [Hz]."""
+"""Frame rate of an animation, unless it would have more than `MAX_FRAMES` frames [Hz]."""
 MAX_FRAMES = 240_000
+# Number of frames above which the tool's speed is left out.
 MAX_SPEEDS = 30_000
-# Elevation, and of scenes lower than FLAT_SCENE, relative to their width.
+# Elevation of the camera [rad], and for scenes whose height is below FLAT_SCENE times their width.
 ELEVATION, STEEP, FLAT_SCENE = np.radians(24.0), np.radians(52.0), 0.3
-# Azimuth relative to the direction of the task, so that the arm does not hide it.
+# Azimuth of the camera relative to the task, so that the arm does not hide the task [rad].
 ASIDE_ANGLE = np.radians(10.0)
-# Turn of the azimuth away from other robots, so that they do not hide the arm.
+# Turn of the azimuth away from other robots, so that they do not hide the arm [rad].
 CLEAR_ANGLE = np.radians(75.0)
 # Margin around a view of the task alone, as a fraction of its size.
 VIEW_MARGIN = 0.35
@@ -71,7 +72,7 @@ def view_trajectory(robot: Robot, trajectory: JointTrajectory) -> Page:
     'arm.html'
 
     Args:
-        robot: Its arm.
+        robot: The arm.
         trajectory: The motion.
 
     Raises:
@@ -115,8 +116,8 @@ def make_scene(
     Args:
         shown: The motion with the arm, its meshes, and the task.
         warnings: Further warnings for the page.
-        before: The replaced scene. For the same robot its `ROBOT_PARTS` are reused, as the same
-            objects, and the view is kept.
+        before: The scene that this one replaces. For the same robot, its `ROBOT_PARTS` are reused,
+            as the same objects, and its view is kept.
         fastest: Lower bound on the end of the scale of tool speeds [m/s].
     """
     base = base_joints(shown.robot)
@@ -161,9 +162,9 @@ def make_scene(
 
 
 def _arm_frames(shown: ShownMotion) -> dict[str, Any]:
-    """Give a motion's frames, and the tool's speed at each unless there are too many.
+    """Sample a motion's frames, and the tool's speed at each unless there are too many frames.
 
-    Between two frames the first one is shown, not interpolated. The last is the motion's end.
+    Until the next frame, the previous one is shown. The last frame is the end of the motion.
     """
     curve, robot = shown.curve, shown.robot
     start, end = float(curve.x[0]), float(curve.x[-1])
@@ -196,7 +197,7 @@ def _views(
     other_robots: FloatArray,
     towards: Sequence[float] | None = None,
 ) -> dict[str, Any]:
-    """Choose the views of the whole, and of the task alone.
+    """Choose the view of the whole scene, and that of the task alone.
 
     Args:
         points: Points of the arm and the task, all in view [m], z up, shape (n, 3).
@@ -205,8 +206,8 @@ def _views(
         towards: Unit vector from the scene towards the camera, if known.
 
     Returns:
-        `view` has the direction `from` and the `points` of the view of all. `work` has those of the
-        task alone, or is `None`.
+        `view` has the direction `from` which the camera looks, and the `points` in view; `work` has
+        those of the task alone, or is `None`.
     """
     size = np.ptp(points, axis=0)
     if towards is None:
@@ -278,7 +279,7 @@ def _description(shown: ShownMotion) -> dict[str, Any]:
 
 
 def _robot_parts(shown: ShownMotion, before: Mapping[str, Any] | None) -> dict[str, Any]:
-    """The parts `ROBOT_PARTS`, reused from `before` if equal."""
+    """The `ROBOT_PARTS` of a scene, reused from `before` if they are equal."""
     model, base, others = shown.robot.model, base_joints(shown.robot), environment_joints(shown)
     own = drawn_joints(joint_tree(model), list(model.names)[1:])
     carried = [*([] for _ in base.joints), *shown.shapes.parts, *([] for _ in others)]
@@ -292,7 +293,7 @@ def _robot_parts(shown: ShownMotion, before: Mapping[str, Any] | None) -> dict[s
 
 
 def _merge_labels(labels: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Labels, with one for an object and a frame of the same name."""
+    """Labels, of which an object and a frame of the same name share one."""
     frames, objects = (
         {label["text"] for label in labels if label["kind"] == kind} for kind in ("frame", "object")
     )

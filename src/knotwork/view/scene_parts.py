@@ -14,7 +14,7 @@ from knotwork.view.mesh import Mesh
 
 
 def pack_mesh(mesh: Mesh) -> dict[str, Any]:
-    """Give a mesh as plain data: arrays in base64, little-endian.
+    """Pack a mesh into plain data, with arrays in base64, little-endian.
 
     Raises:
         InputError: The mesh has points that are not finite.
@@ -40,7 +40,7 @@ class SceneParts:
     Attributes:
         things: Meshes with their names.
         labels: Texts at points.
-        warnings: Parts that can't be drawn as described.
+        warnings: Texts on parts that can't be drawn as described.
         corners: Points of the surroundings that must be in view [m], each of shape (n, 3).
     """
 
@@ -63,10 +63,10 @@ class SceneParts:
 
         Args:
             text: The text.
-            kind: Its kind.
-            at: The point, in the axes of the joint `carrier` if one carries it, shape (3,).
-            detail: Detail on demand.
-            more: `carrier`; and a `time` [s] near which the text is shown.
+            kind: Kind of label, for example `"waypoint"`.
+            at: The point [m], in the axes of the joint `carrier` if one carries it, shape (3,).
+            detail: Text that is shown on demand.
+            more: The `carrier`, and a `time` [s] near which the text is shown.
         """
         given = {key: value for key, value in more.items() if value is not None}
         label = {"text": text, "kind": kind, "at": at.tolist(), "detail": detail}
@@ -74,7 +74,7 @@ class SceneParts:
 
 
 def pack_numbers(array: np.ndarray[Any, Any]) -> str:
-    """Give an array's bytes in base64."""
+    """Pack an array's bytes into base64."""
     return base64.b64encode(np.ascontiguousarray(array).tobytes()).decode("ascii")
 
 

@@ -1,4 +1,4 @@
-"""The verdict of the check as a scene has it, as plain data."""
+"""The verdict of the check as plain data for a scene."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from knotwork.view.shown_motion import ShownMotion
 
 
 def verdict(shown: ShownMotion) -> dict[str, Any]:
-    """The findings of the check."""
+    """Summary, failures and contacts of the check; empty if there was none."""
     report = shown.report
     if report is None:
         nothing: dict[str, Any] = {"failures": [], "facts": {}, "contacts": []}
@@ -32,10 +32,10 @@ def verdict(shown: ShownMotion) -> dict[str, Any]:
 
 
 def failures(report: Report, scenario: Scenario) -> list[dict[str, Any]]:
-    """All failures: the worst of each kind first, then the others in order of time.
+    """Describe all failures: the worst of each kind first, then the others in order of time.
 
-    Each has a `line`, a `remedy`, the whole `fact`, the time `at` which to look [s], and further
-    times in `also`. The remedy of the first collision lists those that were attempted.
+    Each has a short `line`, a `remedy`, the whole `fact`, the time to look `at` [s], and further
+    times in `also`. The remedy of the first collision lists those that planning has tried.
     """
     kinds = group_alike(report.failures)
     others = [failure for _, *more in kinds for failure in more]
@@ -72,7 +72,7 @@ def _where(scenario: Scenario, time: float) -> str:
 
 
 def _contacts(report: Report, robot: Robot) -> list[dict[str, Any]]:
-    """Time intervals of contacts: joints that carry links, and other bodies."""
+    """Contacts with their time intervals, the joints of touching links, and other bodies."""
     contacts, first_joint = [], base_joints(robot).count
     for failure in report.failures:
         links = [name for name in failure.bodies if robot.model.existBodyName(name)]

@@ -32,7 +32,7 @@ from knotwork.view.links import LinkShapes, link_shapes
 from knotwork.waypoints import JointWaypoints
 
 CACHED_MOTIONS = 4
-"""Number of motions whose tool trace is kept: two side by side, and these before a change."""
+"""Number of motions whose tool trace is cached: two side by side, before and after a change."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,10 +42,10 @@ class ShownMotion:
     Attributes:
         trajectory: The motion, joints in the order of the space.
         scenario: The task; for a motion without one, a task without requirements.
-        space: Its joints with their limits, and their robot.
+        space: The joints with their limits, and their robot.
         report: Report of the check, if there was one.
-        joint_waypoints: Joint values given at the waypoints, where known.
-        label: Its name in a picture.
+        joint_waypoints: Joint values at the waypoints, if known.
+        label: Name of the motion in a picture.
     """
 
     trajectory: JointTrajectory
@@ -102,8 +102,8 @@ class ShownMotion:
         """
         if self.space.robot is None:
             raise InputError(
-                f"scenario {self.scenario.name!r} names no robot, so there is no arm to show: only "
-                "plots can be drawn, with `knotwork plot`; or name a robot in the scenario"
+                f"scenario {self.scenario.name!r} names no robot, so there is no arm to show; name "
+                "one in the scenario, or draw plots of its joints"
             )
         return self.space.robot
 
@@ -155,7 +155,7 @@ class ShownMotion:
         return list(unite_intervals(span for contact in contacts for span in contact.spans))
 
     def units(self, degrees: bool | None) -> Units:
-        """Units of the scenario, with the given unit of angles, if any."""
+        """Units of the scenario; `degrees` selects another unit of angles."""
         units = self.scenario.units
         return units if degrees is None else replace(units, angle="deg" if degrees else "rad")
 
@@ -172,7 +172,7 @@ class ShownMotion:
 
     @property
     def times(self) -> FloatArray:
-        """Times of the waypoints, for a stored trajectory its own ones [s], shape (n,)."""
+        """Times of the waypoints, for a stored trajectory those in its file [s], shape (n,)."""
         known = self.scenario.waypoints or self.trajectory.waypoint_times is None
         return self.scenario.times if known else np.asarray(self.trajectory.waypoint_times)
 
@@ -228,10 +228,10 @@ class ShownMotion:
         return None, self.robot.base_placement
 
     def carrier_of(self, frame: MovingFrame, time: float | None = None) -> tuple[int | None, Any]:
-        """The joint that carries a frame, and the transform of base poses into its axes.
+        """The joint that carries a frame, and the transform from base axes to the joint's.
 
-        The frame is at rest, or at a time [s]. If it is fixed relative to the URDF's root, this is
-        `root`.
+        The frame is at rest, or where it is at a time [s]. If it is fixed relative to the URDF's
+        root, the result is `root`.
         """
         if self.model is None:
             return self.root
@@ -240,7 +240,7 @@ class ShownMotion:
 
 
 def task_without_requirements(name: str) -> Scenario:
-    """A task for a motion without one."""
+    """Make a task for a motion that has none."""
     task = PlainTask.model_construct(waypoints=())
     return Scenario(name, (), task, task.planner, task.tolerances)
 

@@ -18,9 +18,9 @@ from knotwork.view.scene_data import make_scene
 from knotwork.view.shown_motion import ShownMotion
 
 DIFFERENCE_SAMPLES = 400
-"""Number of samples of the difference."""
+"""Number of intervals at whose ends the difference is sampled."""
 MIN_DIFFERENCE = 1e-3
-"""Smallest height of a curve, in the displayed unit: less is not drawn as a difference."""
+"""Minimum value at the top of a curve, in the displayed unit; smaller differences look flat."""
 
 
 def side_by_side(plans: Sequence[CheckedMotion], names: Sequence[str]) -> Page:
@@ -28,7 +28,7 @@ def side_by_side(plans: Sequence[CheckedMotion], names: Sequence[str]) -> Page:
 
     Args:
         plans: Two plans for one robot.
-        names: Their names.
+        names: Names of the two motions on the page.
 
     Raises:
         InputError: A plan has no robot, or the robots differ.
@@ -59,7 +59,7 @@ def side_by_side(plans: Sequence[CheckedMotion], names: Sequence[str]) -> Page:
 
 
 def _common_view(scenes: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """The common first view: from the direction of the first scene, with all of each in view."""
+    """The common first view, from the direction of the first scene, with both scenes in view."""
     joined: dict[str, Any] = {"view": None, "work": None}
     for key in joined:
         views = [scene[key] for scene in scenes]
@@ -70,9 +70,9 @@ def _common_view(scenes: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def _difference(plans: Sequence[CheckedMotion]) -> dict[str, Any]:
-    """Distances of the tools and of the joint that differs most, by the time since the start.
+    """Distance of the tools, and difference of the joint that differs most, over time.
 
-    After its end each motion stays at its last state.
+    Both motions start at time 0. After its end a motion stays at its last state.
 
     Raises:
         InputError: The robots differ.

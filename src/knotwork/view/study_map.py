@@ -1,7 +1,4 @@
-"""The map of a study in a browser: a click on a row shows its motion, or its failure.
-
-It is served, or one file.
-"""
+"""The map of a study, served or as one file; a click on a row shows its motion or its failure."""
 
 from __future__ import annotations
 
@@ -30,7 +27,7 @@ class MapServer(PageServer):
 
     Args:
         study: A `knotwork.Study`.
-        page_of: Plans a row, and gives the page of its motion.
+        page_of: Function that plans a row and returns the page of its motion.
         port: Port; 0 for any free one.
 
     Raises:
@@ -115,7 +112,7 @@ def _figure(study: Any, name: str, kinds: list[str]) -> list[float | None]:
 
 
 def _axis(study: Any, column: str, *, cells: bool) -> dict[str, Any]:
-    """A varied value for the page: words, and numbers of a grid, are cells in their order."""
+    """An axis of the map; words, and the numbers of a grid, become the indices of cells."""
     values = study[column]
     if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
         title = printable(study.titles[column])

@@ -120,12 +120,12 @@ def dashes(index: int) -> str | tuple[float, tuple[float, ...]]:
 
 
 def number(value: float) -> str:
-    """A number as on an axis: short, with a minus sign of the right length, never -0."""
+    """Text of a number on an axis, short, with a true minus sign, never -0."""
     return f"{value:.7g}".replace("-", "−") if abs(value) > 0 else "0"
 
 
 def rounded_text(value: float, digits: int = 3) -> str:
-    """A number in a note, with at most this many significant digits."""
+    """Text of a number in a note, with at most this many significant digits."""
     return number(float(f"{value:.{digits}g}"))
 
 

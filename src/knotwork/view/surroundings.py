@@ -1,4 +1,4 @@
-"""Surroundings, tool and held objects in a scene; collision shapes."""
+"""Surroundings, tool, held objects and collision shapes in a scene."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from knotwork.view.scene_parts import SceneParts
 from knotwork.view.shown_motion import ShownMotion
 
 MAX_DRAWN = 10_000
-"""Largest number of drawn cells; above it, larger cells are drawn."""
+"""Maximum number of drawn cells; if there are more, larger cells are drawn."""
 OBJECT_COLOUR = (0.76, 0.70, 0.58, 1.0)
 PLANE_COLOUR = (0.80, 0.80, 0.77, 1.0)
 TOOL_COLOUR = (0.33, 0.37, 0.42, 1.0)

@@ -28,8 +28,8 @@ MIN_DRAWN_SPEED = 1e-9
 def tool_targets(shown: ShownMotion) -> Sequence[CartesianWaypoint]:
     """Find the given tool pose and velocity of each waypoint, in the URDF root's axes.
 
-    A wait appears once, at its start. If joints move the base, fixed poses are those at their
-    times.
+    A wait appears once, at its start. If joints move the base, a pose in the world has its place in
+    base axes at the time of its waypoint.
     """
     scenario, space, robot, curve = shown.scenario, shown.space, shown.robot, shown.curve
     if robot.tcp_frame_id is None:
@@ -61,7 +61,7 @@ def given_velocities(shown: ShownMotion) -> list[CartesianWaypoint]:
 
 
 def spacings(targets: Sequence[CartesianWaypoint]) -> FloatArray:
-    """Distances between consecutive waypoints [m], without zero ones."""
+    """Distances between consecutive waypoints that are not at the same point [m]."""
     points = np.array([target.pose.translation for target in targets]).reshape(-1, 3)
     lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
     return np.asarray(lengths[lengths > 1e-6])

@@ -47,7 +47,7 @@ def draw_marks(parts: SceneParts, shown: ShownMotion, size: float) -> dict[str, 
 
 
 def _draw_waypoints(parts: SceneParts, shown: ShownMotion, size: float) -> None:
-    """Draw the waypoints. Fixed ones move in the scene if joints move the base frame."""
+    """Draw the waypoints. If joints move the base frame, those in the world move in the scene."""
     robot = shown.robot
     waypoints = {waypoint.name: waypoint for waypoint in shown.scenario.waypoints}
     frame = robot.model.frames[robot.frame_index(robot.world_frame)]

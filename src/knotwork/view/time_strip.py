@@ -1,4 +1,4 @@
-"""The strip below a scene: segments with limiting constraints, curves over time and failures."""
+"""The strip below a scene: segments and their limiting constraints, curves and failures."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from knotwork.arrays import FloatArray
 from knotwork.curves.trajectory import Segment
 from knotwork.verification import Finding, Motion
+from knotwork.verification.brief import NOTABLE_UTILISATION
 from knotwork.verification.finding import unite_intervals
 from knotwork.verification.freedom_use import sample_freedoms
 from knotwork.view.clearance_curve import clearance_curve
@@ -21,17 +22,14 @@ from knotwork.view.tool_curves import full_speeds
 STRIP_SAMPLES = 800
 # Minimum drawn duration of a failure, as a fraction of the motion.
 MIN_FAILURE_WIDTH = 0.003
-# Use of a limit below which it is not a limiting constraint.
-NOTABLE_SHARE = 0.01
 _Shares = list[tuple[Finding, FloatArray]]
-"""Findings with the use of their limits at sample times, from `sample_utilisation`."""
+"""Findings with the utilisation of their limits at sample times, from `sample_utilisation`."""
 
 
 def time_strip(shown: ShownMotion) -> dict[str, Any]:
-    """Segments, use of limits, curves over time, failures and events.
+    """Collect segments, utilisation of limits, curves, failures and events as plain data.
 
-    Returns:
-        Times from the start of the motion [s].
+    All times are since the start of the motion [s].
     """
     curve, trajectory, scenario = shown.curve, shown.trajectory, shown.scenario
     start, end = float(curve.x[0]), float(curve.x[-1])
@@ -71,7 +69,7 @@ def broken_spans(
 
     Args:
         failures: Failures of the check.
-        utilisations: Use of each limit from `sample_utilisation`.
+        utilisations: Utilisation of each limit from `sample_utilisation`.
         time: Times of these samples [s].
     """
     start, end = float(time[0]), float(time[-1])
@@ -92,7 +90,7 @@ def broken_spans(
 def _limiting_constraint(
     segment: Segment, findings: Sequence[Finding], utilisations: _Shares, time: FloatArray
 ) -> str:
-    """Limiting constraint of a segment: that of the choice of times, else the limit nearest to it.
+    """Name the limiting constraint of a segment: that of chosen times, or else the tightest limit.
 
     Positions within their range are not constraints.
     """
@@ -107,14 +105,14 @@ def _limiting_constraint(
         return ""
     limiting, utilisation = max(slowing, key=lambda pair: float(pair[1][within].max()))
     most = float(utilisation[within].max())
-    if most < NOTABLE_SHARE:
+    if most < NOTABLE_UTILISATION:
         return ""
     part = f"{100.0 * most:.0f} %" if np.isfinite(most) else "a jump"
     return f"{limiting.name} {limiting.title} {part}".lstrip()
 
 
 def _more_curves(shown: ShownMotion, time: FloatArray) -> Iterator[dict[str, Any]]:
-    """Speeds of limited links, and used freedom of paths, in the displayed units."""
+    """Curves of the speeds of limited links, and of the free values of paths, in shown units."""
     scenario, robot, curve = shown.scenario, shown.robot, shown.curve
     for limit in scenario.motion_limits.frame_speeds:
         factor, unit = scenario.units.shown(1.0, "m/s")

@@ -22,7 +22,7 @@ from knotwork.view.shown_motion import ShownMotion
 SAMPLES = 1500
 """Number of samples of a motion."""
 PATH_SAMPLES, PIECE_SAMPLES, MAX_PATH_SAMPLES = 240, 16, 12_000
-"""Number of samples of a stretch of a path, at least in each piece, and at most."""
+"""Number of samples of a stretch of a path, minimum in each piece, and maximum of a stretch."""
 
 Curve = tuple[FloatArray, FloatArray]
 """Times [s], shape (n,), and values, shape (n, k), with NaN at gaps."""
@@ -141,14 +141,14 @@ class ToolRow:
 
     Attributes:
         title: Title of the quantity.
-        unit: Its SI unit, or `"%"`.
-        curve: Function that measures a motion.
+        unit: SI unit of the quantity, or `"%"`.
+        curve: Function that samples the quantity over a motion.
         component: Index of the displayed value.
-        given: Part of a waypoint's velocity to mark, `"linear"` or `"angular"`, or none.
+        given: Part of the waypoints' velocities to mark, `"linear"` or `"angular"`, or none.
         limit: Limit in SI, or `None`.
-        tolerance: Whether it is a tolerance along tool paths, to both sides.
-        judged: Quantity and name of the findings on that limit.
-        least: Whether it is a lower limit.
+        tolerance: Whether the limit is a tolerance along tool paths, to both sides.
+        judged: Quantity and name of the findings on the limit.
+        least: Whether the limit is a lower one.
     """
 
     title: str
@@ -163,7 +163,7 @@ class ToolRow:
 
 
 def tool_rows(motions: list[ShownMotion]) -> list[ToolRow]:
-    """Candidate rows. The caller leaves out rows without values.
+    """Make the candidate rows of a picture; the caller leaves out rows without values.
 
     Raises:
         InputError: A motion has no robot, or a robot without a tool.
@@ -207,7 +207,7 @@ def _require_tool(motion: ShownMotion) -> None:
     robot = motion.space.robot
     if robot is None:
         raise InputError(
-            "the tool can't be drawn without a robot; give a plan or a scenario that names one"
+            "the tool can't be drawn without a robot; give a plan or a scenario that names a robot"
         )
     if robot.tool_frame is None:
         raise InputError(f"robot {robot.name!r} has no tool frame; name one in the scenario")

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Fraction of the tolerance that counts as zero.
+# Fraction of a tolerance below which a value is not written in digits.
 ZERO_SHARE = 1e-3
 
 
@@ -112,7 +112,7 @@ def _draw_panel(
 def _mark_limit(
     panel: Panel, row: ToolRow, limit: float, motions: list[ShownMotion], values: list[Curve]
 ) -> None:
-    """A tolerance or a limit, the parts beyond, and a note on the worst value."""
+    """Mark a tolerance or a limit and the parts of curves beyond, and note the worst value."""
     side = -1.0 if row.least else 1.0
     most = side * limit + (0.0 if row.tolerance else LIMIT_SLACK * max(1.0, limit))
     reached = []

@@ -23,9 +23,9 @@ class ToolTrace:
     Attributes:
         time: Times [s], shape (n,).
         position: Positions [m], shape (n, 3).
-        speed: From `tool_speeds` [m/s], shape (n,).
-        broken: Whether a limit of joints, tool or links is exceeded, or bodies are too close, of
-            shape (n,).
+        speed: Speeds [m/s], from `tool_speeds`, shape (n,).
+        broken: Whether a limit of joints, tool or links is exceeded, or bodies are too close, shape
+            (n,).
     """
 
     time: FloatArray
@@ -39,7 +39,7 @@ def tool_trace(shown: ShownMotion) -> ToolTrace | None:
     """Sample the tool's path evenly in time, at every break, and where something fails.
 
     Returns:
-        The path, cached; `None` without a tool.
+        The path, which is cached; `None` without a tool.
     """
     if shown.robot.tcp_frame_id is None:
         return None
@@ -68,7 +68,7 @@ def tool_trace(shown: ShownMotion) -> ToolTrace | None:
 def tool_speeds(shown: ShownMotion, time: FloatArray) -> FloatArray:
     """Speed of the tool centre point [m/s], shape (n,), at times of shape (n,).
 
-    On a path it is relative to the frame of the path, like the given speed.
+    Along a tool path the speed is relative to the frame of the path, like the given speed.
     """
     robot, curve, paths = shown.robot, shown.curve, shown.scenario.paths
     q, v = curve(time), curve(time, 1)

@@ -145,7 +145,8 @@ def _check_knots(
     x: FloatArray, knots: ArrayLike, known: NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray]:
     n = x.size
-    expected = 2 * n - 2 + int(known[0]) + int(known[-1])
+    known_ends = int(known[0]) + int(known[-1])
+    expected = 2 * n - 2 + known_ends
     try:
         t = np.array(knots, dtype=float)
     except (TypeError, ValueError) as error:
@@ -163,12 +164,11 @@ def _check_knots(
                 waypoint=i,
             )
     if t.size != expected:
-        ends = int(known[0]) + int(known[-1])
         rule = (
             "2n - 2",
             "2n - 1, because one end acceleration is given",
             "2n, because end accelerations are given",
-        )[ends]
+        )[known_ends]
         raise KnotError(f"{n} waypoints need {expected} knots ({rule}); {t.size} are given")
     t = np.concatenate((() if known[0] else t[:1], t, () if known[-1] else t[-1:]))
     return t[0::2].copy(), t[1::2].copy()

@@ -14,7 +14,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from knotwork.errors import InputError, UnknownNameError
-from knotwork.files.export.labels import side_file, side_path
+from knotwork.files.export.labels import events_path, events_text
 from knotwork.files.storage import write_file, write_files
 
 if TYPE_CHECKING:
@@ -28,14 +28,15 @@ class Format:
     """An export format.
 
     Attributes:
-        name: Name; the function `to_` plus this name, for SciPy `to_scipy_npz`, returns the text
-            or bytes.
+        name: Name.
         summary: Short description.
         suffix: Suffix of its files.
         module: Its module in `knotwork.files.export`.
         options: Names of the keyword arguments of its function.
+        function: Function of the module that returns the text or bytes; by default `to_` plus the
+            name.
         binary: Whether its files are binary.
-        events: Whether it contains events; otherwise a second file does.
+        events: Whether it contains events; otherwise they are in a second file.
         tabular: Whether it is a table of samples or points.
         straight: Whether it has only positions, which receivers interpolate by straight lines.
     """
@@ -49,6 +50,7 @@ class Format:
     events: bool = False
     tabular: bool = False
     straight: bool = False
+    function: str = ""
 
     def takes_points(self, options: Mapping[str, Any]) -> bool:
         """Whether the format, with these options, consists of points of the motion."""
@@ -89,7 +91,7 @@ _ALL_FORMATS = (
     Format("parquet", _PARQUET, ".parquet", "samples", **_TABLE, binary=True),
     Format("mujoco", _MUJOCO, ".xml", "keyframes", ("rate", "lead")),
     Format("mat", "polynomials for MATLAB's ppval", ".mat", "polynomial_files", binary=True),
-    Format("scipy", _SCIPY, ".npz", "polynomial_files", binary=True),
+    Format("scipy", _SCIPY, ".npz", "polynomial_files", binary=True, function="to_scipy_npz"),
 )
 
 FORMATS: Mapping[str, Format] = MappingProxyType({form.name: form for form in _ALL_FORMATS})
@@ -112,7 +114,7 @@ def get_format(name: str) -> Format:
 
 
 def checked_options(form: Format, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options if the format accepts all of them.
+    """Check that a format accepts all options, and return them.
 
     >>> checked_options(get_format("csv"), {"rate": 50})
     {'rate': 50}
@@ -131,7 +133,7 @@ def checked_options(form: Format, options: Mapping[str, Any]) -> dict[str, Any]:
 def content(
     motion: JointTrajectory | Points | MotionTable, name: str, **options: Any
 ) -> str | bytes:
-    """Give the content of a file in a format.
+    """Return the content of a file in a format.
 
     >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
     >>> content(lift, "csv", rate=2).splitlines()[1]
@@ -148,14 +150,13 @@ def content(
         InputError: The format does not accept an option, or can't represent the motion.
     """
     form = get_format(name)
-    function = "to_scipy_npz" if name == "scipy" else f"to_{name}"
-    make = resolve_name(f"{__package__}.{form.module}:{function}")
+    make = resolve_name(f"{__package__}.{form.module}:{form.function or f'to_{name}'}")
     text: str | bytes = make(motion, **checked_options(form, options))
     return text
 
 
 def checked_target(path: Path | str, *, force: bool = False) -> Path:
-    """Return the resolved file of a path if it may be written.
+    """Check that a file may be written, and return its resolved path.
 
     >>> checked_target("motion.csv").name
     'motion.csv'
@@ -171,7 +172,7 @@ def checked_target(path: Path | str, *, force: bool = False) -> Path:
         target = Path(path).resolve()
         exists, is_file = target.exists(), target.is_file()
     except (TypeError, OSError, RuntimeError, ValueError) as error:
-        # no text; a loop of links; a NUL in the name
+        # not a path; a loop of links; a NUL in the name
         raise InputError(f"can't write to {path!r}: {error}; give the path of a file") from error
     if (exists and not is_file) or os.path.basename(path) in ("", ".", ".."):
         raise InputError(f"can't write to {path}: it is no regular file; give the path of a file")
@@ -212,7 +213,7 @@ def save(
     """
     checked_target(path, force=force)
     has_all_events = get_format(name).events or not trajectory.events
-    side = None if has_all_events else side_file(trajectory)
+    side = None if has_all_events else events_text(trajectory)
     return write(path, content(trajectory, name, **options), force=force, side_content=side)
 
 
@@ -228,7 +229,7 @@ def write(
         path: Path of the file; its folder is created if it does not exist.
         text: Content of the file.
         force: Replace the file if it exists.
-        side_content: Content of the second file, if any.
+        side_content: Content of the second file, which has the events; `None` without one.
 
     Raises:
         InputError: The file exists or can't be written.
@@ -236,8 +237,8 @@ def write(
     target = checked_target(path, force=force)
     if side_content is None:
         return write_file(target, text)
-    side = side_path(target)
-    # the same motion in another format has the same one
+    side = events_path(target)
+    # the same motion in another format has the same second file
     is_same = side.is_file() and side.read_bytes() == side_content.encode()
     side = checked_target(side, force=force or is_same)
     return write_files(target.parent, {target.name: text, side.name: side_content})[0]

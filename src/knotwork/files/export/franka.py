@@ -152,7 +152,7 @@ def _arm_of(names: tuple[str, ...]) -> Arm:
 
 
 def _limit_notes(points: Positions, arm: Arm, robot: Robot) -> Iterator[str]:
-    """Utilisations of the interface's limits, with the arm at rest before and after.
+    """Describe the utilisation of each limit, with the arm at rest before and after the motion.
 
     Raises:
         ExportError: A limit is exceeded.
@@ -172,17 +172,17 @@ def _limit_notes(points: Positions, arm: Arm, robot: Robot) -> Iterator[str]:
     still = np.concatenate((np.repeat(q[:1], 3, axis=0), q, np.repeat(q[-1:], 3, axis=0)))
     v, a, j = (np.diff(still, n, axis=0) / CYCLE**n for n in (1, 2, 3))
     down, up = arm.speeds(still[1:])
-    yield _line(motion, "velocity", v, np.where(v < 0.0, down, up), 2)
-    yield _line(motion, "acceleration", a, arm.acceleration, 1)
-    yield _line(motion, "jerk", j, arm.jerk, 0)
+    yield _limit_note(motion, "velocity", v, np.where(v < 0.0, down, up), 2)
+    yield _limit_note(motion, "acceleration", a, arm.acceleration, 1)
+    yield _limit_note(motion, "jerk", j, arm.jerk, 0)
     unweighted = robot.with_gravity(np.zeros(3))
     torque = np.array(
         [unweighted.effort(*state) for state in zip(still[2:], v[1:], a, strict=True)]
     )
-    yield _line(motion, "torque rate", np.diff(torque, axis=0) / CYCLE, TORQUE_RATE, 0)
+    yield _limit_note(motion, "torque rate", np.diff(torque, axis=0) / CYCLE, TORQUE_RATE, 0)
 
 
-def _line(
+def _limit_note(
     motion: JointTrajectory, quantity: str, values: FloatArray, limit: FloatArray, first: int
 ) -> str:
     """Describe the utilisation of a limit by differences of rows; index `first` is at time 0.

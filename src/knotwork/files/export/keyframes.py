@@ -11,8 +11,8 @@ from knotwork.errors import InputError
 from knotwork.errors.arguments import require_number
 from knotwork.files.export.table import DEFAULT_RATE
 
-MOST_KEYFRAMES = 1_000_000
-"""Largest number of keyframes."""
+MAX_KEYFRAMES = 1_000_000
+"""Maximum number of keyframes."""
 
 
 def to_mujoco(motion: JointTrajectory, *, rate: float = DEFAULT_RATE, lead: float = 0.0) -> str:
@@ -40,7 +40,7 @@ def to_mujoco(motion: JointTrajectory, *, rate: float = DEFAULT_RATE, lead: floa
     lead = require_number(lead, "lead", "s")
     if lead < 0.0:
         raise InputError(f"lead is {lead:g} s; accepted: kv/kp of the actuators, 0 or more")
-    time = make_sample_times(motion.start_time, motion.end_time, rate, MOST_KEYFRAMES)
+    time = make_sample_times(motion.start_time, motion.end_time, rate, MAX_KEYFRAMES)
     root = Element("mujoco", model="knotwork_motion")
     names = SubElement(root, "custom")
     SubElement(names, "text", name="joints", data=" ".join(motion.joint_names))

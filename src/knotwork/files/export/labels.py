@@ -12,14 +12,14 @@ from knotwork.errors import ExportError
 from knotwork.errors.plain_text import waypoint_text
 from knotwork.files.storage import to_json
 
-SAME_ROW_TIME = 1e-9
-"""Time before an event within which a row is at the event [s]."""
+EVENT_ROW_TOLERANCE = 1e-9
+"""An event up to this time after a row belongs to that row [s]."""
 
 EVENTS_FORMAT = "knotwork.events"
 
 
 def labels_at(trajectory: JointTrajectory, time: FloatArray) -> dict[str, list[str]]:
-    """The segment of each row of a table, and the signals switched since the previous row.
+    """List the segment of each row of a table, and the signals switched since the previous row.
 
     >>> plan = kw.plan("paper_case")
     >>> labels_at(plan.trajectory, np.array([0.0, 6.0]))["segment"]
@@ -33,14 +33,14 @@ def labels_at(trajectory: JointTrajectory, time: FloatArray) -> dict[str, list[s
     names = ["", *(segment.name for segment in trajectory.segments)]
     switched: list[list[str]] = [[] for _ in time]
     for event in trajectory.events:
-        row = int(np.searchsorted(time, event.time - SAME_ROW_TIME))
+        row = int(np.searchsorted(time, event.time - EVENT_ROW_TOLERANCE))
         switched[min(row, len(time) - 1)].append(event.text)
     segment = [names[i] for i in np.searchsorted(starts, time, "right")]
     return {"segment": segment, "event": ["; ".join(row) for row in switched]}
 
 
-def side_file(trajectory: JointTrajectory) -> str:
-    """Events and segments as JSON, their times since the start of the motion [s]."""
+def events_text(trajectory: JointTrajectory) -> str:
+    """Write events and segments as JSON, with times since the start of the motion [s]."""
     start = trajectory.start_time
     events = [
         {
@@ -56,22 +56,22 @@ def side_file(trajectory: JointTrajectory) -> str:
     return to_json({"format": EVENTS_FORMAT, "version": 1, "events": events, "segments": segments})
 
 
-def side_path(path: Path) -> Path:
+def events_path(path: Path) -> Path:
     """Path of the separate file of events.
 
-    >>> side_path(Path("motion.yaml")).name
+    >>> events_path(Path("motion.yaml")).name
     'motion.events.json'
     """
     return path.with_name(f"{path.stem}.events.json")
 
 
 def one_ascii_line(name: str) -> str:
-    """A name in one line of ASCII: text after a line break would be a part of a program."""
+    """Write a name in one line of ASCII, so that no part of it can become code of a program."""
     return ascii(name)[1:-1]
 
 
 def unsupported_event(event: Event, maker: str, accepted: str) -> ExportError:
-    """The error for an event that a maker's controller can't switch, with what is accepted."""
+    """Make the error for an event that a maker's controller can't switch."""
     return ExportError(
         f"{event.text} at {event.time:.3f} s, {waypoint_text(event.waypoint)}: a program for "
         f"{maker} can't switch it; accepted: on and off, with {accepted}; or --without-events",

@@ -27,11 +27,11 @@ LOSSLESS = 1e-12
 polynomials: about a hundred times the rounding error.
 """
 
-MOST_EXPORTED_POINTS = 1_000_000
+MAX_EXPORTED_POINTS = 1_000_000
 """Maximum number of points. No controller accepts more in one message."""
 
-MOST_CUTS = 64
-"""Maximum number of parts into which a piece is divided at once."""
+MAX_CUTS = 64
+"""Maximum number of parts into which a piece is divided in one round."""
 
 PIECE_NAMES = {2: "cubics", 3: "quintics"}
 POINT_CONTENTS = {2: "position and velocity", 3: "position, velocity and acceleration"}
@@ -65,7 +65,7 @@ class Points:
         return int(self.trajectory.breaks.size)
 
     def describe(self) -> str:
-        """Describe the number of points and their accuracy."""
+        """Describe the number of points, and the accuracy of the curve through them."""
         points = f"{self.count} points of {POINT_CONTENTS[3 if self.with_acceleration else 2]}"
         if self.exact:
             return f"{points} define the whole motion exactly"
@@ -83,7 +83,7 @@ def motion_points(
     accelerations: bool = False,
     fit: float | None = None,
 ) -> Points:
-    """Take the knots of a motion, or sufficient points for a curve within a tolerance.
+    """Take the knots of a motion, or as many points as define it within a tolerance.
 
     Points are inserted only where the error of the cubics (or quintics) through the knots exceeds
     the tolerance. The error is the maximum of the difference of the polynomials, from its critical
@@ -131,7 +131,7 @@ def motion_points(
 
 
 def _receiver_pieces(trajectory: JointTrajectory, times: FloatArray, order: int) -> FloatArray:
-    """Pieces that a receiver makes of points, as coefficients of shape (2·order, pieces, d)."""
+    """Coefficients of the pieces that a receiver makes of points, shape (2·order, pieces, d)."""
     derivatives = tuple(trajectory(times, nu) for nu in range(order))
     return two_point_coefficients(times, derivatives)
 
@@ -192,7 +192,7 @@ def _refuse_jumps(trajectory: JointTrajectory, order: int, fit: float | None) ->
 def _lossy(
     trajectory: JointTrajectory, order: int, times: FloatArray, joined: FloatArray
 ) -> ExportError:
-    """The error for a motion that is not defined by its knots."""
+    """Make the error for a motion that its knots do not define."""
     off = largest_difference(trajectory, times, joined)
     piece, joint = (int(i) for i in np.unravel_index(int(off.argmax()), off.shape))
     degree = trajectory.polynomial.degree
@@ -202,9 +202,9 @@ def _lossy(
         f"{planner} makes polynomials of degree {degree}; {PIECE_NAMES[order]} through the "
         f"{POINT_CONTENTS[order]} of its {times.size} knots would be off by up to "
         f"{off[piece, joint]:.3g} {unit} (joint {name!r}, between {times[piece]:.6g} s and "
-        f"{times[piece + 1]:.6g} s): choose a planner of cubics; or give a tolerance to fit "
-        "within, in rad or m (--fit); or, where the format has them and the planner makes "
-        "quintics, send accelerations too (--accelerations)",
+        f"{times[piece + 1]:.6g} s): choose a planner of cubics; or give fit (--fit), a "
+        "tolerance in rad or m; or, where the format has them and the planner makes quintics, "
+        "send accelerations too (accelerations=True, --accelerations)",
         joint=name,
         error=float(off[piece, joint]),
         time=float(times[piece]),
@@ -230,10 +230,10 @@ def _refine(
             return times, joined
         parts = np.ones(worst.size, dtype=int)
         needed = np.ceil((worst[bad] / tolerance) ** (0.5 / order))
-        parts[bad] = np.clip(needed, 2, MOST_CUTS).astype(int)
-        if parts.sum() + 1 > MOST_EXPORTED_POINTS:
+        parts[bad] = np.clip(needed, 2, MAX_CUTS).astype(int)
+        if parts.sum() + 1 > MAX_EXPORTED_POINTS:
             raise InputError(
-                f"a fit within {tolerance:g} takes more than {MOST_EXPORTED_POINTS} points; choose "
+                f"a fit within {tolerance:g} takes more than {MAX_EXPORTED_POINTS} points; choose "
                 "a larger tolerance"
             )
         times = split_evenly(times, parts)

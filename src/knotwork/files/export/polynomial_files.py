@@ -20,7 +20,7 @@ HEADER_SIZE = 116
 
 
 def to_scipy(trajectory: JointTrajectory) -> PPoly:
-    """Give the motion as `scipy.interpolate.PPoly`, exactly, of any degree.
+    """Return the motion as `scipy.interpolate.PPoly`, exactly, of any degree.
 
     Calling it gives positions [rad or m] of trailing shape (d,); it does not extrapolate.
 
@@ -103,7 +103,7 @@ def to_mat(trajectory: JointTrajectory) -> bytes:
 
 
 def to_drake(trajectory: JointTrajectory) -> Any:
-    """Give the motion as Drake's `PiecewisePolynomial`, d rows and one column (needs `pydrake`).
+    """Return the motion as Drake's `PiecewisePolynomial`, d rows and one column (needs `pydrake`).
 
     The coefficients are those of the motion.
 

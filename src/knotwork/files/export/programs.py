@@ -44,9 +44,9 @@ if TYPE_CHECKING:
     from knotwork.robot import Robot
 
 MAX_REMARK_LENGTH = 32
-"""Largest number of characters of a remark of FANUC."""
+"""Maximum number of characters of a FANUC remark."""
 MAX_TRIGGERS = 8
-"""Largest number of triggers of one move of ABB."""
+"""Maximum number of triggers of one ABB move."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class ProgramStep:
         moving_time: Time at its end since the arm was last at rest [s].
         at_rest: Whether the arm is at rest.
         first, last: Whether the arm starts to move, or comes to rest at the end.
-        notes: Names of segments that begin at its start.
+        notes: Names of the segments that begin with the step.
         flying: Events at its end that are switched while the arm moves.
         resting: Events at its end that are switched at rest.
     """
@@ -100,7 +100,7 @@ def to_krl(
         InputError: The tolerance is out of range.
     """
     points = straight_points(motion, **STRAIGHT["krl"], fit=fit)
-    arm, outer, further = _axes(points, points.position, robot)
+    arm, outer, external_units = _axes(points, points.position, robot)
     names = [f"A{j + 1}" for j in range(ARM_AXES)] + [f"E{j + 1}" for j in range(outer.shape[1])]
 
     def axes(i: int) -> str:
@@ -121,7 +121,7 @@ def to_krl(
         if step.last:
             yield from (f"  TIME_BLOCK END = {step.moving_time:.3f}", "ENDSPLINE")
 
-    about = (*_about(points, "KUKA", further), "File: knotwork_motion.src.")
+    about = (*_about(points, "KUKA", external_units), "File: knotwork_motion.src.")
     begin = [*(f"; {line}" for line in about), "BAS(#INITMOV, 0)", f"PTP {axes(0)}"]
     body = _body(points, _steps(points), "; {}", "WAIT SEC {:.3f}", switch, move)
     return _text(["DEF knotwork_motion()", *_indented(begin + body), "END"])
@@ -140,7 +140,7 @@ def to_rapid(
     70
     """
     points = straight_points(motion, **STRAIGHT["rapid"], fit=fit)
-    arm, outer, further = _axes(points, points.position, robot)
+    arm, outer, external_units = _axes(points, points.position, robot)
     unused = ["9E9"] * (ARM_AXES - outer.shape[1])
     targets = []
     for angles, values in zip(arm, outer, strict=True):
@@ -163,7 +163,7 @@ def to_rapid(
         yield rf"{name} kw_q{{{step.to + 1}}}\NoEOffs, v5000\T:={step.time:.3f}, {zone}, tool0;"
 
     data = [
-        *(f"! {line}" for line in _about(points, "ABB", further)),
+        *(f"! {line}" for line in _about(points, "ABB", external_units)),
         f"CONST jointtarget kw_q{{{len(targets)}}} := [",
         *",\n".join(targets).split("\n"),
         "];",
@@ -192,7 +192,7 @@ def to_ls(
     68
     """
     points = straight_points(motion, **STRAIGHT["ls"], fit=fit)
-    arm, outer, further = _axes(points, from_horizontal(points, robot), robot)
+    arm, outer, external_units = _axes(points, from_horizontal(points, robot), robot)
 
     def switch(event: Event) -> str:
         return f"  DO[{_output_number(event, 'FANUC')}]={'ON' if event.value else 'OFF'}"
@@ -212,7 +212,7 @@ def to_ls(
     lines += ["/MN", *(f"{i:4}:{line} ;" for i, line in enumerate(moves, 1)), "/POS"]
     for i in range(points.time.size):
         values = [f"J{j + 1} = {value:.4f} deg" for j, value in enumerate(arm[i])]
-        external = enumerate(zip(outer[i], further.values(), strict=True), 1)
+        external = enumerate(zip(outer[i], external_units.values(), strict=True), 1)
         values += [f"E{j} = {value:.4f} {unit}" for j, (value, unit) in external]
         lines += [f"P[{i + 1}]{{", "   GP1:", "  UF : F, UT : F,", f"  {', '.join(values)}", "};"]
     return _text([*lines, "/END"])
@@ -252,7 +252,7 @@ def _axes(
 
 
 def _steps(points: Positions) -> Iterator[ProgramStep]:
-    """The steps between the points, with the events at their ends."""
+    """List the steps between points, with the events at their ends; a rest is one step."""
     motion, time = points.trajectory, points.time
     switched: list[list[Event]] = [[] for _ in time]
     for event, i in _events_by_point(points):
@@ -263,7 +263,6 @@ def _steps(points: Positions) -> Iterator[ProgramStep]:
         i = int(np.searchsorted(time, start, "right"))
         notes[min(i, len(time) - 1)].append(one_ascii_line(segment.name))
     at_rest = [True, *_find_rests(points), True]
-    # without the points inside a rest
     ends = [
         i
         for i in range(1, len(time) - 1)
@@ -292,7 +291,7 @@ def _find_rests(points: Positions) -> list[bool]:
 
 
 def _events_by_point(points: Positions) -> Iterator[tuple[Event, int]]:
-    """Events with the indices of their points."""
+    """List events, each with the index of the point nearest in time."""
     for event in points.trajectory.events:
         time = event.time - points.trajectory.start_time
         yield event, int(np.abs(points.time - time).argmin())
@@ -322,14 +321,14 @@ def _output_number(event: Event, maker: str) -> int:
     return event.output
 
 
-def _about(points: Positions, maker: str, further: Mapping[str, str]) -> Iterator[str]:
+def _about(points: Positions, maker: str, external_units: Mapping[str, str]) -> Iterator[str]:
     motion = points.trajectory
     yield f"A motion of {motion.duration:.6g} s for a controller of {maker}."
     yield f"{points.describe()}."
-    arm = (name for name in motion.joint_names if name not in further)
+    arm = (name for name in motion.joint_names if name not in external_units)
     yield f"Joints: {', '.join(map(one_ascii_line, arm))}, in deg."
-    if further:
-        named = (f"{one_ascii_line(name)} [{unit}]" for name, unit in further.items())
+    if external_units:
+        named = (f"{one_ascii_line(name)} [{unit}]" for name, unit in external_units.items())
         yield f"External axes: {', '.join(named)}."
     yield "Try it in a simulator first."
 

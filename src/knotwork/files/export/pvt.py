@@ -20,7 +20,7 @@ from knotwork.files.storage import to_csv
 DEGREES = 180.0 / math.pi
 
 
-@np.errstate(over="ignore", invalid="ignore")  # refused with a reason
+@np.errstate(over="ignore", invalid="ignore")  # an error reports overflow
 def to_pvt(
     motion: JointTrajectory | Points,
     *,
@@ -71,7 +71,7 @@ def to_pvt(
             unit, per = "deg", factor * DEGREES
         position, velocity = knots.position[:, i] * per + shift, knots.velocity[:, i] * per
         if not np.isfinite([position, velocity]).all():
-            raise InputError(f"scale of joint {name!r} is {factor!r}, which exceeds all numbers")
+            raise InputError(f"scale of joint {name!r} is {factor!r}, which is too large")
         label, drive = unit, ""
         if factor != 1.0 or shift != 0.0:
             label = "drive"
@@ -84,7 +84,7 @@ def to_pvt(
 
 
 def increments(time: FloatArray) -> FloatArray:
-    """Steps between rows. Their sum is the time of each row, without drift by rounding."""
+    """Compute steps between rows that add up to the time of each row, without drift by rounding."""
     steps, total = np.empty_like(time), 0.0
     for i, end in enumerate(time.tolist()):
         steps[i] = end - total
@@ -95,7 +95,7 @@ def increments(time: FloatArray) -> FloatArray:
 def _by_joint(
     trajectory: JointTrajectory, mapping: Mapping[str, float] | None, missing: float, option: str
 ) -> list[float]:
-    """A number for each joint."""
+    """List the number of each joint, in the order of the motion."""
     if mapping is not None and not isinstance(mapping, Mapping):
         raise InputError(f"{option} is {mapping!r}; it must be a mapping of joint names to numbers")
     values: dict[str, float] = {}

@@ -41,7 +41,7 @@ _VALUES = ("positions", "velocities", "accelerations")
 
 
 def ticks(trajectory: JointTrajectory) -> list[int]:
-    """Times of the points after the start [ns], each rounded once, so that errors do not add up.
+    """Compute times of points after the start [ns], each rounded once, so errors don't add up.
 
     The exact difference of the time of a knot and the start time is rounded to the nearest integer.
     The last one is rounded down.
@@ -77,7 +77,7 @@ def ros2_dict(
     accelerations: bool = False,
     fit: float | None = None,
 ) -> dict[str, Any]:
-    """Give the message as plain data: its fields by name, nested as in the message.
+    """Return the message as plain data: its fields by name, nested as in the message.
 
     >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
     >>> message = ros2_dict(lift)
@@ -156,7 +156,7 @@ def to_ros2(
 
 
 def _first_line(curve: JointTrajectory) -> str:
-    """Comment on the required state of the arm when a message is sent."""
+    """Write a comment on the state that the arm must have when the message is sent."""
     velocity, acceleration = (curve(curve.start_time, order) for order in (1, 2))
     if np.abs(velocity).max() <= NEGLIGIBLE_SPEED:
         return "# The arm must be at rest at the first point when this is sent."

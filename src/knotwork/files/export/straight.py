@@ -15,7 +15,7 @@ from knotwork.curves.polynomial.two_point import two_point_coefficients
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import ExportError, InputError
 from knotwork.errors.arguments import require_number
-from knotwork.files.export.lossless import MOST_EXPORTED_POINTS, largest_difference, split_evenly
+from knotwork.files.export.lossless import MAX_EXPORTED_POINTS, largest_difference, split_evenly
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
@@ -31,12 +31,13 @@ LINE_TOLERANCE = 1e-3
 TIME_TICK = 1e-3
 """Programs have times in whole milliseconds [s]."""
 CONTINUE_ADVICE = "; to continue another motion, stop it first (plan.stop), and begin at the stop"
-_DIGIT = np.radians(0.5e-6)
+# Rounding error of six decimals of an angle in deg [rad].
+_SIX_DECIMALS = np.radians(0.5e-6)
 STRAIGHT: Mapping[str, Any] = {
-    "krl": {"written": _DIGIT},
-    "rapid": {"written": _DIGIT},
-    # numbers have two digits less there, and joint 3 is a sum of two values
-    "ls": {"written": 200.0 * _DIGIT},
+    "krl": {"rounding": _SIX_DECIMALS},
+    "rapid": {"rounding": _SIX_DECIMALS},
+    # FANUC's angles have four decimals, and its third one is the sum of two joints
+    "ls": {"rounding": 200.0 * _SIX_DECIMALS},
     "rsi": {"cycle": 0.004},
     "egm": {"cycle": 0.004},
     "j519": {"cycle": 0.008},
@@ -51,7 +52,7 @@ RESTING_SPEED = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Positions:
-    """Positions of a motion at given times.
+    """Positions of a motion at a sequence of times.
 
     >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
     >>> points = straight_points(lift, cycle=0.25)
@@ -62,7 +63,7 @@ class Positions:
         trajectory: The motion.
         time: Times since the motion's start [s], shape (n,); the last one may be after its end.
         position: Positions [rad or m], shape (n, d).
-        error: Largest error of straight lines between them [rad or m].
+        error: Largest error of straight lines between the positions [rad or m].
     """
 
     trajectory: JointTrajectory
@@ -71,7 +72,7 @@ class Positions:
     error: float
 
     def describe(self) -> str:
-        """Describe their number and error."""
+        """Describe the number of positions, and their error."""
         return (
             f"{self.time.size} points; straight lines between them are off the motion by at most "
             f"{bound_text(self.error)} [rad or m]"
@@ -119,9 +120,9 @@ def straight_points(
     *,
     cycle: float | None = None,
     fit: float | None = None,
-    written: float = 0.0,
+    rounding: float = 0.0,
 ) -> Positions:
-    """Positions of a motion from rest to rest, and the error of straight lines between them.
+    """Take positions of a motion from rest to rest, and bound the error of lines between them.
 
     >>> import knotwork as kw
     >>> motion = kw.plan("ur5_deburring").trajectory
@@ -135,7 +136,7 @@ def straight_points(
             default there are as many as the tolerance needs, at whole milliseconds, and one at each
             event.
         fit: Tolerance of the lines in each joint [rad or m]; by default 1e-3.
-        written: Rounding error of a position as written [rad or m].
+        rounding: Rounding error of the positions in the file [rad or m].
 
     Raises:
         ExportError: A joint moves at an end; the message has a remedy.
@@ -147,16 +148,16 @@ def straight_points(
     tolerance = (
         LINE_TOLERANCE if fit is None else require_number(fit, "fit", "rad or m", positive=True)
     )
-    refuse_moving(motion)
+    require_rest_at_ends(motion)
     last = math.ceil(motion.duration / (cycle or TIME_TICK) * (1.0 - 1e-12))
     if cycle is not None:
-        return _sample_positions(motion, np.arange(last + 1.0) * cycle)
+        return _sample_positions(motion, np.arange(last + 1.0) * cycle, rounding)
     moments = [event.time - motion.start_time for event in motion.events]
     aim = tolerance
     while True:
         near = np.round(np.append(_times_within(motion, aim)[:-1], moments) / TIME_TICK)
         ticks = np.append(np.unique(near[near < last]), last)
-        points = _sample_positions(motion, ticks * TIME_TICK, written)
+        points = _sample_positions(motion, ticks * TIME_TICK, rounding)
         if points.error <= tolerance:
             return points
         if ticks.size > last:
@@ -167,11 +168,11 @@ def straight_points(
         aim *= min(0.8, 0.9 * tolerance / points.error)
 
 
-def _sample_positions(motion: JointTrajectory, time: FloatArray, written: float = 0.0) -> Positions:
-    """Positions at times since the start, and the error of lines between them."""
-    if time.size > MOST_EXPORTED_POINTS:
+def _sample_positions(motion: JointTrajectory, time: FloatArray, rounding: float) -> Positions:
+    """Take positions at times since the start [s], and bound the error of lines between them."""
+    if time.size > MAX_EXPORTED_POINTS:
         raise InputError(
-            f"the motion takes {time.size} points; at most {MOST_EXPORTED_POINTS} are accepted"
+            f"the motion takes {time.size} points; at most {MAX_EXPORTED_POINTS} are accepted"
         )
     clock = np.minimum(motion.start_time + time, motion.end_time)
     position = motion.position(clock)
@@ -180,7 +181,7 @@ def _sample_positions(motion: JointTrajectory, time: FloatArray, written: float 
     since = fine - motion.start_time
     lines = np.stack([np.interp(since, time, column) for column in position.T], axis=1)
     off = largest_difference(motion, fine, two_point_coefficients(fine, (lines,)))
-    return Positions(motion, time, position, float(off.max()) + written)
+    return Positions(motion, time, position, float(off.max()) + rounding)
 
 
 def _times_within(motion: JointTrajectory, tolerance: float) -> FloatArray:
@@ -195,16 +196,16 @@ def _times_within(motion: JointTrajectory, tolerance: float) -> FloatArray:
         locate_extremum_candidates(motion.breaks, motion.polynomial.derivative(2).c)[0]
     ).max(axis=(0, 2))
     parts = np.maximum(1, np.ceil(h * np.sqrt(peak / (8.0 * tolerance))))
-    if parts.sum() > MOST_EXPORTED_POINTS:
+    if parts.sum() > MAX_EXPORTED_POINTS:
         raise InputError(
-            f"lines within {tolerance:g} take more than {MOST_EXPORTED_POINTS} points; give a "
+            f"lines within {tolerance:g} take more than {MAX_EXPORTED_POINTS} points; give a "
             "larger fit"
         )
     return split_evenly(breaks, parts.astype(int))
 
 
-def refuse_moving(trajectory: JointTrajectory) -> None:
-    """Refuse a motion that does not begin and end at rest.
+def require_rest_at_ends(trajectory: JointTrajectory) -> None:
+    """Check that a motion begins and ends at rest.
 
     Raises:
         ExportError: A joint moves there; the message has a remedy.

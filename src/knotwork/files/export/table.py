@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 DEFAULT_RATE = 100.0
 """Default sampling rate [Hz]."""
 
-MOST_TABLE_VALUES = 20_000_000
+MAX_TABLE_VALUES = 20_000_000
 """Maximum number of values in a table, about 400 MB of text.
 
 More indicate a mistake in the rate.
@@ -35,8 +35,8 @@ TOOL_COLUMNS = {
     "tool_linear_velocity": ("tool.linear_velocity", "xyz", "m_per_s"),
     "tool_angular_velocity": ("tool.angular_velocity", "xyz", "rad_per_s"),
 }
-"""Columns of the tool: name, components and unit. Pose and twist of the
-tool centre point in the axes of the robot's base; quaternions are scalar-last."""
+"""Names, components and unit of the columns of each quantity of the tool centre point, in the axes
+of the robot's base; quaternions are scalar-last."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +140,7 @@ def _samples(
     columns = 1 + len(DERIVATIVES) * len(motion.joint_names)
     columns += sum(len(part) for _, part, _ in TOOL_COLUMNS.values()) if robot is not None else 0
     time = make_sample_times(
-        motion.start_time, motion.end_time, rate, max_samples=MOST_TABLE_VALUES // columns
+        motion.start_time, motion.end_time, rate, max_samples=MAX_TABLE_VALUES // columns
     )
     joints = {name: motion(time, order) for order, name in enumerate(DERIVATIVES)}
     return time, joints, f"{time.size} samples at {rate:g} Hz"

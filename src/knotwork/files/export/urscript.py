@@ -25,7 +25,7 @@ from knotwork.errors import ExportError
 from knotwork.files.export.labels import one_ascii_line, unsupported_event
 from knotwork.files.export.lossless import Points, motion_points
 from knotwork.files.export.pvt import increments
-from knotwork.files.export.straight import bound_text, refuse_moving
+from knotwork.files.export.straight import bound_text, require_rest_at_ends
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
@@ -169,7 +169,7 @@ def to_urscript(
     points = motion_points(motion, fit=fit)
     trajectory = points.trajectory
     order = _joint_order(trajectory)
-    refuse_moving(trajectory)
+    require_rest_at_ends(trajectory)
     time = _with_events(trajectory)
     position, velocity = (trajectory(time, nu)[:, order] for nu in range(2))
     velocity[[0, -1]] = 0.0
@@ -199,10 +199,7 @@ def to_urscript(
 
 
 def describe_steps(motion: JointTrajectory) -> str:
-    """Describe the error of the controller's steps, by the rule above.
-
-    Feedback may double it.
-    """
+    """Describe the trapezoidal error of the controller's steps, which feedback may double."""
     bounds = motion.extrema("acceleration")
     first = motion.acceleration(motion.start_time)
     change = float(np.maximum(bounds.maximum - first, first - bounds.minimum).max())
@@ -211,7 +208,7 @@ def describe_steps(motion: JointTrajectory) -> str:
 
 
 def _with_events(trajectory: JointTrajectory) -> FloatArray:
-    """Times of the knots, and of events and loads between: a cubic is the same in two parts [s]."""
+    """Times of the knots, and of events and loads between them [s]: a cubic may be divided."""
     time: FloatArray = trajectory.knots.time
     events = [item.time for item in trajectory.events]
     for moment in (*events, *(item.time for item in trajectory.loads)):
@@ -221,7 +218,7 @@ def _with_events(trajectory: JointTrajectory) -> FloatArray:
 
 
 def _lines_before_pieces(trajectory: JointTrajectory, time: FloatArray) -> list[list[str]]:
-    """Lines before the piece from each time on: settings, and the name of a new segment."""
+    """Lines before the piece that starts at each time: settings, and the name of a new segment."""
     lines: list[list[str]] = [[] for _ in time]
     for event in trajectory.events:
         lines[int(np.abs(time - event.time).argmin())].append(_switch(event))

@@ -42,7 +42,7 @@ def set_disagreement(path: Path) -> str | None:
     """
     path = path / "trajectory.json" if path.is_dir() else path
     try:
-        stated = _report_beside(path)["files"][path.name]
+        stated = _read_report(path.parent)["files"][path.name]
         actual = _digest(path.read_bytes())
     except (OSError, LookupError, TypeError):
         return None  # there is no report of this file
@@ -57,17 +57,16 @@ def stated_scenario(path: Path) -> str | None:
     Args:
         path: A trajectory, or a folder with a `trajectory.json`.
     """
-    folder = path if path.is_dir() else path.parent
     try:
-        stated = _report_beside(folder / "trajectory.json")["scenario_file"]
+        stated = _read_report(path if path.is_dir() else path.parent)["scenario_file"]
     except (LookupError, TypeError):
         return None
     return stated if isinstance(stated, str) else None
 
 
-def _report_beside(path: Path) -> Any:
-    """The report in the folder of a file; `None` without a readable one."""
+def _read_report(folder: Path) -> Any:
+    """Read the report in a folder; `None` without a readable one."""
     try:
-        return json.loads(documents.read_text(path.parent / REPORT))
+        return json.loads(documents.read_text(folder / REPORT))
     except (OSError, ValueError, RecursionError, DocumentError):
         return None

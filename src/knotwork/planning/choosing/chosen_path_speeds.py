@@ -11,6 +11,7 @@ import numpy as np
 
 from knotwork.errors import FollowingError, InputError, PathError
 from knotwork.planning.choosing.chosen_values import solutions_near
+from knotwork.planning.choosing.free_sections import SolvedTask
 from knotwork.planning.choosing.path_limit_utilisation import LimitUtilisation
 from knotwork.planning.choosing.path_speed_problem import (
     MAX_SLOWDOWN,
@@ -21,7 +22,6 @@ from knotwork.planning.choosing.path_speed_problem import (
     PathSpeedProblem,
     round_speed,
 )
-from knotwork.planning.choosing.segments import SolvedTask
 from knotwork.planning.timing import Binding
 from knotwork.task.scenario.resolve import change_task
 from knotwork.units import rounded_up
@@ -48,8 +48,8 @@ def with_path_speeds(solved: SolvedTask, problems: Sequence[PathSpeedProblem]) -
             end = scenario.task_index[problem.path.first + 1 + stretch]
             changes[end]["speed"] = round_speed(unit * speed)
     scenario = change_task(scenario, scenario.given.with_waypoints(changes))
-    given = np.zeros_like(solved.free_values.path_speed_is_free)
-    free = scenario.free_values or replace(solved.free_values, path_speed_is_free=given)
+    given = tuple(replace(at, path_speed_is_free=False) for at in solved.free_values.waypoints)
+    free = scenario.free_values or replace(solved.free_values, waypoints=given)
     try:
         timed = SolvedTask.solve(scenario, free)
     except (PathError, FollowingError) as blocked:

@@ -1,4 +1,4 @@
-"""Numbers for the free values of a scenario, chosen segment by segment."""
+"""Numbers for the free values of a scenario, chosen section by section."""
 
 from __future__ import annotations
 
@@ -17,22 +17,17 @@ from knotwork.planning.choosing.chosen_path_speeds import (
     with_path_speeds,
 )
 from knotwork.planning.choosing.chosen_values import with_chosen_values
+from knotwork.planning.choosing.free_section_motions import SectionsUnsolvedError, solve_sections
+from knotwork.planning.choosing.free_sections import (
+    FreeSection,
+    SolvedTask,
+    assumed_jerk,
+    find_sections,
+)
 from knotwork.planning.choosing.path_speed_problem import (
     ADJACENT_MOTION,
     NoSpeedsError,
     PathSpeedProblem,
-)
-from knotwork.planning.choosing.segment_motions import (
-    SegmentsUnsolvedError,
-    located_in_segment,
-    solve_segments,
-)
-from knotwork.planning.choosing.segments import (
-    FreeSegment,
-    SolvedTask,
-    assumed_jerk,
-    find_segments,
-    timing_problem,
 )
 from knotwork.planning.task_to_joint import TaskSolution
 from knotwork.planning.timing import Binding, Objective, TimedMotion
@@ -58,7 +53,7 @@ class ChosenTimes:
         requested: The scenario with free values.
         scenario: The scenario with numbers in place of them.
         solution: IK solutions, chosen before the times, which are valid only for them.
-        segments: Motion of each segment.
+        sections: Motion of each free section.
         path_limits: Limiting constraints of speeds chosen along tool paths.
         assumed_jerk: Jerk limits assumed for joints without one, by joint
             [rad/s³ or m/s³].
@@ -68,7 +63,7 @@ class ChosenTimes:
     requested: Scenario
     scenario: Scenario
     solution: TaskSolution
-    segments: tuple[TimedMotion, ...] = ()
+    sections: tuple[TimedMotion, ...] = ()
     path_limits: tuple[Binding, ...] = ()
     assumed_jerk: Mapping[str, float] = field(default_factory=dict)
     fixed_arrivals: tuple[str, ...] = ()
@@ -84,23 +79,23 @@ class ChosenTimes:
 
         It holds for the chosen speeds along tool paths; other speeds could be faster.
         """
-        return self.duration - sum(motion.duration - motion.lower_bound for motion in self.segments)
+        return self.duration - sum(motion.duration - motion.lower_bound for motion in self.sections)
 
     @property
     def status(self) -> Status:
-        """`"optimal"`, `"stopped"` or `"resting"`, the worst of the segments; see `TimedMotion`."""
-        return status_of(motion.status for motion in self.segments)
+        """`"optimal"`, `"stopped"` or `"resting"`, the worst of the sections; see `TimedMotion`."""
+        return status_of(motion.status for motion in self.sections)
 
     @property
     def binding(self) -> tuple[Binding, ...]:
         """Limiting constraints by interval."""
-        return (*self.path_limits, *(limit for motion in self.segments for limit in motion.binding))
+        return (*self.path_limits, *(limit for motion in self.sections for limit in motion.binding))
 
     @property
     def objective(self) -> dict[str, float]:
         """Value of each term of the objective, without its weight, by name."""
         values = Counter[str]()
-        for motion in self.segments:
+        for motion in self.sections:
             values.update(motion.objective)
         return dict(values)
 
@@ -130,7 +125,7 @@ def choose_times(
     """Choose the times, speeds and knots that a task leaves free.
 
     Constant speeds along tool paths come first: each is the maximum within the limits. Then the
-    segments between tool paths and waits are solved independently, because position, velocity
+    sections between tool paths and waits are solved independently, because position, velocity
     and acceleration are known at their ends. Where a path can't be followed within the limits,
     reached or left at these speeds, they are lowered until the motions exist. Other speeds are then
     tried while the total duration decreases and the budget lasts.
@@ -163,7 +158,7 @@ def choose_times(
         except NoSpeedsError as no_speeds:
             error = path_speed_error(solved, no_speeds)
             continue
-        except SegmentsUnsolvedError as no_motions:
+        except SectionsUnsolvedError as no_motions:
             error = no_motions.combined_error()
             adjacent |= _adjacent_paths(no_motions.errors, paths)
             if not adjacent:
@@ -188,48 +183,47 @@ def choose_times(
 def _choose_motions(
     scenario: Scenario, solved: SolvedTask, paths: Sequence[PathSpeedProblem], budget: Budget
 ) -> ChosenTimes:
-    """Choose the motions of all segments, with known speeds along paths.
+    """Choose the motions of all sections, with known speeds along paths.
 
     Raises:
-        SegmentsUnsolvedError: Some segments have no motion.
+        SectionsUnsolvedError: Some sections have no motion.
         InputError: A given value is beyond a limit.
     """
-    segments = find_segments(solved)
-    _check_given(solved, segments, paths)
-    motions = solve_segments(solved, segments, budget)
+    sections = find_sections(solved)
+    _check_given(solved, sections, paths)
+    motions = solve_sections(solved, sections, budget)
     return ChosenTimes(
         requested=scenario,
         scenario=with_chosen_values(solved, motions),
         solution=solved.solution,
-        segments=tuple(motions.values()),
+        sections=tuple(motions.values()),
         path_limits=limiting_constraints(solved, paths),
         assumed_jerk=assumed_jerk(solved.space),
     )
 
 
 def _adjacent_paths(
-    segments: Iterable[FreeSegment], paths: Iterable[PathSpeedProblem]
+    sections: Iterable[FreeSection], paths: Iterable[PathSpeedProblem]
 ) -> set[PathSpeedProblem]:
-    """The paths with chosen speeds that begin or end where one of some segments does."""
-    ends = {segment.waypoints[k] for segment in segments for k in (0, -1)}
+    """The paths with chosen speeds that begin or end where one of some sections does."""
+    ends = {section.waypoints[k] for section in sections for k in (0, -1)}
     return {problem for problem in paths if ends & {problem.path.first, problem.path.last}}
 
 
 def _check_given(
-    solved: SolvedTask, segments: Sequence[FreeSegment], paths: Sequence[PathSpeedProblem]
+    solved: SolvedTask, sections: Sequence[FreeSection], paths: Sequence[PathSpeedProblem]
 ) -> None:
     """Refuse given values beyond a limit, and too short times.
 
-    Speeds along paths come first, because segments begin and end with them.
+    Speeds along paths come first, because sections begin and end with them.
 
     Raises:
         InputError: A given value is infeasible.
     """
     if errors := given_speeds_beyond_limits(solved, paths):
         raise merge_errors(errors)
-    for segment in segments:
-        problem = timing_problem(solved, segment, Objective())
-        causes = infeasible_values(problem, direct=segment.way_options is None)
-        errors += located_in_segment(causes, solved, segment)
+    for section in sections:
+        problem = section.timing_problem(Objective())
+        errors += section.located(infeasible_values(problem, direct=section.way is None))
     if errors:
         raise merge_errors(errors)

@@ -13,7 +13,7 @@ from knotwork.curves.trajectory import JointTrajectory
 from knotwork.joint_quantities import rate_unit
 from knotwork.planning.choosing.chosen_times import ChosenTimes
 from knotwork.planning.choosing.path_speed_problem import ADJACENT_MOTION, RAMPS, TOLERANCES
-from knotwork.task import ChosenMotion
+from knotwork.task import ChosenSectionFields
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.verification import Finding, Motion
@@ -47,7 +47,7 @@ def chosen_times_findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Fi
         space: The joints and their limits.
     """
     free = chosen.requested.required_free_values
-    timed = bool(free.duration_is_chosen.any())
+    timed = bool(free.duration_is_unknown.any())
     given = free.total_duration is not None or not timed
     brief = _duration(chosen, given=given)
     verdict: Verdict = "warning" if chosen.status != "optimal" else "information"
@@ -61,7 +61,7 @@ def chosen_times_findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Fi
         yield Finding.of_motion(group, "lower_bound", fact, value=chosen.lower_bound, unit="s")
     if unlimited := _unlimited_note(space):
         yield Finding.of_motion(group, "acceleration_limit", unlimited, "warning")
-    if chosen.segments and chosen.assumed_jerk:
+    if chosen.sections and chosen.assumed_jerk:
         yield Finding.of_motion(group, "assumed_jerk", _assumed_jerk_note(chosen))
     times = {waypoint.name: waypoint.time for waypoint in chosen.scenario.waypoints}
     for (start, end), limits in _limits_by_interval(chosen).items():
@@ -104,7 +104,7 @@ def _conditions(chosen: ChosenTimes) -> str:
     """Text of the chosen speeds along paths and fixed arrivals, on which the bound depends."""
     times = {waypoint.name: waypoint.time for waypoint in chosen.scenario.waypoints}
     conditions = [f"{name!r} met at {times[name]:.6g} s" for name in chosen.fixed_arrivals]
-    if chosen.requested.required_free_values.path_speed_is_free.any():
+    if chosen.requested.required_free_values.has_free_path_speeds:
         conditions.insert(0, "these speeds along its paths")
     return f" with {', '.join(conditions)}" if conditions else ""
 
@@ -124,7 +124,7 @@ def _unlimited_note(space: JointSpace) -> str:
 
 def _assumed_jerk_note(chosen: ChosenTimes) -> str:
     """Text of the assumed jerk limits."""
-    motion = chosen.segments[0].trajectory
+    motion = chosen.sections[0].trajectory
     units = dict(zip(motion.joint_names, motion.joint_units, strict=True))
     joints: dict[str, list[str]] = {}
     for name, bound in chosen.assumed_jerk.items():
@@ -163,7 +163,7 @@ def _longest(limits: _Shares) -> str:
 
 
 def clear_motion_findings(
-    clear_motions: Iterable[tuple[list[int], ChosenMotion]],
+    clear_motions: Iterable[tuple[list[int], ChosenSectionFields]],
     scenario: Scenario,
     space: JointSpace,
     trajectory: JointTrajectory,

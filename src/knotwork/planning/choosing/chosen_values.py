@@ -15,9 +15,9 @@ from knotwork.errors import InputError
 from knotwork.files.documents import read, read_text, with_values
 from knotwork.files.documents.edits import differences
 from knotwork.files.documents.yaml_text import to_block_yaml
-from knotwork.planning.choosing.segments import FreeSegment, SolvedTask
+from knotwork.planning.choosing.free_sections import FreeSection, SolvedTask
 from knotwork.planning.timing import TimedMotion
-from knotwork.task import ChosenMotion, Velocity
+from knotwork.task import ChosenSectionFields, Velocity
 from knotwork.task.scenario import JointTarget, Scenario
 from knotwork.task.scenario.joint_space import by_joint
 from knotwork.task.scenario.resolve import change_task
@@ -28,24 +28,25 @@ CHOSEN_STOP_SPEED = 1e-9
 """Chosen speeds below this are stops [m/s]."""
 
 
-def with_chosen_values(solved: SolvedTask, motions: Mapping[FreeSegment, TimedMotion]) -> Scenario:
-    """The scenario with numbers in place of its free values, from the motions of all segments."""
-    scenario, free = solved.scenario, solved.free_values
+def with_chosen_values(solved: SolvedTask, motions: Mapping[FreeSection, TimedMotion]) -> Scenario:
+    """The scenario with numbers in place of its free values, from the motions of all sections."""
+    scenario, free = solved.scenario, solved.free_values.waypoints
     waypoints: defaultdict[int, dict[str, Any]] = defaultdict(dict)
     positions = np.array(solved.waypoints.position)
-    for segment, motion in motions.items():
-        if segment.way_options is not None:  # its end was chosen
-            positions[segment.rows] = motion.trajectory.position(motion.time)
+    for section, motion in motions.items():
+        if section.way is not None:  # its end was chosen
+            positions[section.rows] = motion.trajectory.position(motion.time)
     waypoints.update(solutions_near(solved, positions))
-    for i in free.way_options:
-        waypoints[scenario.task_index[i]]["way"] = None
-    for segment, motion in motions.items():
-        for k, i in enumerate(segment.waypoints):
+    for i, at in enumerate(free):
+        if at.way is not None:
+            waypoints[scenario.task_index[i]]["way"] = None
+    for section, motion in motions.items():
+        for k, i in enumerate(section.waypoints):
             changes = waypoints[scenario.task_index[i]]
-            if k and free.duration_is_free[i - 1]:
+            if k and free[i].duration_is_free:
                 after = float(motion.time[k] - motion.time[k - 1])
                 changes |= {"time": None, "after": after}
-            q = positions[segment.rows[k]]
+            q = positions[section.rows[k]]
             changes |= _chosen_speed(solved, i, q, motion.velocity[k])
     optimal = scenario.given.knots == "optimal"
     numbers = scenario.given.with_waypoints(waypoints).replace(
@@ -54,7 +55,7 @@ def with_chosen_values(solved: SolvedTask, motions: Mapping[FreeSegment, TimedMo
     timed = change_task(scenario, numbers)
     if not motions:
         return timed
-    sections = [_chosen_motion(solved, timed, *pair) for pair in motions.items()]
+    sections = [_chosen_section(timed, *pair) for pair in motions.items()]
     return replace(timed, given=numbers.replace(chosen=sections))
 
 
@@ -86,7 +87,7 @@ def solutions_near(
 
 def _chosen_speed(solved: SolvedTask, i: int, q: FloatArray, v: FloatArray) -> dict[str, Any]:
     """Keys for the speed or velocity of a waypoint where it is chosen."""
-    kind, robot = solved.free_values.speed_kinds[i], solved.space.robot
+    kind, robot = solved.free_values.waypoints[i].speed_kind, solved.space.robot
     waypoint = solved.scenario.waypoints[i]
     units = solved.scenario.given.units
     length, angle = units.in_si
@@ -109,31 +110,30 @@ def _chosen_speed(solved: SolvedTask, i: int, q: FloatArray, v: FloatArray) -> d
     return {"speed": None, "stop": True} if speed < CHOSEN_STOP_SPEED else {"speed": speed / length}
 
 
-def _chosen_motion(
-    solved: SolvedTask, timed: Scenario, segment: FreeSegment, motion: TimedMotion
-) -> ChosenMotion:
-    """Knots and velocities of a segment, with which the task defines its motion.
+def _chosen_section(
+    timed: Scenario, section: FreeSection, motion: TimedMotion
+) -> ChosenSectionFields:
+    """Knots and velocities of a section, with which the task defines its motion.
 
     Args:
-        solved: The scenario with free values.
-        timed: The scenario with numbers in their place.
-        segment: A segment.
+        timed: The scenario with numbers in place of free values.
+        section: A section.
         motion: Its motion.
     """
-    units = timed.given.units
+    units, space = timed.given.units, section.solved.space
     x = motion.trajectory.breaks
-    times = np.interp(x, motion.time, timed.times[list(segment.waypoints)])
+    times = np.interp(x, motion.time, timed.times[section.waypoints])
     velocities = {
-        timed.waypoints[i].name: by_joint(solved.space, motion.velocity[k], units)
-        for k, i in enumerate(segment.waypoints)
-        if solved.free_values.speed_kinds[i] != "given"
+        timed.waypoints[i].name: by_joint(space, motion.velocity[k], units)
+        for k, (i, free) in enumerate(zip(section.waypoints, section.free, strict=True))
+        if free.speed_kind != "given"
     }
     extra: dict[str, Any] = {"velocities": velocities, "way": motion.tries}
     if motion.extra_clearance is not None:
         extra["room"] = motion.extra_clearance / units.in_si[0]
-    return ChosenMotion(
+    return ChosenSectionFields(
         times=times.tolist(),
-        accelerations=by_joint(solved.space, motion.trajectory.acceleration(x), units),
+        accelerations=by_joint(space, motion.trajectory.acceleration(x), units),
         **{key: value for key, value in extra.items() if value},
     )
 

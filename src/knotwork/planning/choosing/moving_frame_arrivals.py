@@ -94,9 +94,10 @@ def _first_choice(scenario: Scenario, budget: Budget) -> tuple[Scenario, ChosenT
     free, (first, *_) = scenario.required_free_values, scenario.required_free_values.time_dependent
     task_index, failure = scenario.task_index[first], None
     guesses: list[dict[int, float]] = [{}]
-    if scenario.given.waypoints[task_index].time is None and free.duration_is_free[first - 1]:
-        start, at_least = scenario.expected_times[first - 1], free.min_durations[first - 1]
-        spans = dict.fromkeys(max(span, float(at_least)) for span in GUESSES)
+    at = free.waypoints[first]
+    if scenario.given.waypoints[task_index].time is None and at.duration_is_free:
+        start = scenario.expected_times[first - 1]
+        spans = dict.fromkeys(max(span, at.min_duration) for span in GUESSES)
         guesses = [{task_index: start + span} for span in spans]
     for expected in guesses:
         try:
@@ -118,7 +119,7 @@ def _with_speeds_before(scenario: Scenario, budget: Budget) -> Scenario:
     """
     free, task = scenario.required_free_values, scenario.given
     first = free.time_dependent[0]
-    if not free.path_speed_is_free[: first - 1].any():
+    if not any(at.path_speed_is_free for at in free.waypoints[:first]):
         return scenario
     try:
         part = task.replace(waypoints=task.waypoints[: scenario.task_index[first]])
@@ -131,8 +132,8 @@ def _with_speeds_before(scenario: Scenario, budget: Budget) -> Scenario:
 def _speeds(scenario: Scenario, chosen: ChosenTimes) -> dict[int, Any]:
     """Chosen speeds along paths up to the last moving frame, for the task."""
     free, timed = scenario.required_free_values, chosen.scenario.given.waypoints
-    last = free.time_dependent[-1]
-    ends = [scenario.task_index[i + 1] for i in np.flatnonzero(free.path_speed_is_free[:last])]
+    until = free.waypoints[: free.time_dependent[-1] + 1]
+    ends = [scenario.task_index[i] for i, at in enumerate(until) if at.path_speed_is_free]
     # a part of the task has its first waypoints only
     return {k: {"speed": timed[k].speed} for k in ends if k < len(timed)}  # type: ignore[union-attr]
 
@@ -174,10 +175,10 @@ def _with_numbers(scenario: Scenario, chosen: ChosenTimes) -> Scenario:
     changes: defaultdict[int, dict[str, Any]] = defaultdict(dict)
     changes.update(_speeds(scenario, chosen))
     for waypoint in range(1, last + 1):
-        interval, task_index = waypoint - 1, scenario.task_index[waypoint]
-        if free.duration_is_free[interval] and task.waypoints[task_index].time is None:
-            span = float(spans[interval])
-            waits = free.min_durations[interval] > span - AGREEMENT
+        at, task_index = free.waypoints[waypoint], scenario.task_index[waypoint]
+        if at.duration_is_free and task.waypoints[task_index].time is None:
+            span = float(spans[waypoint - 1])
+            waits = at.min_duration > span - AGREEMENT
             after = span if waits else LONGER_TIMES * span + AGREEMENT
             changes[task_index]["after"] = rounded_up(after, 6)
     task = task.with_waypoints(changes).with_waypoints(_solutions(scenario, chosen))
@@ -192,12 +193,12 @@ def _with_fewer_free(
     Other arguments as for `change_task`.
     """
     timed = change_task(scenario, task.replace(objective=None), expected)
-    if timed.free_values is not None and timed.free_values.duration_is_chosen.any():
+    if timed.free_values is not None and timed.free_values.duration_is_unknown.any():
         return change_task(scenario, task, expected)
     free = scenario.required_free_values
     if not free.knots_are_free:
         return timed
     # minimum jerk would continue end accelerations
-    terms = {name: value for name, value in free.objective.items() if name != "time"}
+    terms = {name: value for name, value in free.objective if value and name != "time"}
     objective = terms or {"acceleration": 1.0}
     return change_task(scenario, task.replace(knots="optimal", objective=objective), expected)

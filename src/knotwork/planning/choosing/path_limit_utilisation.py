@@ -16,7 +16,7 @@ from knotwork.curves.interpolation import ModifiedHermiteSpline
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.tool_paths import TimedPath, Timing, speed_profile
 from knotwork.joint_quantities import RATE_QUANTITIES
-from knotwork.planning.choosing.segments import SolvedTask
+from knotwork.planning.choosing.free_sections import SolvedTask
 from knotwork.planning.task_to_joint import knots_of
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath

@@ -15,13 +15,13 @@ import numpy as np
 from knotwork.arrays import FloatArray
 from knotwork.curves.tool_paths import Timing
 from knotwork.errors import PathError
+from knotwork.planning.choosing.free_sections import SolvedTask
 from knotwork.planning.choosing.path_limit_utilisation import (
     CONSTANT_SPEED_PART,
     Limit,
     LimitUtilisation,
     PathUtilisation,
 )
-from knotwork.planning.choosing.segments import SolvedTask
 from knotwork.task.scenario import ScenarioPath
 
 SPEED_DIGITS = 4

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
@@ -55,24 +55,10 @@ def _utilisation_figure(quantity: str) -> RowFigure:
     return RowFigure(f"{quantity}_use", title, "", False, max_utilisation)
 
 
-def _values(plan: Plan, quantity: str) -> Iterator[float]:
-    values = (finding.value for finding in plan.report.select(quantity=quantity))
-    return (value for value in values if value is not None)
-
-
-def _min_singular(plan: Plan) -> float | None:
-    return min(_values(plan, SMALLEST_SINGULAR_VALUE), default=None)
-
-
-def _deviation(plan: Plan) -> float | None:
-    return max(_values(plan, "path_deviation"), default=None)
-
-
-def _clearance(involves_scene: bool, plan: Plan) -> float | None:
-    """Minimum clearance to the surroundings, or of the robot and held objects to itself."""
-    pairs = plan.report.select(subject="pair", involves_scene=involves_scene)
-    values = (pair.value for pair in pairs)
-    return min((value for value in values if value is not None), default=None)
+def _extreme(extreme: Callable[..., float | None], plan: Plan, **wanted: object) -> float | None:
+    """The minimum or maximum of the values of findings, selected by their attributes."""
+    values = (finding.value for finding in plan.report.select(**wanted))
+    return extreme((value for value in values if value is not None), default=None)
 
 
 def _squared_effort(plan: Plan) -> float | None:
@@ -81,7 +67,10 @@ def _squared_effort(plan: Plan) -> float | None:
     return sum(squared_effort(*part) for part in plan.space.loaded_robots.parts(plan.trajectory))
 
 
-_outer, _inner = partial(_clearance, True), partial(_clearance, False)
+_min_singular = partial(_extreme, min, quantity=SMALLEST_SINGULAR_VALUE)
+_deviation = partial(_extreme, max, quantity="path_deviation")
+_outer = partial(_extreme, min, subject="pair", involves_scene=True)
+_inner = partial(_extreme, min, subject="pair", involves_scene=False)
 
 FIGURES: dict[str, RowFigure] = {
     figure.name: figure

@@ -96,13 +96,12 @@ class SequenceSearch:
         robot = chains.whole
         self.scenario, self.space, self.chains, self.robot = scenario, space, chains, robot
         self.near = space.near
-        is_checked = scenario.scene.is_checked
-        self.collisions = CandidateCollisions(scenario, space, chains.arm) if is_checked else None
+        self.collisions = CandidateCollisions.read(scenario, space, chains.arm)
         groups = dependent_groups(scenario, space.waits)
         self._group_of = {i: group for group in groups for i in group}
         check_branch(scenario, robot)
-        kinds = scenario.free_values.speed_kinds if scenario.free_values is not None else ()
-        self.free_velocity = frozenset(i for i, kind in enumerate(kinds) if kind != "given")
+        free = scenario.free_values.waypoints if scenario.free_values is not None else ()
+        self.free_velocity = frozenset(i for i, at in enumerate(free) if at.speed_kind != "given")
         self.joints = joint_rules(robot)
         self.steps = step_rules(scenario, chains, space.targets, self.free_velocity, avoided)
 

@@ -71,12 +71,13 @@ def step_rules(
         # Where the tool passes at speed, a change of branch would move it off its path.
         keeps = scenario.branch == "keep" or passes[i] or passes[i + 1]
         change: Literal["allowed", "avoided", "forbidden"] = "avoided" if keeps else "allowed"
-        rests = bool(free and free.duration_is_free[i] and i + 1 not in free.way_options)
+        end = free.waypoints[i + 1] if free else None
+        rests = end is not None and end.duration_is_free and end.way is None
         rules.append(
             StepRules(
                 duration,
                 branch_change="forbidden" if scenario.branch == "fixed" else change,
-                is_timed=free is None or not free.speed_is_chosen[i],
+                is_timed=free is None or not free.motion_is_unknown(i),
                 rest_to_rest=rests and not (moves[i] or moves[i + 1]),
                 colliding=tuple(
                     CollidingStep(start, end, tolerance)

@@ -1,4 +1,4 @@
-"""Point clouds from CSV with headings and PLY."""
+"""Readers of point clouds: CSV files with headings, and PLY."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def read_cloud(path: Path) -> FloatArray:
     try:
         read = readers.get(path.suffix.lower())
         if read is None:
-            raise InputError(f"read are {' and '.join(readers)}")
+            raise InputError(f"accepted are files {' and '.join(readers)}")
         points = read(path)
         if not len(points):
             raise InputError("it has no points")

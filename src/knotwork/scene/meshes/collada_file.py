@@ -26,7 +26,7 @@ from knotwork.scene.meshes.mesh_part import (
 )
 
 MAX_COLLADA_ELEMENTS = 100_000
-"""XML elements of a COLLADA file; few of them hold its numbers."""
+"""Maximum number of XML elements of a COLLADA file; few elements hold all of its numbers."""
 
 # Elements of COLLADA that define the appearance of surfaces.
 _MATERIAL_ELEMENTS = ("library_images", "library_effects", "library_materials", "bind_material")
@@ -104,11 +104,11 @@ def _check_whole(root: ElementTree.Element) -> None:
             require_whole(
                 offset == "0" and stride == str(named),
                 f"an accessor has offset {format_value(offset)} and stride {format_value(stride)}; "
-                f"read are offset 0 and a stride of its {named} values",
+                f"accepted: offset 0, and the number of its values as stride, {named}",
             )
         elif kind in ("triangles", "polylist"):
             lists = sum(_tag(child) == "p" for child in element)
-            require_whole(lists <= 1, f"<{kind}> has {lists} <p>; read is one")
+            require_whole(lists <= 1, f"<{kind}> has {lists} <p>; only one is read")
 
 
 def _check_unit(metres: str) -> None:

@@ -21,7 +21,7 @@ MESH_SUFFIXES = (".dae", ".stl", ".obj", ".ply")
 
 
 def read_mesh(path: Path) -> tuple[MeshPart, ...]:
-    """Read a mesh file, of which at least one triangle has an area.
+    """Read a mesh file, in which at least one triangle must have an area.
 
     A COLLADA file with faulty materials is read without colours.
 
@@ -38,7 +38,7 @@ def read_mesh(path: Path) -> tuple[MeshPart, ...]:
     """
     try:
         if path.suffix.lower() not in MESH_SUFFIXES:
-            raise InputError(f"read are {', '.join(MESH_SUFFIXES)}")
+            raise InputError(f"accepted are files {', '.join(MESH_SUFFIXES)}")
         data = read_bounded(path)
         parts = _read_parts(data, path)
         _check_parts(parts)

@@ -14,7 +14,7 @@ MAX_MESH_TRIANGLES = 1_000_000
 MAX_SHOWN_SHAPES = 5_000
 """Maximum number of shapes that a file shows, counted each time."""
 FARTHEST_POINT = 1e9
-"""Distance of a point from the origin, along each axis, in the file's unit."""
+"""Maximum distance of a point from the origin along each axis, in the file's unit."""
 
 Colour = tuple[float, float, float, float]
 
@@ -23,7 +23,7 @@ class MeshPart(NamedTuple):
     """Triangles of one material.
 
     Attributes:
-        points: [m], shape (n, 3).
+        points: Points [m], shape (n, 3).
         triangles: Indices of points, counter-clockwise seen from outside, shape (m, 3).
         colour: Red, green, blue and opacity in 0 … 1, or `None`.
     """
@@ -58,10 +58,10 @@ def check_triangles(count: int) -> None:
 
 
 def require_whole(is_whole: bool, fault: str) -> None:
-    """Refuse a partly read file.
+    """Refuse a file of which a part would not be read.
 
     Raises:
-        InputError: The file is not whole.
+        InputError: `is_whole` is false.
     """
     if not is_whole:
         raise InputError(f"it is not read whole: {fault}")

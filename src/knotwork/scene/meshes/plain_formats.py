@@ -99,8 +99,8 @@ def read_obj(data: bytes) -> MeshPart:
             if kind == "v" and len(words) in (3, 4, 6, 7):
                 points.append([float(word) for word in words[:3]])
             elif kind in ("f", "fo") and len(words) >= 3:
-                given = [int(word.partition("/")[0]) for word in words]
-                first, *others = [i - 1 if i >= 0 else i + len(points) for i in given]
+                numbers = [int(word.partition("/")[0]) for word in words]
+                first, *others = [i - 1 if i >= 0 else i + len(points) for i in numbers]
                 if min(first, *others) < 0:
                     raise ValueError
                 triangles += [(first, *pair) for pair in pairwise(others)]
@@ -108,7 +108,7 @@ def read_obj(data: bytes) -> MeshPart:
                 raise ValueError
         except ValueError as error:
             raise InputError(
-                f"it is not read whole: line {number} is {format_value(line.strip())}; read are v "
+                f"it is not read whole: line {number} is {format_value(line.strip())}; accepted: v "
                 "with 3, 4, 6 or 7 numbers, and f with the numbers of three vertices or more"
             ) from error
     shape = (-1, 3)

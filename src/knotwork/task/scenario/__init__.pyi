@@ -1,4 +1,5 @@
 from .free_values_reader import FreeValues as FreeValues
+from .free_values_reader import FreeWaypoint as FreeWaypoint
 from .requested_timing import RequestedTiming as RequestedTiming
 from .resolve import load_scenario as load_scenario
 from .resolve import resolve_task as resolve_task

@@ -3,33 +3,51 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
-from knotwork.arrays import BoolArray, FloatArray
+from knotwork.arrays import BoolArray
 from knotwork.files.documents import Location, Locations
 from knotwork.task import AtMost, ClearWay, Fastest, PathWaypoint, PlainTask, Weights
 
-SpeedKind = Literal["given", "along", "free"]
+
+@dataclass(frozen=True)
+class FreeWaypoint:
+    """Free values at a waypoint and on the way to it from the one before, in SI.
+
+    Attributes:
+        duration_is_free: Whether the time since the waypoint before is free.
+        min_duration: Its lower bound [s].
+        path_speed_is_free: Whether the constant speed along the path to it is free.
+        way: Options of a collision-free motion to it, or `None`.
+        speed_kind: `"given"`; `"along"` for a given direction of the velocity with a free speed; or
+            `"free"` for a free velocity.
+        max_speed: Upper bound of a free speed [m/s], infinite without one.
+    """
+
+    duration_is_free: bool = False
+    min_duration: float = 0.0
+    path_speed_is_free: bool = False
+    way: ClearWay | None = None
+    speed_kind: Literal["given", "along", "free"] = "given"
+    max_speed: float = math.inf
+
+    @property
+    def duration_is_unknown(self) -> bool:
+        """Whether the time since the waypoint before is free, itself or by the speed of a path."""
+        return self.duration_is_free or self.path_speed_is_free
 
 
 @dataclass(frozen=True, eq=False)
 class FreeValues:
-    """The values that a task leaves free, in SI, by index of the scenario's waypoint.
+    """The values that a task leaves free, in SI.
 
     Attributes:
-        duration_is_free: Whether the time from each waypoint to the next is free, shape (n - 1,).
-        min_durations: Lower bounds of these times [s], shape (n - 1,).
-        speed_kinds: For each waypoint `"given"`; `"along"` for a given direction of the velocity
-            with a free speed; or `"free"` for a free velocity.
-        max_speeds: Upper bounds of the tool speed [m/s], shape (n,), infinite without one.
-        path_speed_is_free: Whether the constant speed along a path is free between each waypoint
-            and the next, shape (n - 1,).
-        way_options: Options of collision-free motions, by the waypoint where they end.
-        objective: Weights of `"time"`, `"jerk"`, `"effort"` and `"acceleration"`.
+        waypoints: Free values at each waypoint of the scenario and on the way to it.
+        objective: Weights of the terms that are minimised.
         total_duration: Given duration of the whole motion [s], or `None`.
         knots_are_free: Whether knots are free where times are given.
         time_dependent: Indices of waypoints that depend on times still to be chosen: their pose is
@@ -37,17 +55,12 @@ class FreeValues:
 
     >>> ends = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": "fastest"}]
     >>> scenario = kw.load_scenario({"limits": {"acceleration": 2}, "waypoints": ends})
-    >>> scenario.free_values.duration_is_free
-    array([ True])
+    >>> scenario.free_values.waypoints[1].duration_is_free
+    True
     """
 
-    duration_is_free: BoolArray
-    min_durations: FloatArray
-    speed_kinds: tuple[SpeedKind, ...]
-    max_speeds: FloatArray
-    path_speed_is_free: BoolArray
-    way_options: Mapping[int, ClearWay] = field(default_factory=dict)
-    objective: Mapping[str, float] = field(default_factory=dict)
+    waypoints: tuple[FreeWaypoint, ...]
+    objective: Weights
     total_duration: float | None = None
     knots_are_free: bool = False
     time_dependent: tuple[int, ...] = ()
@@ -55,32 +68,38 @@ class FreeValues:
     @property
     def any(self) -> bool:
         """Whether any value is free."""
-        return bool(
-            self.duration_is_free.any()
-            or set(self.speed_kinds) != {"given"}
-            or self.path_speed_is_free.any()
-            or self.way_options
-            or self.knots_are_free
-        )
+        nothing = FreeWaypoint()
+        return self.knots_are_free or any(free != nothing for free in self.waypoints)
 
     @property
-    def duration_is_chosen(self) -> BoolArray:
-        """Whether each duration is chosen, itself or by the speed of a path, shape (n - 1,)."""
-        return np.asarray(self.duration_is_free | self.path_speed_is_free)
+    def has_free_durations(self) -> bool:
+        """Whether the time between any waypoints is free itself."""
+        return any(free.duration_is_free for free in self.waypoints)
 
     @property
-    def first_chosen_time(self) -> int:
-        """The first waypoint whose time is chosen; n without one."""
-        return int(np.append(self.duration_is_chosen, True).argmax()) + 1
+    def has_free_path_speeds(self) -> bool:
+        """Whether the constant speed along any path is free."""
+        return any(free.path_speed_is_free for free in self.waypoints)
 
     @property
-    def speed_is_chosen(self) -> BoolArray:
-        """Whether each interval has free values inside or at one end, shape (n - 1,).
+    def has_free_speeds(self) -> bool:
+        """Whether the speed or velocity at any waypoint is free."""
+        return any(free.speed_kind != "given" for free in self.waypoints)
 
-        The scenario alone does not define the joint speeds there.
-        """
-        at_ends = np.array([kind != "given" for kind in self.speed_kinds])
-        return np.asarray(self.duration_is_free | at_ends[1:] | at_ends[:-1])
+    @property
+    def duration_is_unknown(self) -> BoolArray:
+        """Whether each duration is free, itself or by the speed of a path, shape (n - 1,)."""
+        return np.array([free.duration_is_unknown for free in self.waypoints[1:]])
+
+    @property
+    def first_unknown_time(self) -> int:
+        """The first waypoint whose time is unknown; n without one."""
+        return int(np.append(self.duration_is_unknown, True).argmax()) + 1
+
+    def motion_is_unknown(self, i: int) -> bool:
+        """Whether the scenario alone does not define the joint speeds after waypoint i."""
+        start, end = self.waypoints[i : i + 2]
+        return end.duration_is_free or {start.speed_kind, end.speed_kind} != {"given"}
 
 
 def ends_wait(task_index: Sequence[int], waypoint: int) -> bool:
@@ -135,57 +154,56 @@ def read_free_values(
     Raises:
         DocumentError: A key is about free values although none is free, or a value can't be free.
     """
-    n = len(task_index)
-    duration_is_free, path_speed_is_free = np.zeros((2, n - 1), dtype=bool)
-    min_durations = np.zeros(n - 1)
-    speed_kinds: list[SpeedKind] = ["given"] * n
-    max_speeds = np.full(n, np.inf)
-    way_options: dict[int, ClearWay] = {}
+    waypoints: list[FreeWaypoint] = []
     time_dependent: list[int] = []
     for waypoint, i in enumerate(task_index):
-        if i < 0 or ends_wait(task_index, waypoint):  # i < 0 is the start
-            continue
-        step, minimum, way = task.waypoints[i], min_duration(task, i), clear_way(task, i)
-        if waypoint and minimum is not None:
-            duration_is_free[waypoint - 1], min_durations[waypoint - 1] = True, minimum
-        maximum = max_speed(getattr(step, "speed", None))
-        if isinstance(step, PathWaypoint) and maximum is not None:
-            path_speed_is_free[waypoint - 1] = True
-        elif maximum is not None:
-            speed_kinds[waypoint], max_speeds[waypoint] = "along", maximum
-        elif getattr(step, "velocity", None) == "free":
-            speed_kinds[waypoint] = "free"
-        if way is not None:
-            way_options[waypoint] = way
-        if step.time is not None and (duration_is_free | path_speed_is_free).any():
-            time_dependent.append(waypoint)  # the time since the waypoint before is free
-            duration_is_free[waypoint - 1] = True
-    has_free_times = bool(duration_is_free.any())
+        free = FreeWaypoint()
+        if i >= 0 and not ends_wait(task_index, waypoint):  # otherwise the start, or after a wait
+            free = _free_waypoint(task, i)
+            is_unknown = any(before.duration_is_unknown for before in waypoints)
+            if task.waypoints[i].time is not None and is_unknown:
+                time_dependent.append(waypoint)
+                free = replace(free, duration_is_free=True)
+        waypoints.append(free)
+    has_free_times = any(free.duration_is_free for free in waypoints)
     knots_are_given = "knots" in task.model_fields_set
-    free = FreeValues(
-        duration_is_free=duration_is_free,
-        min_durations=min_durations,
-        speed_kinds=tuple(speed_kinds),
-        max_speeds=max_speeds,
-        path_speed_is_free=path_speed_is_free,
-        way_options=way_options,
+    values = FreeValues(
+        waypoints=tuple(waypoints),
         objective=_objective(task, has_free_times=has_free_times),
         total_duration=task.duration,
         knots_are_free=task.knots == "optimal" or (has_free_times and not knots_are_given),
         time_dependent=tuple(time_dependent),
     )
-    for location, message, accepted in _misused(task, free, task_index):
+    for location, message, accepted in _misused(task, values, task_index):
         raise locations.error(location, message, accepted)
-    return free if free.any else None
+    return values if values.any else None
 
 
-def _objective(task: PlainTask, *, has_free_times: bool) -> dict[str, float]:
+def _free_waypoint(task: PlainTask, i: int) -> FreeWaypoint:
+    """Read the free values at waypoint i of a task and on the way to it."""
+    given, least = task.waypoints[i], min_duration(task, i)
+    highest, on_path = max_speed(getattr(given, "speed", None)), isinstance(given, PathWaypoint)
+    kind: Literal["given", "along", "free"] = "given"
+    if not on_path and highest is not None:
+        kind = "along"
+    elif getattr(given, "velocity", None) == "free":
+        kind = "free"
+    return FreeWaypoint(
+        duration_is_free=least is not None,
+        min_duration=least or 0.0,
+        path_speed_is_free=on_path and highest is not None,
+        way=clear_way(task, i),
+        speed_kind=kind,
+        max_speed=math.inf if highest is None else highest,
+    )
+
+
+def _objective(task: PlainTask, *, has_free_times: bool) -> Weights:
     given = task.objective
     if isinstance(given, Weights):
-        return {name: value for name, value in given if value}
-    if given is not None:
-        return {given: 1.0}
-    return {"time": 1.0} if has_free_times and task.duration is None else {"jerk": 1.0}
+        return given
+    timed = has_free_times and task.duration is None
+    return Weights(**{given or ("time" if timed else "jerk"): 1.0})
 
 
 def check_free_values(task: PlainTask, locations: Locations) -> None:
@@ -243,15 +261,14 @@ def _misused(
     task: PlainTask, free: FreeValues, task_index: Sequence[int]
 ) -> Iterator[tuple[Location, str, str]]:
     """Keys about free values although none is free, and free values that exclude each other."""
-    timed, objective = bool(free.duration_is_free.any()), task.objective is not None
-    has_free_times = int(free.duration_is_free.sum()) > len(free.time_dependent)
-    weighs_time = free.objective.get("time", 0.0) > 0.0
+    timed, objective = free.has_free_durations, task.objective is not None
+    free_times = sum(waypoint.duration_is_free for waypoint in free.waypoints)
+    has_free_times = free_times > len(free.time_dependent)
+    weighs_time = free.objective.time > 0.0
     if task.duration is not None and not has_free_times:
         accepted = "times: fastest, or after: fastest at a waypoint"
         yield ("duration",), "is given, but so is every time", accepted
-    if objective and not (
-        has_free_times or free.knots_are_free or set(free.speed_kinds) - {"given"}
-    ):
+    if objective and not (has_free_times or free.knots_are_free or free.has_free_speeds):
         accepted = "times: fastest, after: fastest at a waypoint, or knots: optimal"
         yield ("objective",), "gives an objective, but no time is free", accepted
     if objective and weighs_time and (not has_free_times or task.duration is not None):
@@ -269,7 +286,7 @@ def _misused(
     if task.planner != "modified-hermite" and free.any:
         accepted = "modified-hermite; plan --freeze writes a scenario with numbers for any planner"
         yield ("planner",), f"{task.planner!r} needs given times, and some are free", accepted
-    if free.objective.get("effort", 0.0) > 0.0 and task.robot is None:
+    if free.objective.effort > 0.0 and task.robot is None:
         yield ("objective",), "effort needs a robot, and the file names none", ""
     if free.time_dependent and task.duration is not None:
         number = task_index[free.time_dependent[0]] + 1

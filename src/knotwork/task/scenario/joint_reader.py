@@ -12,7 +12,7 @@ import numpy as np
 from knotwork.arrays import FloatArray
 from knotwork.errors import suggest_name
 from knotwork.joint_quantities import JOINT_QUANTITIES
-from knotwork.task import ChosenMotion
+from knotwork.task import ChosenSectionFields
 from knotwork.task.scenario import JointTarget
 from knotwork.task.scenario.scenario import Scenario
 from knotwork.waypoints import CartesianWaypoint, ChosenSection
@@ -114,7 +114,7 @@ class JointReader:
         motions = self.scenario.given.chosen or ()
         return tuple(self._chosen_section(motion, i) for i, motion in enumerate(motions)) or None
 
-    def _chosen_section(self, motion: ChosenMotion, i: int) -> ChosenSection:
+    def _chosen_section(self, motion: ChosenSectionFields, i: int) -> ChosenSection:
         names, location = [waypoint.name for waypoint in self.scenario.waypoints], ("chosen", i)
         for name in motion.velocities:
             if name not in names:
@@ -164,8 +164,8 @@ def find_waits(scenario: Scenario, targets: Sequence[JointState | None]) -> Iter
     """
     moved = {i for path in scenario.paths for i in range(path.first, path.last)}
     if scenario.free_values is not None:  # a chosen velocity is not a stop
-        speeds = pairwise(scenario.free_values.speed_kinds)
-        moved |= {i for i, kinds in enumerate(speeds) if kinds != ("given", "given")}
+        given = [free.speed_kind == "given" for free in scenario.free_values.waypoints]
+        moved |= {i for i, both in enumerate(pairwise(given)) if not all(both)}
     states = [
         _state_at_rest(waypoint, target)
         for waypoint, target in zip(scenario.waypoints, targets, strict=True)

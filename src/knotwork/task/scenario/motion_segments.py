@@ -8,13 +8,13 @@ from itertools import pairwise
 import numpy as np
 
 from knotwork.curves.trajectory.motion_events import Segment, SegmentKind
-from knotwork.task import ChosenMotion
+from knotwork.task import ChosenSectionFields
 from knotwork.task.scenario.event_reader import EVENT_TOLERANCE
 from knotwork.task.scenario.free_values_reader import ends_wait
 from knotwork.task.scenario.scenario import Scenario
 
 
-def find_clear_motions(scenario: Scenario) -> Iterator[tuple[list[int], ChosenMotion]]:
+def find_clear_motions(scenario: Scenario) -> Iterator[tuple[list[int], ChosenSectionFields]]:
     """Waypoints of each collision-free motion in the task, by index, and the motion."""
     times = scenario.expected_times
     for motion in scenario.given.chosen or ():

@@ -240,7 +240,7 @@ class PoseFrames:
         """
         in_moving_frames = [
             waypoint
-            for waypoint in range(free.first_chosen_time, len(task_index))
+            for waypoint in range(free.first_unknown_time, len(task_index))
             if self[task_index[waypoint]].is_moving
         ]
         if in_moving_frames and free.total_duration is not None:

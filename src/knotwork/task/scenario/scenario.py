@@ -253,7 +253,7 @@ class Scenario:
         """Times of the waypoints [s], shape (n,); NaN from the first free one."""
         times = self.expected_times
         if self.free_values is not None:
-            times[self.free_values.first_chosen_time :] = np.nan
+            times[self.free_values.first_unknown_time :] = np.nan
         return times
 
     @property
@@ -261,7 +261,7 @@ class Scenario:
         """Time from each waypoint to the next [s], shape (n - 1,); NaN where it is chosen."""
         durations = np.diff(self.expected_times)
         if self.free_values is not None:
-            durations[self.free_values.duration_is_chosen] = np.nan
+            durations[self.free_values.duration_is_unknown] = np.nan
         return durations
 
     @property

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -102,6 +103,7 @@ def upper_bounds(
             to the tightness that the bound must have where no limit decides, shape (c,). By default
             it is a fraction of the limit, or of the largest sample if that is larger.
     """
+    precision = precision or partial(_relative_precision, limit=limits)
     search = _Evaluations(curve, quantity, len(limits))
     intervals = first_intervals(curve.x, FIRST_INTERVALS)
     at_start, at_end = search.evaluate_ends(intervals)
@@ -111,11 +113,7 @@ def upper_bounds(
     while True:
         excess, rounding = search.measure_excess(intervals)
         upper = np.maximum(at_start, at_end) + (excess + rounding)
-        if precision is None:
-            tightness = _relative_precision(search.value, search.scale, limits)
-        else:
-            tightness = precision(search.value, search.scale)
-        near = search.value + tightness
+        near = search.value + precision(search.value, search.scale)
         target = np.where(search.value <= limits, np.minimum(near, limits), near)
         target[search.value > limits + MAX_EXCESS * np.abs(limits)] = np.inf
         is_open = (upper > target) & (excess > rounding) & np.isfinite(search.value)

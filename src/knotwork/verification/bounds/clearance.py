@@ -40,14 +40,12 @@ CLEARANCE_INTERVALS = 24
 """Approximate number of intervals of the first division, which is also at every break."""
 
 LENGTH_DIGITS = 12
-"""Decimal digits of lengths [m] that decide between times, equal on every machine."""
+"""Decimals of lengths [m] that decide between times, so that every machine decides equally."""
 
 CLEARANCE_PRECISION = 1e-3
 """Precision of a pair's minimum clearance [m], unless a fraction of the clearance is larger."""
-OBJECT_SHARE = 0.2
-"""Precision for pairs with an object of the scene, as a fraction of the clearance."""
-LINK_SHARE = 0.5
-"""Precision for two links of the robot, which are always close, as a fraction of the clearance."""
+RELATIVE_PRECISION = 0.2
+"""Fraction of the clearance that is precise enough."""
 
 INTERVAL_BLOCK = 2000
 """Number of intervals per block."""
@@ -172,9 +170,7 @@ class _ClearanceSearch:
         self.pair, self.margin = self.table.pair, self.table.margin
         self.windows = model.windows_within(*curve.x[[0, -1]].tolist())
         self.precision = CLEARANCE_PRECISION if precision is None else precision
-        involves_scene = np.array([model.pairs[k].involves_scene for k in self.pair])
-        share = np.where(involves_scene, OBJECT_SHARE, LINK_SHARE)
-        self.relative_precision = share if precision is None else np.zeros(len(share))
+        self.relative_precision = RELATIVE_PRECISION if precision is None else 0.0
         self.distance = np.full(len(self.pair), np.inf)
         self.time = np.full(len(self.pair), curve.x[0])
         self.bound = np.full(len(self.pair), np.inf)
@@ -198,18 +194,17 @@ class _ClearanceSearch:
         windows = self.windows[self.pair]
         exist = (middle[:, None] > windows[:, 0]) & (middle[:, None] < windows[:, 1])
         interval, solid_pair = np.nonzero(exist)
-        return _PairTests(
-            interval, solid_pair, np.full(len(solid_pair), np.nan), np.zeros((len(solid_pair), 3))
-        )
+        unmeasured = np.full(len(solid_pair), np.nan)
+        return _PairTests(interval, solid_pair, unmeasured, np.zeros((len(solid_pair), 3)))
 
     def _refine(self, intervals: Intervals, tests: _PairTests) -> tuple[Intervals, _PairTests]:
         """Measure where needed, close decided intervals, and divide the others into three."""
         motions = RelativeMotion(self.table, self.curve, intervals)
         time = self.curve.x[intervals.piece] + intervals.middle
         placed = self.table.axes(motions.rotation, motions.origin)
-        motion = motions.largest(tests.interval, tests.solid_pair)
-        spheres = self.table.min_distances(motions.rotation, motions.origin)
-        distance_bound = spheres[tests.interval, tests.solid_pair]
+        where = tests.interval, tests.solid_pair
+        distance_bound = self.table.min_distances(*where, motions.rotation, motions.origin)
+        motion = motions.largest(*where)
         self._measure(tests, time, placed, distance_bound - motion, motion)
         is_measured = ~np.isnan(tests.distance)
         distance_bound[is_measured] = tests.distance[is_measured] - DISTANCE_ERROR
@@ -278,18 +273,16 @@ class _ClearanceSearch:
             tests: Pairs of solids over intervals; distances are filled in.
             time: Middle of each interval [s].
             placed: Rotations and origins of the solids' axes at these times, see `SolidPairs.axes`.
-            lower: Lower bound from spheres over each interval [m].
+            lower: Lower bound from boxes over each interval [m].
             motion: Upper bound on the relative motion of the two solids [m].
         """
         first_goal = self._goal()
         waiting = np.flatnonzero(np.isnan(tests.distance) & (lower < first_goal[tests.solid_pair]))
         waiting = waiting[np.argsort(np.round(lower[waiting], LENGTH_DIGITS), kind="stable")]
         goal, smallest = first_goal.tolist(), self.distance.tolist()  # faster than arrays
-        columns = (
-            waiting,
-            *(x[waiting] for x in (tests.solid_pair, tests.interval, lower, motion)),
-        )
-        for test, c, interval, bound, moved in zip(*(x.tolist() for x in columns), strict=True):
+        columns = (tests.solid_pair, tests.interval, lower, motion)
+        listed = (column[waiting].tolist() for column in columns)
+        for test, c, interval, bound, moved in zip(waiting.tolist(), *listed, strict=True):
             if bound >= goal[c]:
                 continue
             enough = max(goal[c] + moved + 2 * DISTANCE_ERROR, smallest[c])
@@ -299,7 +292,7 @@ class _ClearanceSearch:
             if d < smallest[c] - 10.0**-LENGTH_DIGITS:
                 smallest[c] = self.distance[c] = d
                 self.time[c] = time[interval]
-                near = d - max(self.precision, self.relative_precision[c] * abs(d))
+                near = d - max(self.precision, self.relative_precision * abs(d))
                 goal[c] = max(near, self.margin[c]) if d > self.margin[c] else near
 
     def _find_enclosed(self) -> None:

@@ -72,60 +72,54 @@ class RelativeMotion:
             levers[:, j, carried] = joints.turns[j] * off + abs(joints.slides[j])
         return levers
 
-    def largest(self, interval: IndexArray, solid_pair: IndexArray) -> FloatArray:
+    def largest(self, row: IndexArray, pair: IndexArray) -> FloatArray:
         """Upper bound on the relative motion of points of two solids [m], shape (m,).
 
         Args:
-            interval: Indices of intervals, shape (m,).
-            solid_pair: Indices of pairs of solids, shape (m,).
+            row: Rows of the intervals, shape (m,).
+            pair: Indices of pairs of solids, shape (m,).
         """
         a, b = self.between
         total = (self.moves[:, :, self.table.first] * a.T).sum(axis=1)
         total += (self.moves[:, :, self.table.second] * b.T).sum(axis=1)
-        return np.asarray(total[interval, solid_pair])
+        return np.asarray(total[row, pair])
 
-    def approach(
-        self, interval: IndexArray, solid_pair: IndexArray, normal: FloatArray
-    ) -> FloatArray:
+    def approach(self, row: IndexArray, pair: IndexArray, normal: FloatArray) -> FloatArray:
         """Upper bound on the approach of two solids along a direction [m], shape (m,).
 
         Args:
-            interval: Indices of intervals, shape (m,).
-            solid_pair: Indices of pairs of solids, shape (m,).
+            row: Rows of the intervals, shape (m,).
+            pair: Indices of pairs of solids, shape (m,).
             normal: Unit vectors, shape (m, 3).
         """
         a, b = self.between
-        low_a, high_a, bend_a = self._speeds_along(
-            interval, self.table.first[solid_pair], a[solid_pair], normal
-        )
-        low_b, high_b, bend_b = self._speeds_along(
-            interval, self.table.second[solid_pair], b[solid_pair], normal
-        )
-        rate, half = np.maximum(high_a - low_b, high_b - low_a), self.half[interval]
+        low_a, high_a, bend_a = self._speeds_along(row, self.table.first[pair], a[pair], normal)
+        low_b, high_b, bend_b = self._speeds_along(row, self.table.second[pair], b[pair], normal)
+        rate, half = np.maximum(high_a - low_b, high_b - low_a), self.half[row]
         return np.asarray(rate * half + (bend_a + bend_b) * half * half / 2)
 
     def _speeds_along(
-        self, interval: IndexArray, solid: IndexArray, moved: FloatArray, normal: FloatArray
+        self, row: IndexArray, solid: IndexArray, moved: FloatArray, normal: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Minimum and maximum speed of points along a direction, and a bound on accelerations.
 
         Args:
-            interval: Indices of intervals, shape (m,).
+            row: Rows of the intervals, shape (m,).
             solid: Indices of solids, shape (m,).
             moved: 1 for the joints that move the solid relative to the other, else 0; (m, n + 1).
             normal: Unit vectors, shape (m, 3).
         """
-        turns, slides, axis = self.joints.turns, self.joints.slides, self.axis[interval]
-        rate = self.rate[interval] * moved
+        turns, slides, axis = self.joints.turns, self.joints.slides, self.axis[row]
+        rate = self.rate[row] * moved
         turning = np.cross(normal[:, None], axis) * (rate * turns)[:, :, None]
         sliding = rate * (slides * np.einsum("mij,mj->mi", axis, normal))
         slope = turning.sum(axis=1)
-        level = sliding.sum(axis=1) - np.einsum("mij,mij->m", turning, self.origin[interval])
-        speeds = level[:, None] + np.einsum("mi,mic->mc", slope, self.corners[interval, solid])
+        level = sliding.sum(axis=1) - np.einsum("mij,mij->m", turning, self.origin[row])
+        speeds = level[:, None] + np.einsum("mi,mic->mc", slope, self.corners[row, solid])
         # The levers are those at the middle, so outer joints may move points farther from an axis.
-        moves, speed = self.moves[interval, :, solid] * moved, self.speed[interval] * moved
+        moves, speed = self.moves[row, :, solid] * moved, self.speed[row] * moved
         beyond = moves.sum(axis=1)[:, None] - moves.cumsum(axis=1)
-        levers = self.levers[interval, :, solid] + turns * beyond
+        levers = self.levers[row, :, solid] + turns * beyond
         nearer = (turns * speed).cumsum(axis=1) - turns * speed
-        bends = self.acceleration[interval] * moved + speed * (turns * speed + 2.0 * nearer)
+        bends = self.acceleration[row] * moved + speed * (turns * speed + 2.0 * nearer)
         return speeds.min(axis=1), speeds.max(axis=1), (bends * levers).sum(axis=1)

@@ -162,8 +162,7 @@ def _singularity(robot: Robot) -> Quantity:
     model, data = robot.model, robot.model.createData()
     frame = robot.require_tool()
     joints = joint_tree(model)
-    carrier = model.frames[frame].parentJoint
-    distance = float(np.linalg.norm(model.frames[frame].placement.translation))
+    carrier, distance = carrier_of(model, frame)
     first = joints.column[joints.path(carrier)[0]]
 
     def values(q: FloatArray, _v: FloatArray, _a: FloatArray) -> FloatArray:

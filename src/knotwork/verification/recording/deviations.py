@@ -81,14 +81,9 @@ def deviation_findings(
         f"the plan's time 0 is {alignment.lead:.6f} s after the log's first sample, at "
         f"{alignment.shift:.6f} s by the log's clock; standard error {alignment.shift_error:.1g} s"
     )
-    brief = filter(None, [text, *short, f"time shift {alignment.lead:.4g} s"])
+    brief = "; ".join(filter(None, [text, *short, f"time shift {alignment.lead:.4g} s"]))
     yield Finding.of_motion(
-        Group.AGAINST_PLAN,
-        "time_shift",
-        fact,
-        value=alignment.lead,
-        unit="s",
-        brief="; ".join(brief),
+        Group.AGAINST_PLAN, "time_shift", fact, value=alignment.lead, unit="s", brief=brief
     )
     largest = max(alignment.delays, key=lambda span: abs(span.delay))
     yield _deviation(
@@ -174,16 +169,9 @@ def _deviation(
         fact += f" by up to {units.text(abs(value), unit, '.3g')}, at {time:.4f} s"
     if limit is None:
         return Finding(
-            Group.AGAINST_PLAN,
-            subject,
-            name,
-            quantity,
-            "information",
-            fact,
-            value,
-            unit=unit,
+            Group.AGAINST_PLAN, subject, name, quantity, "information", fact, value, unit=unit,
             time=time,
-        )
+        )  # fmt: skip
     fact += f", tolerance {units.text(limit, unit, '.3g')}"
     return Finding.at_most(
         Group.TOLERANCES, subject, name, quantity, fact, value, limit, unit=unit, time=time

@@ -1,4 +1,4 @@
-// One clock for the two scenes, and the values of their difference.
+// One clock for both scenes, and the values of their difference.
 
 const byId = (id) => document.getElementById(id);
 const data = JSON.parse(byId("data").textContent);
@@ -40,7 +40,7 @@ function seek(time) {
 
 const ready = (frame) => frame.contentDocument?.documentElement?.dataset.ready === "true";
 
-// What turns or moves the view in one scene does so in the other.
+// Turns and shifts of the view in one scene are repeated in the other.
 function shareCamera() {
   const viewers = frames.map((frame) => frame.contentWindow.viewer);
   const follow = (one, other) => {
@@ -56,7 +56,7 @@ function shareCamera() {
   follow(...viewers);
 }
 
-// A failure is gone to, in the scene whose it is.
+// A click on a failure goes to its time, and shows its place in its own scene.
 document.querySelectorAll("section").forEach((section, i) => section.addEventListener("click", ({ target }) => {
   const at = Number(target.closest("[data-at]")?.dataset.at ?? NaN);
   if (Number.isNaN(at)) return;
@@ -64,7 +64,7 @@ document.querySelectorAll("section").forEach((section, i) => section.addEventLis
   frames[i].contentWindow.postMessage({ knotworkSeek: at, knotworkFrame: true }, "*");
 }));
 
-// The scenes have a clock of their own, which this one takes the place of.
+// This clock replaces the clock of each scene.
 function prepare(frame) {
   if (!ready(frame)) return setTimeout(() => prepare(frame), 100);
   const inside = frame.contentDocument;

@@ -1,4 +1,4 @@
-// The map: a cell or a dot for each row; the one that is chosen is shown at its side.
+// The map has a cell or a dot for each row; the chosen row is shown beside it.
 
 const byId = (id) => document.getElementById(id);
 const data = JSON.parse(byId("data").textContent);
@@ -19,7 +19,7 @@ byId("colour").append(option("verdict", ""), ...Object.keys(data.figures).map((n
 const axis = (id) => data.axes[byId(id).value] ?? own;
 const span = ({ at, names }) => (names.length ? [-0.5, names.length - 0.5] : [Math.min(...at), Math.max(...at)]);
 
-// Where a row is on the canvas, and how large
+// Position and size of a row on the canvas
 function layout() {
   const canvas = byId("map");
   const [width, height] = [canvas.clientWidth - ROOM.left - ROOM.right, canvas.clientHeight - ROOM.top - ROOM.bottom];
@@ -112,7 +112,7 @@ function legend({ low, high, name }) {
   return byId("legend").replaceChildren(...kinds.filter(([, , count]) => count).map(([kind, colour, count]) => entry(`background: ${colour}`, `${kind} (${count})`)));
 }
 
-// Show the motion of a row; one without a motion says why in its own words.
+// Show the motion of a row, or the reason why it has none.
 function choose(i) {
   chosen = i;
   const given = data.axes.map(({ title }, k) => `${title} ${data.values[k][i]}`).join(", ");
@@ -124,7 +124,7 @@ function choose(i) {
   byId("why").textContent = data.message[i];
   draw();
   const frame = byId("motion");
-  // Until the motion of this row is there, none is shown: that of another row has another verdict.
+  // Until this row's motion is loaded, none is shown, because another row has another verdict.
   frame.classList.add("awaited");
   frame.hidden = !moves || Boolean(data.command);
   byId("row").textContent = words + (!moves ? "" : data.command ? ` · its motion is shown by: ${data.command}` : " · its motion is being planned …");

@@ -1,5 +1,5 @@
-// The plots, the values and the 3D view show one time: each can set it. Plots are drawn once; a
-// window of time moves what is in them.
+// The plots, the values and the 3D view show the same time, and each can set it. Plots are drawn
+// once; a window of time shifts and stretches their contents.
 
 const AXES = { whole: null, shown: null }; // windows of time [s]
 const scene = document.querySelector("iframe");
@@ -29,7 +29,7 @@ class Panel {
     this.group.append(this.ticks);
     this.own = [...this.group.querySelectorAll("[data-part^=xtick]")].map((tick) => {
       const { x, width: wide } = tick.getBBox();
-      return { tick, name: tick.parentElement.parentElement !== this.group, at: x + wide / 2 }; // times, or names of waypoints
+      return { tick, name: tick.parentElement.parentElement !== this.group, at: x + wide / 2 }; // ticks with times, or with names of waypoints
     });
     this.parts = [...this.group.querySelectorAll("[data-part]")]
       .filter(({ dataset: { part } }) => !/^(xtick|note|panel)/.test(part))
@@ -40,7 +40,7 @@ class Panel {
       .map((element) => ({ element, d: element.getAttribute("d"), x: Number(element.getAttribute("x")) }));
   }
 
-  // Curves of the panel, by name: where they go, as they were drawn
+  // Points of the panel's curves as drawn, by name
   get curves() {
     if (!this.read) {
       this.read = [...this.group.querySelectorAll('[data-part^="curve:"]')].map((part) => {
@@ -85,7 +85,7 @@ class Panel {
     for (const { element, d, x } of this.parts) {
       if (d) element.setAttribute("d", d.replace(/([-\d.e]+) ([-\d.e]+)/g, (_, px, py) => `${moved(Number(px)).toFixed(3)} ${py}`));
       else if (x) element.setAttribute("x", moved(x));
-      else element.setAttribute("transform", `matrix(${factor} 0 0 1 ${box.x - origin * factor} 0)`); // an area
+      else element.setAttribute("transform", `matrix(${factor} 0 0 1 ${box.x - origin * factor} 0)`); // for an area
     }
     for (const { tick, name, at } of this.own) {
       const inside = Math.abs(moved(at) - box.x - box.width / 2) <= box.width / 2 + 1;
@@ -122,7 +122,7 @@ const panels = [...document.querySelectorAll(".plot")].flatMap((plot) => {
 });
 if (panels.length) AXES.whole = [Math.min(...panels.map(({ start }) => start)), Math.max(...panels.map(({ end }) => end))];
 
-// The values at a time, and gauges of joints between their limits
+// The values at a time, and gauges of the joints between their limits
 const curves = new Map(panels.flatMap((panel) => panel.curves.map((curve) => [curve.name, { panel, curve }])));
 const cells = [...document.querySelectorAll("[data-curve]")].filter(({ dataset }) => curves.has(dataset.curve));
 
@@ -158,7 +158,7 @@ function showTime(time, hover = null) {
   showValues(shown);
 }
 
-// The window of time follows what is played.
+// The window of time follows the player.
 function follow(time) {
   const [from, to] = AXES.shown ?? AXES.whole ?? [time, time];
   clock.time = time;
@@ -171,13 +171,13 @@ function seek(time, more = {}) {
   if (scene) scene.contentWindow.postMessage({ knotworkSeek: time, ...more }, "*");
 }
 
-// What is under the pointer is shown everywhere, until it leaves.
+// The time under the pointer is shown everywhere until the pointer leaves.
 function peek(time) {
   showTime(clock.time, time);
   if (scene) scene.contentWindow.postMessage({ knotworkPeek: time }, "*");
 }
 
-// A window of time, within the whole; null for all of it
+// Show a window of time, within the whole motion; null shows all of it.
 function zoom(from, to) {
   const [start, end] = AXES.whole;
   const width = Math.max(to - from, 1e-3 * (end - start));
@@ -224,7 +224,7 @@ for (const button of document.querySelectorAll("[data-at]")) {
   });
 }
 showTime(clock.time);
-// What is wider than its place is scrolled by keys, too.
+// Parts that are wider than the page can be scrolled by keys, too.
 function reach() {
   for (const one of document.querySelectorAll(".wide, figure, pre")) {
     if (one.scrollWidth > one.clientWidth) one.tabIndex = 0;
@@ -238,7 +238,7 @@ window.addEventListener("beforeprint", () => {
   if (panels.length) zoom(null, null);
   for (const one of document.querySelectorAll("details")) one.open = true;
 });
-// On paper a still picture takes the place of the 3D view, once there is one.
+// On paper a still picture replaces the 3D view, as soon as one has been made.
 window.addEventListener("message", (event) => {
   if (scene && event.source === scene.contentWindow && Number.isFinite(event.data?.knotworkTime)) follow(event.data.knotworkTime);
   const still = document.getElementById("still");

@@ -27,7 +27,7 @@ Change = Mapping[str, Any]
 CORNER_BLEND = 0.01
 """Rounding radius of a corner added on a line [m]."""
 LINE_STEP, SNAP_DISTANCE = 1e-9, 1e-3
-"""Rounding of positions, and distance within which they snap to a line [m]."""
+"""Rounding of positions on a line, and distance within which positions snap to it [m]."""
 POSE_COORDINATES = 6  # coordinates of a pose; arms with fewer joints can't reach a rounded one
 
 
@@ -40,15 +40,16 @@ def waypoint_here(
     fraction: float = 0.5,
     joints: bool = False,
 ) -> list[Change]:
-    """The changes that add a waypoint at the arm's present state, between two others.
+    """Make the changes that add a waypoint at the arm's present state, between two others.
 
     Args:
         scenario: The task.
-        robot: Its robot.
+        robot: The robot of the task.
         q: Joint positions, joints in the robot's order, shape (d,).
         after: Index in `scenario.given` of the previous waypoint; -1 for the start.
-        fraction: Fraction of the time between the two at which the arm is there.
-        joints: Use joint values, as an arm with few joints needs, not the pose of the tool.
+        fraction: Time of the new waypoint, as a fraction of the time between its neighbours.
+        joints: Whether joint values define the waypoint, not the pose of the tool. For an arm with
+            few joints they always do.
 
     Raises:
         InputError: The waypoint is on a curved tool path, or on a line with joint values.
@@ -101,7 +102,7 @@ def _snap(scenario: Scenario, after: int, pose: pin.SE3) -> None:
 def _time_between(
     scenario: Scenario, after: int, fraction: float
 ) -> tuple[dict[str, Any], list[Change]]:
-    """Time and velocity of a new waypoint, and changes of its neighbours."""
+    """Keys of a new waypoint except its place, and the changes of its neighbours."""
     task = scenario.given
     if after + 1 == len(task.waypoints):
         return _at_the_end(scenario, after)
@@ -138,7 +139,10 @@ def _time_between(
 
 
 def _at_the_end(scenario: Scenario, after: int) -> tuple[dict[str, Any], list[Change]]:
-    """A new last waypoint takes as long as the one before it, which becomes a stop."""
+    """Keys of a new last waypoint; the previous one becomes a stop.
+
+    The new motion takes as long as the previous one.
+    """
     task = scenario.given
     last = task.waypoints[after]
     passing = isinstance(last, PathWaypoint) or last.stop or last.wait
@@ -149,12 +153,12 @@ def _at_the_end(scenario: Scenario, after: int) -> tuple[dict[str, Any], list[Ch
 
 
 def box_at(task: Task, point: FloatArray, size: float) -> list[Change]:
-    """The change that adds a cube to the scene.
+    """Make the change that adds a cube to the scene.
 
     Args:
         task: The task.
-        point: Its centre in the base frame [m], shape (3,).
-        size: Its edge length [m].
+        point: Centre of the cube in the base frame [m], shape (3,).
+        size: Edge length of the cube [m].
     """
     length, _ = task.units.in_si
     taken_names = {*task.scene.objects, *(task.tool.holds if task.tool is not None else ())}

@@ -1,4 +1,4 @@
-"""A scenario file being edited: edits of its text, which keep comments."""
+"""The draft of a scenario file: edits of its text, which keep comments, with undo."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from knotwork.robot import Robot
 from knotwork.task.si_units import unit_at
 
 MAX_EDITS = 1000
-"""Largest number of edits that can be undone."""
+"""Maximum number of edits that can be undone."""
 
 
 class Draft:
@@ -79,8 +79,8 @@ class Draft:
         """Change the text, all or nothing.
 
         Args:
-            changes: Each `{"at": location}` with a `"value"`, or without one to remove it;
-                `"insert"` is true to insert an item into a list.
+            changes: Mappings with a location `"at"` and a `"value"`; without a value, the location
+                is removed. `"insert"` is true to insert an item into a list.
             gesture: Edits of one gesture, such as a drag, are undone together.
 
         Raises:
@@ -102,7 +102,7 @@ class Draft:
         self._go_to(self._index + 1)
 
     def reread(self) -> bool:
-        """Reread the file; a change by another program is an edit. Returns whether it changed.
+        """Read the file again, and return whether it has changed; the change becomes an edit.
 
         Raises:
             DocumentError: The file can't be read.
@@ -119,8 +119,8 @@ class Draft:
         """Write the text into the file, whole or not at all.
 
         Raises:
-            InputError: The file can't be written, or another program has changed it: then its
-                text is loaded, and `undo` restores this one.
+            InputError: The file can't be written, or another program has changed it. In that case
+                its text becomes the draft, and `undo` restores the previous one.
         """
         with self._lock:
             if self.file.exists() and self.reread():
@@ -145,7 +145,7 @@ class Draft:
         self._gesture = gesture
 
     def _go_to(self, index: int) -> None:
-        """Show one of the texts, if there is one of this index."""
+        """Make one of the texts the present one, if the index is valid."""
         with self._lock:
             if 0 <= index < len(self._texts):
                 self._index, self._gesture = index, ""
@@ -180,7 +180,7 @@ def as_javascript(at: Location) -> str:
 
 
 def _locations(data: Any, at: Location = ()) -> Iterator[Location]:
-    """Locations of the values of a file; a list of numbers counts as one, and so does each item."""
+    """Locations of all values of a file, including mappings, lists and their items."""
     parts = data.items() if isinstance(data, dict) else enumerate(data)
     for key, part in parts:
         yield (*at, key)
@@ -189,7 +189,7 @@ def _locations(data: Any, at: Location = ()) -> Iterator[Location]:
 
 
 def _with_leaves(data: Any, change: Callable[[Any], Any]) -> Any:
-    """Change each number, text and other single value of data."""
+    """Copy data with each number, text and other single value changed by a function."""
     if isinstance(data, dict):
         return {str(key): _with_leaves(value, change) for key, value in data.items()}
     if isinstance(data, list):

@@ -32,13 +32,13 @@ class Handle:
 
     Attributes:
         at: Location in the file of the point, or of the mapping with the position.
-        name: Name of the moved part.
+        name: Name of the part that the handle moves.
         kind: `"waypoint"`, `"via"`, `"object"` or `"frame"`.
-        pose: In the axes of the URDF's root, `pin.SE3`.
+        pose: Pose in the axes of the URDF's root, `pin.SE3`.
         parent_frame: Frame of the position in the file, and axes of the orientation, shape (3, 3).
-        form: Key of the orientation; empty without one.
-        order: Order of its Euler angles, for that form.
-        position: As given, in the file's unit, shape (3,).
+        form: Key of the orientation in the file; empty without one.
+        order: Order of the Euler angles, if the orientation has this form.
+        position: Position as given, in the file's unit, shape (3,).
     """
 
     at: Location
@@ -64,11 +64,11 @@ class Handle:
 
 
 def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
-    """Every fixed waypoint, via point, object and frame that is placed by numbers.
+    """Make a handle for each fixed waypoint, via point, object and frame placed by numbers.
 
     Args:
         scenario: The task.
-        robot: Its robot.
+        robot: The robot of the task.
     """
     file = to_si(scenario.given, scenario.given.units)
     frames = Frames(file.frames, scenario.locations)
@@ -147,7 +147,7 @@ def move_handle(
     position: ArrayLike | None = None,
     quaternion: ArrayLike | None = None,
 ) -> list[Mapping[str, Any]]:
-    """The changes of the file that move a handle; numbers are rounded.
+    """Make the changes of the file that move a handle; numbers are rounded.
 
     Args:
         handle: The handle.
@@ -174,7 +174,7 @@ def move_handle(
 
 
 def orientation_value(turn: FloatArray, form: str, angle: float = 1.0, order: str = "") -> Any:
-    """A rotation matrix in one of the forms of a file, rounded, with angles in units of `angle`."""
+    """Convert a rotation matrix to a form of a file, rounded, with angles in units of `angle`."""
     if form == "rotation_matrix":
         return np.round(turn, 6).tolist()
     if form.startswith("quaternion"):
@@ -192,7 +192,7 @@ def orientation_value(turn: FloatArray, form: str, angle: float = 1.0, order: st
 
 
 def file_values(values: ArrayLike, unit: float, step: float) -> list[float]:
-    """Values for a file in another unit, rounded to about a step in SI."""
+    """Convert SI values to the unit of a file, rounded to about a step in SI."""
     digits = int(np.ceil(-np.log10(step / unit) - 1e-9))
     return [_drop_decimals(round(value, digits)) for value in (np.asarray(values) / unit).tolist()]
 

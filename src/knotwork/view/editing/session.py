@@ -44,9 +44,9 @@ class DraftReading:
     Attributes:
         revision: The draft's revision.
         scenario: The task.
-        robot: Its robot, or `None`.
-        handles: Its handles; of repeated waypoints only those of the first repetition.
-        structure: Digest of the structure of its text, from `structure_digest`.
+        robot: The robot of the task, or `None`.
+        handles: Handles of the task; of repeated waypoints only those of the first repetition.
+        structure: Digest of the structure of the text, from `structure_digest`.
         units: Units of the file's values, by their location as JSON.
         names: Names of waypoints in the scene, by location in the file.
     """
@@ -110,7 +110,7 @@ class Session:
         self.server = LiveServer(draft.file.name, port, answering, self._state)
 
     def _answer(self, action: Callable[[Request], Answer | None], request: Request) -> Answer:
-        """Handle a request; then the state is sent again, also after an error."""
+        """Handle a request, and send the state again afterwards, also after an error."""
         try:
             answer = action(request) or {}
         finally:
@@ -118,7 +118,7 @@ class Session:
         return {**answer, "revision": self.draft.revision}
 
     def replan(self) -> tuple[dict[str, Any], Plan] | None:
-        """Plan the present draft; the scene and the plan, or `None` if it was edited meanwhile.
+        """Plan the present draft, and return its scene and plan, or `None` if it was edited since.
 
         Raises:
             KnotworkError: The draft can't be read or planned.
@@ -179,7 +179,7 @@ class Session:
         return {"draft": {**draft, **shown_state, "verdict": self._verdict}}
 
     def _edit(self, request: Request) -> None:
-        """Change the text; if the page names a structure, only while the text has it."""
+        """Change the text; if the request states a structure, the text must still have it."""
         if "structure" in request:
             self._require_same_structure(request)
         changes = request.get("changes")
@@ -213,7 +213,7 @@ class Session:
         return {"structure": structure_digest(self.draft.document().data)}
 
     def _jog(self, request: Request) -> Answer:
-        """Joint positions and the pose of the tool, one of them computed from the other."""
+        """Compute the tool's pose from joint positions, or the reverse, and return both."""
         robot, q = self._arm(request)
         base = robot.base_placement
         if "position" in request:
@@ -229,7 +229,7 @@ class Session:
         }
 
     def _add(self, request: Request) -> Answer:
-        """Add a waypoint at the arm's state, jogged or at a time of the motion; or a box."""
+        """Add a box, or a waypoint at the jogged arm's state or at a time of the motion."""
         reading = self._reading
         if self.plan is None or reading is None or self._planned != self.draft.revision:
             raise InputError("nothing can be added before the task is planned")
@@ -240,7 +240,7 @@ class Session:
             point = robot.forward(q).translation
             changes = box_at(task, 1.3 * point, 0.1 * self.server.scene_size)
         else:
-            after, fraction = _place_in_file(planned, float(request.get("time", 0.0)))
+            after, fraction = _place_in_task(planned, float(request.get("time", 0.0)))
             if "after" in request:
                 place, fraction = tuple(request["after"]), 0.5
                 locations = map(
@@ -254,7 +254,7 @@ class Session:
         return {"at": changes[-1]["at"]}
 
     def _arm(self, request: Request) -> tuple[Robot, FloatArray]:
-        """The robot, and its joint positions: as given, or at a time of the motion."""
+        """The robot, and joint positions from the request or at a time of the motion."""
         if self.plan is None or self.plan.space.robot is None:
             raise InputError("the task has not been planned yet")
         robot, motion = self.plan.space.robot, self.plan.trajectory
@@ -265,7 +265,7 @@ class Session:
 
 
 def unplanned_scene(scenario: Scenario, robot: Robot) -> dict[str, Any]:
-    """The scene of a task before it is planned: the robot at rest."""
+    """Make the scene of a task before it is planned, with the robot at rest."""
     nearest_zero = np.clip(0.0, robot.lower_position_limit, robot.upper_position_limit)
     q = robot.configurations.get("home", nearest_zero)
     timed = replace(scenario, free_values=None)  # with expected times
@@ -289,8 +289,8 @@ def _names(scenario: Scenario) -> dict[str, str]:
     return named
 
 
-def _place_in_file(scenario: Scenario, time: float) -> tuple[int, float]:
-    """Index in the file of the last waypoint before a time, and the elapsed fraction since."""
+def _place_in_task(scenario: Scenario, time: float) -> tuple[int, float]:
+    """Task index of the last waypoint before a time, and the fraction of the interval since."""
     times = np.array(scenario.times)
     i = int(np.clip(np.searchsorted(times, time, "right") - 1, 0, len(times) - 1))
     if i + 1 == len(times):
@@ -300,7 +300,7 @@ def _place_in_file(scenario: Scenario, time: float) -> tuple[int, float]:
 
 
 def draft_of(source: Path, copy: Path | None = None) -> Draft:
-    """The draft of a scenario file, or of a new copy of it.
+    """Make the draft of a scenario file, or of a new copy of it.
 
     Raises:
         InputError: The file does not exist, or the copy exists already.

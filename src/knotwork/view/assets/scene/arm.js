@@ -1,4 +1,4 @@
-// The arm as nested groups, one a joint, and its motion.
+// The arm as nested groups, one per joint, and its motion.
 
 const ROOT = ["Knotwork"];
 
@@ -11,13 +11,13 @@ function placeJoint(object, joint, q) {
   else object.quaternion.multiply(new THREE.Quaternion().setFromAxisAngle(axis, q));
 }
 
-// Where the scene holds what a joint of the arm carries; joint 0 does not move.
+// Path in the scene of the parts that a joint carries; joint 0 is fixed.
 function pathOf(joints, joint) {
   if (joint === 0) return [...ROOT, "arm"];
   return [...pathOf(joints, joints[joint - 1].parent), joints[joint - 1].name];
 }
 
-// Gives the meshes of each joint.
+// Returns the meshes of each joint.
 function addArm(viewer, data) {
   return data.shapes.map((parts, joint) => {
     const path = pathOf(data.joints, joint);
@@ -29,7 +29,7 @@ function addArm(viewer, data) {
   });
 }
 
-// The motion as Meshcat's animation: frames are shown as sampled, none is made between two.
+// The motion as Meshcat's animation, which shows the sampled frames without interpolation.
 function animate(viewer, data) {
   const animations = tracks(data.joints, data.arm).map((track, i) => ({
     path: pathOf(data.joints, i + 1),

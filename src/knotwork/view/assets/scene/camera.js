@@ -1,10 +1,10 @@
-// Cameras: the whole arm or the work alone in view, and as large as the panels leave room for.
+// Cameras with the whole arm or only the task in view, as large as the panels permit.
 
 const byId = (id) => document.getElementById(id);
 const paneBox = () => byId("scene").getBoundingClientRect();
 const world = (point) => new THREE.Vector3(point[0], point[2], -point[1]);
 
-// Boxes [left, top, right, bottom] of what lies over the scene, in the scene's own pixels
+// Boxes [left, top, right, bottom] of the panels over the scene, in its pixels
 function panels(pane) {
   return [...document.querySelectorAll(".keep-clear")]
     .map((element) => element.getBoundingClientRect())
@@ -12,19 +12,19 @@ function panels(pane) {
     .map((box) => [box.left - pane.left, box.top - pane.top, box.right - pane.left, box.bottom - pane.top]);
 }
 
-// How far from a point that is looked at, in parts of the scene's size
+// Distance from a point at which the camera looks, relative to the scene's size
 const CLOSE = 1.2;
 
 class Camera {
   constructor(viewer) {
     this.viewer = viewer;
     this.name = "whole arm";
-    this.touched = false; // turned by hand: then the camera stays
+    this.touched = false; // turned by the user, so the camera keeps its direction
     viewer.controls.addEventListener("start", () => {
       this.touched = true;
       this.mark();
     });
-    window.onload = null; // Meshcat's own would take the whole window
+    window.onload = null; // Meshcat's handler would use the whole window
     window.addEventListener("resize", () => this.resized());
     new ResizeObserver(() => this.clearBar()).observe(byId("bar"));
     for (const [id, name] of Camera.BUTTONS) byId(id).addEventListener("click", () => this.choose(name));
@@ -38,7 +38,7 @@ class Camera {
     this.mark();
   }
 
-  // Look from where one of the two sees best.
+  // Look from the side of the better of the two cameras.
   choose(name) {
     if (name === "work" && !this.data.work) return;
     this.name = name;
@@ -47,7 +47,7 @@ class Camera {
     this.mark();
   }
 
-  // Looks at a point with arrows of a length, in parts of its distance from the camera, if one is off the pane or covered.
+  // Looks at a point if one of its arrows is outside the pane or covered. Their length is relative to the camera's distance.
   reveal(point, reach) {
     const { camera } = this.viewer;
     const pane = paneBox();
@@ -60,7 +60,7 @@ class Camera {
     if (!inside || panels(pane).some((one) => overlap(one, box))) this.near(point, Infinity);
   }
 
-  // Look at a point from the same side, from near; it is in the middle of what panels leave free.
+  // Look at a point from the same side and nearby, in the middle of the area without panels.
   near(point, most = CLOSE * this.data.size) {
     const { camera, controls } = this.viewer;
     const pane = paneBox();
@@ -90,12 +90,12 @@ class Camera {
     this.viewer.set_3d_pane_size(pane.width, pane.height);
   }
 
-  // Panels stand above the bar, however many rows it has.
+  // Panels stand above the bar, which may have several rows.
   clearBar() {
     document.documentElement.style.setProperty("--bar", `${byId("bar").offsetHeight}px`);
   }
 
-  // Turn about what is looked at [rad], or go nearer by a factor.
+  // Turn about the point at which the camera looks [rad], or approach it by a factor.
   turn(across, up, nearer = 1) {
     const { camera, controls } = this.viewer;
     const from = new THREE.Spherical().setFromVector3(camera.position.clone().sub(controls.target));

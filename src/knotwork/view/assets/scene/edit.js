@@ -1,13 +1,13 @@
-// The task is edited: what is clicked, dragged and typed is sent; what came of it comes back.
+// The editor of the task: clicks, drags and input are sent to the server, which returns the new state.
 
-// Keys that a part can be given, with a first value
+// Keys that can be added to a part, with their first values
 const KEYS = {
   waypoints: { name: "new", after: 1, time: 1, speed: "fastest", velocity: "free", stop: true, wait: 0.5, way: "clear" },
   "scene.objects": { rpy: [0, 0, 0], in: "base", visual: true },
 };
 const GROUPS = [["waypoints", ["waypoints"]], ["objects", ["scene", "objects"]], ["frames", ["frames"]], ["task", []]];
 const PARTS = ["limits", "tolerances", "tool", "collisions"];
-const quoted = (name) => (/^waypoint \d+$/.test(name) ? name : `'${name}'`); // as messages have it
+const quoted = (name) => (/^waypoint \d+$/.test(name) ? name : `'${name}'`); // as in messages
 const within = (data, at) => at.reduce((part, key) => part?.[key], data);
 
 class Editing {
@@ -52,11 +52,11 @@ class Editing {
         made("p", { id: "add-where", className: "where" })));
     this.panel.addEventListener("keydown", (event) => event.stopPropagation());
     byId("bar").before(this.panel);
-    // What is seen keeps clear of the panel.
+    // The panel covers no part of the view.
     this.panel.addEventListener("toggle", () => this.stage.camera.resized(), true);
   }
 
-  // A newer state of the draft; where handles are known for an older one alone, they stay.
+  // Take over a newer state of the draft. Handles of an older state stay until newer ones are known.
   told(state) {
     const before = this.draft;
     const { draft, error, busy } = state;
@@ -67,11 +67,11 @@ class Editing {
     byId("file").textContent = draft.file;
     if (draft.handled >= this.sent || this.wrong) this.show(draft.handles);
     if (!before && draft.handles.length) this.choose(draft.handles[0].at);
-    if (!before) this.stage.camera.resized(); // the panel is there now
+    if (!before) this.stage.camera.resized(); // because the panel has appeared
     else if (draft.data && before.revision !== draft.revision) this.fill();
   }
 
-  // Whether the motion that is shown is that of the text as it is now.
+  // Whether the motion shown is that of the present text.
   say() {
     const { draft, wrong } = this;
     this.known = this.stage.data.revision === draft.revision && !wrong;
@@ -92,7 +92,7 @@ class Editing {
     this.choose(added.at);
   }
 
-  // Another scene is shown.
+  // Adapt to another scene.
   shown() {
     if (this.draft) this.say();
     this.jog?.renew();
@@ -103,7 +103,7 @@ class Editing {
     this.where();
   }
 
-  // Where waypoints that are added will be
+  // Place of a waypoint to be added
   where() {
     const { player, data } = this.stage;
     if (!this.draft?.data) return;
@@ -114,12 +114,12 @@ class Editing {
     byId("jog-where").textContent = `a waypoint here comes after ${quoted(named(this.after()))}`;
   }
 
-  // The waypoint that is chosen, or the last one
+  // The chosen waypoint, or the last one
   after() {
     return this.part?.[0] === "waypoints" ? this.part : ["waypoints", this.draft.data.waypoints.length - 1];
   }
 
-  // Ask for an action; errors are shown until the next one.
+  // Request an action; its error is shown until the next action.
   async ask(action, more = {}) {
     const post = { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(more) };
     let answer;
@@ -143,7 +143,7 @@ class Editing {
     return this.ask("edit", { changes, gesture, ...more });
   }
 
-  // Nothing is chosen then: another click takes nothing out.
+  // Afterwards nothing is chosen, so that another click removes nothing.
   async remove() {
     const at = this.part;
     const taken = this.edit([{ at }], "", { structure: this.draft.structure });
@@ -180,7 +180,7 @@ class Editing {
     this.stage.viewer.set_dirty();
   }
 
-  // Chosen by hand: the arm goes to the waypoint.
+  // When the user chooses a waypoint, the arm goes to it.
   pick(at) {
     this.choose(at);
     const name = this.part?.[0] === "waypoints" && (this.gizmo.held?.name.split(": ")[0] ?? this.called(this.part));
@@ -189,7 +189,7 @@ class Editing {
     if (there) player.seek(there.time - player.start);
   }
 
-  // A waypoint has the name here that it has in the scene, and a repeat that of its first one.
+  // A waypoint has the same name as in the scene, and a repeat that of its first waypoint.
   called(at) {
     const { names } = this.draft;
     const key = JSON.stringify(at);
@@ -197,7 +197,7 @@ class Editing {
     return names[key] ?? names[first] ?? `waypoint ${at.at(-1) + 1}`;
   }
 
-  // A part of the task: that of a handle is the waypoint or object around it; `null` for none.
+  // The part of the task at a location, for a handle the waypoint or object that contains it, or `null`
   choose(at) {
     if (!at) {
       this.part = null;
@@ -212,7 +212,7 @@ class Editing {
     this.hold();
   }
 
-  // What is held is in view, beside the panels.
+  // Keep the dragged handle in view, beside the panels.
   hold() {
     const { held, hand } = this.gizmo;
     if (held && !hand) this.stage.camera.reveal(held.position, this.gizmo.reach());
@@ -240,7 +240,7 @@ class Editing {
     const gesture = () => `${++this.gesture}`;
     const uses = { change: (at, value) => this.edit([{ at, value }], gesture()), remove: (at) => this.edit([{ at }]), refuse: (words) => this.refuse(words) };
     const rows = [...valuesOf(part, this.part ?? [])];
-    const titled = ({ at }) => { // the last key, where no other row has it
+    const titled = ({ at }) => { // the last key, unless another row has the same
       const alone = typeof at.at(-1) === "string" && rows.filter((one) => one.at.at(-1) === at.at(-1)).length === 1;
       return (alone ? at.slice(-1) : at.slice(this.part.length)).join(".");
     };
@@ -257,7 +257,7 @@ class Editing {
   }
 }
 
-// One more arm, moved joint by joint or by its tool; a waypoint can be made where it stands.
+// A second arm, moved joint by joint or by its tool; a waypoint can be added at its state.
 class Jog {
   constructor(editing) {
     Object.assign(this, { editing, q: null, handle: null, arm: null, waiting: null, asking: false });
@@ -272,7 +272,7 @@ class Jog {
     this.panel.addEventListener("toggle", () => (this.panel.open ? this.begin() : this.end()));
   }
 
-  // From where the arm is shown
+  // Begin where the arm is shown.
   begin() {
     const { stage } = this.editing;
     const { data, player } = stage;
@@ -307,7 +307,7 @@ class Jog {
     this.editing.show(this.editing.draft.handles);
   }
 
-  // The arm is drawn anew with each scene.
+  // Each scene draws this arm again.
   renew() {
     if (!this.panel.open) return;
     const { viewer, data } = this.editing.stage;
@@ -330,12 +330,12 @@ class Jog {
     this.editing.stage.viewer.set_dirty();
   }
 
-  // The tool is pulled: joints follow.
+  // The tool is dragged, and the joints follow.
   reach({ position, quaternion }) {
     this.ask({ position, quaternion });
   }
 
-  // One question at a time; of those that wait the last alone is asked.
+  // One request at a time; of waiting ones only the last is sent.
   async ask(more) {
     this.waiting = more;
     if (this.asking) return;
@@ -352,7 +352,7 @@ class Jog {
       }
       const { position, quaternion } = answer;
       const { gizmo } = this.editing;
-      if (this.handle && gizmo.hand && gizmo.held?.kind === "jog") continue; // it is in the hand
+      if (this.handle && gizmo.hand && gizmo.held?.kind === "jog") continue; // it is being dragged
       const first = !this.handle;
       this.handle = { at: ["jog"], name: "jogged tool", kind: "jog", position, quaternion, axes: [0, 0, 0, 1], turns: true };
       this.editing.show(this.editing.draft.handles);

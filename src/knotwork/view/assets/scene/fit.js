@@ -1,5 +1,6 @@
-// How near a camera can go, so that all is in view and nothing lies behind a panel.
-// Corners of the smallest convex polygon around points in the plane
+// The nearest position of a camera with all points in view and none behind a panel.
+
+// Corners of the convex hull of points in the plane
 function hull(points) {
   const sorted = [...points].sort((a, b) => a[0] - b[0] || a[1] - b[1]);
   const left = (a, b, c) => (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) > 0;
@@ -10,7 +11,7 @@ function hull(points) {
   return [...half(sorted), ...half(sorted.reverse())];
 }
 
-// Whether a convex polygon touches a box: unless some line separates the two
+// Whether a convex polygon touches a box, which is so if no line separates them
 function touches(polygon, box) {
   const corners = [[box[0], box[1]], [box[2], box[1]], [box[2], box[3]], [box[0], box[3]]];
   const edges = polygon.map((point, i) => {
@@ -24,8 +25,8 @@ function touches(polygon, box) {
   });
 }
 
-// How near a camera can go so that points (across, up, towards it) fill a part of the pane, and
-// where it is then; in the plane through `towards` = 0.
+// The nearest distance and position of a camera at which points (across, up, towards it) fill a part
+// of the pane; both in the plane through `towards` = 0.
 function fit(points, part, pane, fov) {
   const half = Math.tan((fov / 2) * (Math.PI / 180));
   const scale = [(half * pane.width) / pane.height, half];
@@ -49,9 +50,9 @@ function fit(points, part, pane, fov) {
   return { distance, at, outline };
 }
 
-// Parts of the pane that may do, between its edges and those of panels
+// Candidate parts of the pane, between its edges and those of panels
 function parts(taken, pane) {
-  const gap = 22; // for axes and arrows, too
+  const gap = 22; // leaves room for axes and arrows
   const edges = (first, side, sign) => [...new Set([first, ...taken.map((box) => Math.round(box[side] + sign * gap))])];
   const [lefts, tops] = [edges(gap, 2, 1), edges(gap, 3, 1)];
   const [rights, bottoms] = [edges(pane.width - gap, 0, -1), edges(pane.height - gap, 1, -1)];
@@ -59,8 +60,8 @@ function parts(taken, pane) {
     .filter(([left, top, right, bottom]) => right - left > gap && bottom - top > gap);
 }
 
-// The nearest of the places for the camera from which no panel hides anything; if there is none,
-// the one that fills the largest part without a panel.
+// The nearest position of the camera from which no panel hides anything; if there is none, the one
+// that fills the largest part without a panel.
 function nearest(points, taken, pane, fov) {
   const choices = parts(taken, pane).map((part) => fit(points, part, pane, fov)).sort((one, other) => one.distance - other.distance);
   const free = ({ outline }) => {
@@ -70,7 +71,7 @@ function nearest(points, taken, pane, fov) {
   return choices.find(free) ?? fit(points, roomiest(taken, pane), pane, fov);
 }
 
-// The largest part of the pane without a panel in it, or all of it
+// The largest part of the pane without a panel, or else the whole pane
 function roomiest(taken, pane) {
   const free = ([left, top, right, bottom]) => taken.every((box) => box[2] <= left || box[0] >= right || box[3] <= top || box[1] >= bottom);
   const area = ([left, top, right, bottom]) => (right - left) * (bottom - top);

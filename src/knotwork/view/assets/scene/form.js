@@ -1,21 +1,21 @@
-// A form for a part of the task: a row for each value that it gives, whatever its key.
+// A form for a part of the task, with a row for each value in it.
 
 const isRow = (value) => Array.isArray(value) && value.length <= 6 && value.every((one) => typeof one !== "object");
 
-// The values of a part: where each is, and what it is
+// The values of a part, with their locations
 function* valuesOf(value, at) {
   if (value === null || typeof value !== "object" || isRow(value)) yield { at, value };
   else for (const [key, one] of Object.entries(value)) yield* valuesOf(one, [...at, Array.isArray(value) ? Number(key) : key]);
 }
 
-// What is typed, as YAML would read it
+// Input, read as YAML
 function typed(text) {
   const word = text.trim();
   if (word === "true" || word === "false") return word === "true";
   return word !== "" && Number.isFinite(Number(word)) ? Number(word) : text;
 }
 
-// What is wrong with what is typed in place of a number; words are for single values, as `free` is
+// The fault of an input in place of a number. Words are only accepted for single values, such as `free`.
 function fault(text, before, listed) {
   const word = text.trim();
   if (typeof before !== "number" || typeof typed(text) === "number" || (!listed && /^[a-z]/i.test(word))) return "";
@@ -28,7 +28,7 @@ function made(kind, settings = {}, ...inner) {
   return element;
 }
 
-// A row: its key, a field for each number or word, and a button that takes it out
+// A row with its key, a field for each number or word, and a button that removes it
 function formRow({ at, value, shown, unit = "" }, from, { change, remove, refuse }) {
   const name = at.slice(from).join(".");
   const key = made("span", { className: "key", title: unit ? `${name} [${unit}]` : name }, `${shown.replaceAll(".", ".\u200b")} `, made("span", { className: "unit", textContent: unit }));
@@ -45,7 +45,7 @@ function formRow({ at, value, shown, unit = "" }, from, { change, remove, refuse
     } else {
       Object.assign(field, { type: "text", value: String(one ?? ""), title: String(one ?? ""), autocomplete: "off", spellcheck: false });
       if (typeof one === "number") field.inputMode = "decimal";
-      // A number is taken over while the hand rests, words when they are complete.
+      // A number is applied when typing pauses, a word when it is complete.
       let timer = 0;
       const take = () => {
         clearTimeout(timer);

@@ -1,16 +1,16 @@
-// Handles: balls that are clicked; of the one chosen arrows that are pulled and rings that are turned.
+// Handles are balls to click; the chosen one has arrows to drag and rings to turn.
 
 const AXES = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
-const PULLS = [0xd8343a, 0x2e9e44, 0x2f6fe0]; // along and about x, y, z
+const PULLS = [0xd8343a, 0x2e9e44, 0x2f6fe0]; // colours of the motions along and about x, y, z
 const HANDLES = { waypoint: 0x2f6fe0, via: 0xe08a00, object: 0x7a6a45, frame: 0x5b7f9c, jog: 0xd2671e };
-const REACH = 0.13; // of an arrow, as a part of the distance from the camera; less in a narrow pane
-const HOLD = 90; // a hand that has not moved for so long rests [ms]
+const REACH = 0.13; // length of an arrow relative to the distance from the camera; smaller in a narrow pane
+const HOLD = 90; // a drag that has not moved for this time pauses [ms]
 
 const onTop = (colour, opacity = 1) => new THREE.MeshBasicMaterial({ color: colour, depthTest: false, transparent: true, opacity });
 const vector = (values) => new THREE.Vector3(...values);
 
 class Gizmo {
-  // `dragged(handle)` is told wherever a hand has it, `moved(handle, hand)` where it rests or lets go.
+  // `dragged(handle)` is called during a drag, `moved(handle, hand)` when it pauses or ends.
   constructor(viewer, { chosen, moved, dragged }) {
     Object.assign(this, { viewer, chosen, moved, dragged, handles: [], hand: null, held: null, own: false });
     this.balls = new THREE.Group();
@@ -26,7 +26,7 @@ class Gizmo {
     for (const name of ["pointerup", "pointercancel"]) pane.addEventListener(name, () => this.up(), true);
   }
 
-  // What moves along an axis and what turns about it; wide unseen parts are what a finger meets.
+  // An arrow along each axis and a ring about it; wide invisible parts make them easy to hit.
   parts(axis, colour) {
     const along = new THREE.Quaternion().setFromUnitVectors(new THREE.Vector3(0, 1, 0), axis);
     const about = new THREE.Quaternion().setFromUnitVectors(new THREE.Vector3(0, 0, 1), axis);
@@ -46,7 +46,7 @@ class Gizmo {
     ];
   }
 
-  // Other handles; the one in the hand stays where the hand has it.
+  // Show other handles; the one that is being dragged keeps its place.
   set(handles) {
     if (JSON.stringify(handles) === JSON.stringify(this.handles)) return;
     const held = this.hand && this.held;
@@ -74,7 +74,7 @@ class Gizmo {
     this.viewer.set_dirty();
   }
 
-  // Handles are as large on the screen wherever they are.
+  // Handles have the same size on the screen at any distance.
   arrange() {
     const { camera } = this.viewer;
     const far = (point) => world(point).distanceTo(camera.position);
@@ -92,7 +92,7 @@ class Gizmo {
     for (const part of tool.children) part.visible = part.userData.use === "pull" || held.turns;
   }
 
-  // The ray under the pointer, in the axes of the scene
+  // The ray under the pointer, in scene axes
   rayAt(event) {
     const pane = paneBox();
     const at = new THREE.Vector2(((event.clientX - pane.left) / pane.width) * 2 - 1, 1 - ((event.clientY - pane.top) / pane.height) * 2);
@@ -107,7 +107,7 @@ class Gizmo {
     const ray = this.rayAt(event);
     const hit = (group) => this.ray.intersectObjects(group.children).filter(({ object }) => object.visible);
     const hits = this.held ? hit(this.tool).map(({ object }) => object.userData) : [];
-    const pulled = hits.find(({ use }) => use === "pull") ?? hits[0]; // an arrow before a ring
+    const pulled = hits.find(({ use }) => use === "pull") ?? hits[0]; // an arrow has priority over a ring
     const near = (ball) => this.distance(ball, event);
     const [ball] = this.balls.children.filter((one) => near(one) < 14).sort((a, b) => near(a) - near(b));
     if (!pulled && !ball) return;
@@ -134,7 +134,7 @@ class Gizmo {
     return Math.hypot(pane.left + ((p.x + 1) / 2) * pane.width - event.clientX, pane.top + ((1 - p.y) / 2) * pane.height - event.clientY);
   }
 
-  // Where a ray meets the line, plane or ring that the hand moves in
+  // The point at which a ray meets the line, plane or ring of the drag
   reached(ray) {
     const { use, axis, position, towards } = this.hand;
     if (use === "pull") {

@@ -1,6 +1,6 @@
-// The panel of joints: where each is between its limits.
+// The panel of joints, with the position of each between its limits.
 
-// Digits behind the point
+// Number of decimals
 const DIGITS = { deg: 1, mm: 1, rad: 3, m: 4 };
 
 class Joints {
@@ -13,8 +13,8 @@ class Joints {
     this.panel = data.joint_panel;
     this.rows = [...byId("joint-rows").children];
     this.positions = floats(data.arm.position);
-    this.joints = data.joints.length; // what moves by itself comes after the robot
-    this.first = data.first_joint; // and what carries its base frame comes before
+    this.joints = data.joints.length; // joints of moving frames and other robots follow those of the robot
+    this.first = data.first_joint; // and joints that carry its base frame come first
     this.frame = -1;
   }
 

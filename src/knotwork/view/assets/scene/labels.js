@@ -1,29 +1,29 @@
-// Labels: words beside their points, none over another; of many some wait until they are hovered.
+// Labels beside their points, without overlaps; if there are many, some wait until the pointer is near.
 
-// What fails comes and goes: it is placed last, so that nothing else moves.
+// Failures come and go, so their labels are placed last, and others do not move.
 const ORDER = { waypoint: 1, object: 2, frame: 3, miss: 4 };
-// Where a label may be, from its point [pixels]: in rings, to the upper right first
+// Offsets of a label from its point [pixels], in rings, the upper right first
 const PLACES = [16, 30, 48, 70, 96, 126, 165, 210, 270, 340, 420].flatMap((radius) =>
   [...Array(12).keys()].map((k) => {
     const angle = ((k % 2 ? -1 : 1) * Math.ceil(k / 2) * Math.PI) / 6 - Math.PI / 3;
     return [radius * Math.cos(angle), radius * Math.sin(angle)];
   }));
 
-// One label for so much of the pane [pixels²], and how near the pointer calls one [pixels]
+// Area of the pane per label [pixels²], and distance at which the pointer calls one [pixels]
 const ROOM = 55000;
 const NEAR = 34;
-// Words further from their point are left out, unless they are called.
+// A label further from its point is left out, unless it is called.
 const FAR = 100;
-// Largest number of failures that have labels at once: those nearest to the time shown, within a part of the motion.
+// Maximum number of labels of failures at once: those nearest to the time shown, within a fraction of the motion.
 const MISSES = 3;
 const SOON = 0.12;
-const GRID = 24; // between further places [pixels]
+const GRID = 24; // distance between further places [pixels]
 
-// Area that two boxes [left, top, right, bottom] have in common
+// Common area of two boxes [left, top, right, bottom]
 const overlap = (a, b) =>
   Math.max(Math.min(a[2], b[2]) - Math.max(a[0], b[0]), 0) * Math.max(Math.min(a[3], b[3]) - Math.max(a[1], b[1]), 0);
 
-// Boxes of a size, all over the pane
+// Boxes of one size, all over the pane
 function spread(pane, width, height) {
   const along = (most, size) => [...Array(Math.max(Math.floor((most - size) / GRID) + 1, 1)).keys()].map((k) => 2 + k * GRID);
   return along(pane.height, height).flatMap((top) => along(pane.width, width).map((left) => [left, top, left + width, top + height]));
@@ -31,7 +31,7 @@ function spread(pane, width, height) {
 
 const SIDES = [-1, 0, 1].flatMap((x) => [-1, 0, 1].flatMap((y) => [-1, 0, 1].map((z) => [x, y, z]))).filter((side) => side.some(Boolean));
 
-// The vertices of a mesh that lie furthest out
+// The outermost vertices of a mesh
 function outermost({ geometry }) {
   const { array } = geometry.getAttribute("position");
   const best = SIDES.map(() => [-Infinity, 0]);
@@ -53,7 +53,7 @@ class Labels {
     byId("scene").addEventListener("pointerleave", () => this.call(null));
   }
 
-  // The label that waits at the point next to the pointer
+  // The waiting label whose point is nearest to the pointer
   call(event) {
     const pane = event && paneBox();
     const away = ({ x, y }) => Math.hypot(x - event.clientX + pane.left, y - event.clientY + pane.top);
@@ -69,7 +69,7 @@ class Labels {
     this.links = links;
     byId("labels").replaceChildren();
     byId("leaders").replaceChildren();
-    this.view = ""; // where it was seen from when labels were placed
+    this.view = ""; // the view for which labels were placed
     this.labels = labels.map((label) => {
       const box = document.createElement("div");
       box.className = `label ${label.kind}`;
@@ -98,7 +98,7 @@ class Labels {
     });
   }
 
-  // Gives where a label is now: a joint takes it along, as it does its things.
+  // The present point of a label, which moves with the joint that carries it
   point({ at, carrier }, joints) {
     if (!carrier) return () => world(at);
     const holder = this.viewer.scene_tree.find(pathOf(joints, carrier)).object;
@@ -109,7 +109,7 @@ class Labels {
     for (const id of ["labels", "leaders"]) byId(id).style.display = on ? "" : "none";
   }
 
-  // Failures near the time shown [s], of a motion of so long
+  // Failures near a time [s], in a motion of this duration [s]
   near(time, duration, pane) {
     const misses = this.labels.filter((label) => label.kind === "miss");
     const away = (label) => Math.abs((label.time ?? time) - time);
@@ -118,7 +118,7 @@ class Labels {
     return soon.sort((a, b) => away(a) - away(b)).slice(0, most);
   }
 
-  // Place all of them anew if what is seen has changed.
+  // Place all labels again if the view has changed.
   place(time, duration) {
     const { camera } = this.viewer;
     camera.updateMatrixWorld();
@@ -131,11 +131,11 @@ class Labels {
     const view = [size, ...taken.flat().map(Math.round), ";", ...camera.matrixWorld.elements, ...camera.projectionMatrix.elements, ...moved, ";", ...chosen, misses.length ? time : ""].join();
     if (view === this.view && !this.again) return;
     this.again = false;
-    // While the scene turns, words stay on their side of a point; in another window they start anew.
+    // While the scene turns, labels stay on their side of the point; in a resized window they are placed again.
     if (!this.view.startsWith(`${size},`)) for (const label of this.labels) label.at = -1;
     this.view = view;
     for (const label of this.labels) {
-      const { width, height } = label.box.getBoundingClientRect(); // on a phone words are smaller
+      const { width, height } = label.box.getBoundingClientRect(); // on a phone labels are smaller
       const p = label.point().project(camera);
       const visible = p.z < 1 && Math.abs(p.x) < 1 && Math.abs(p.y) < 1;
       const [x, y] = [((p.x + 1) / 2) * pane.width, ((1 - p.y) / 2) * pane.height];
@@ -158,7 +158,7 @@ class Labels {
     const { box, line, x, y, width, height } = label;
     const miss = label.kind === "miss";
     const near = (choice) => choice >= 0 && Math.hypot(...PLACES[choice]) <= far;
-    const last = miss ? [] : [label.at]; // a time sought is seen as when it is opened
+    const last = miss ? [] : [label.at]; // a time looks the same, whether it is sought or opened
     const choices = label.visible && shown ? [...last, ...PLACES.keys()].filter(near) : [];
     const inside = (value, most) => Math.max(Math.min(value, most - 2), 2);
     const boxes = choices.map((choice) => {
@@ -170,7 +170,7 @@ class Labels {
     const onArm = (box) => (miss ? this.arm.filter((part) => touches(part, box)).length : 0);
     const choice = boxes.findIndex((box) => !taken.some((one) => overlap(one, box)) && !onArm(box));
     let at = boxes[choice];
-    // A failure has its label even without a free place near it: where it covers the least, as near as possible.
+    // A failure always has a label; without a free place, it is where it covers least, as near as possible.
     if (!at && boxes.length && (miss || label === this.called)) {
       const covered = (box) => taken.reduce((sum, one) => sum + overlap(one, box), 0);
       const away = (box) => Math.hypot((box[0] + box[2]) / 2 - x, (box[1] + box[3]) / 2 - y);

@@ -1,4 +1,4 @@
-// A page that is served while its scenario is written: each new motion takes the place of the last.
+// A page that is served while its scenario is edited; each new motion replaces the last one.
 
 function followChanges(stage, version) {
   let shown = version;
@@ -10,16 +10,16 @@ function followChanges(stage, version) {
     if (state.version === shown) return;
     shown = state.version;
     const query = new URLSearchParams(location.search);
-    query.set("still", stage.data.still); // what the page has of the robot is not sent again
+    query.set("still", stage.data.still); // the robot's parts on the page are not sent again
     const text = await (await fetch(`scene?${query}`, { cache: "no-store" })).text();
-    if (state.version !== shown) return; // meanwhile there is a newer one
+    if (state.version !== shown) return; // a newer version exists already
     renew(stage, text);
     document.documentElement.dataset.version = state.version;
   };
   changes.onerror = () => tell({ error: "", busy: false, gone: true });
 }
 
-// The last good motion stays in view, paler, under what is wrong.
+// The last valid motion stays in view, faded, below the error.
 function tell({ error, busy, gone = false }) {
   const live = byId("live");
   live.hidden = !(error || busy || gone);
@@ -28,7 +28,7 @@ function tell({ error, busy, gone = false }) {
   document.body.classList.toggle("outdated", Boolean(error) || gone);
 }
 
-// What the page says of the motion, and the motion, from a page without scripts and what is known of the robot
+// Texts and motion from a page without scripts, with the parts of the robot that are known already
 function renew(stage, text) {
   const page = new DOMParser().parseFromString(text, "text/html");
   const { joints, shapes } = stage.data;

@@ -1,16 +1,16 @@
-// The player: a slider of time, a button, keys, and the clock, on top of Meshcat's animator.
+// The player has a slider of time, a button, keys and a clock, and drives Meshcat's animator.
 
-// Times are in single precision: one that is this near to a frame's is the frame's [s].
+// Times have single precision, so a time this near to a frame's is equal to it [s].
 const AT_FRAME = 1e-3;
-// Before a motion begins again, its end is shown so long [ms].
+// The end of a motion is shown for this time before it begins again [ms].
 const PAUSE = 900;
 
 class Player {
   constructor(animator) {
     this.animator = animator;
-    this.time = 0; // shown; after the end Meshcat's own clock goes back to 0 while the end is shown
+    this.time = 0; // the time shown; Meshcat's clock returns to 0 while the end is shown
     this.ran = false;
-    this.ended = null; // when it came to its end, if it is to begin again
+    this.ended = null; // when the motion ended, if it is to begin again
     this.loops = true;
     this.slider = byId("scrub");
     this.slider.addEventListener("input", () => this.seek(Number(this.slider.value)));
@@ -34,7 +34,7 @@ class Player {
     document.addEventListener("keydown", (event) => this.key(event));
   }
 
-  // A motion; where another one was shown, its time is kept, and it goes on if that was running.
+  // Show a motion. The time of the previous one is kept, and the motion runs if that one did.
   set(data) {
     const { arm } = data;
     const running = this.running;
@@ -69,7 +69,7 @@ class Player {
     byId("keys").hidden = !on;
   }
 
-  // The last frame that begins no later than a time
+  // The last frame that does not begin after a time
   frame(time = this.time) {
     let [low, high] = [0, this.times.length - 1];
     while (low < high) {
@@ -96,7 +96,7 @@ class Player {
     this.ended = null;
   }
 
-  // To the waypoint before or after
+  // Go to the previous or the next waypoint.
   toWaypoint(side) {
     const beyond = this.stops.filter((time) => side * (time - this.time) > AT_FRAME);
     if (beyond.length) this.seek(side > 0 ? Math.min(...beyond) : Math.max(...beyond));
@@ -109,7 +109,7 @@ class Player {
 
   toggle() {
     if (this.running) {
-      this.seek(this.time); // the picture of a time is the same, whether it is played or sought
+      this.seek(this.time); // a time looks the same, whether it is played or sought
     } else {
       this.seek(this.time >= this.animator.duration - 1e-6 ? 0 : this.time);
       this.animator.play();
@@ -117,9 +117,9 @@ class Player {
   }
 
   key(event) {
-    // With these the keys are the browser's: Alt and an arrow go back a page.
+    // With these modifiers keys belong to the browser: Alt and an arrow go back a page.
     if (event.altKey || event.ctrlKey || event.metaKey) return;
-    // Lists have a use of their own for these keys; what is clicked, for space.
+    // Lists use these keys themselves, and buttons the space bar.
     if (event.target.closest("select")) return;
     if (event.key === " " && event.target.closest("button, summary, input:not(#scrub)")) return;
     const key = event.shiftKey && event.key.startsWith("Arrow") ? `Shift ${event.key}` : event.key;
@@ -128,14 +128,14 @@ class Player {
     event.preventDefault();
   }
 
-  // Show where the animation is.
+  // Show the time of the animation.
   update() {
     const { animator, slider } = this;
     if (animator.playing) {
       this.time = animator.time;
       this.ran = true;
     } else if (this.ran) {
-      // It has come to its end by itself: Meshcat shows the last frame.
+      // The animation has ended by itself, and Meshcat shows the last frame.
       if (animator.time < 1e-9 || animator.time >= animator.duration) this.time = animator.duration;
       this.ran = false;
       this.ended = this.loops ? performance.now() : null;
@@ -145,7 +145,7 @@ class Player {
         animator.play();
       }
     }
-    // Only what has changed is written: a scene at rest costs no drawing.
+    // Only changes are written, so that a scene at rest is not drawn again.
     const write = (element, name, value) => { if (element[name] !== value) element[name] = value; };
     if (Math.abs(slider.value - this.time) > 1e-6) slider.value = this.time;
     const { length, per_metre: factor } = this.units;

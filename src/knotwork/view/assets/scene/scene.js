@@ -1,8 +1,8 @@
-// A scene in a Meshcat viewer, put together from plain data, with what the page around it may ask.
+// A scene in a Meshcat viewer, made from plain data, and its interface for the page around it.
 
 const TOUCHING = 0x8a0a0a;
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
-const TURN = Math.PI / 18; // of the view, by a key [rad]
+const TURN = Math.PI / 18; // turn of the view by a key [rad]
 
 function showScene(data, options) {
   const viewer = new MeshCat.Viewer(byId("scene"));
@@ -32,14 +32,14 @@ function showScene(data, options) {
   if (options.live !== null) followChanges(stage, options.live);
 }
 
-// All that stands in the viewer; it can be shown another scene, as seen from the same place.
+// The contents of the viewer; another scene can replace them without a change of the view.
 class Stage {
   constructor(viewer, options) {
     Object.assign(this, { viewer, options });
     this.labels = new Labels(viewer);
     this.player = new Player(viewer.animator);
     const draw = viewer.render.bind(viewer);
-    viewer.render = () => { // whatever asks for it, all that is drawn is of the time shown
+    viewer.render = () => { // every drawing is of the time shown
       if (this.data) this.arrange();
       draw();
     };
@@ -87,7 +87,7 @@ class Stage {
     this.joints.set(data);
     this.switches.set(data, labels);
     this.camera.set(data);
-    const first = !before || before.revision === -1; // another robot, or its first motion, of which the head says more
+    const first = !before || before.revision === -1; // another robot, or its first motion, with a larger head
     if (this.data && first && !this.camera.touched) this.camera.look();
     this.data = data;
     this.uncovered = null;
@@ -102,7 +102,7 @@ class Stage {
     if (miss) this.camera.near(miss.at);
   }
 
-  // What is there, and what not, at the time shown.
+  // Show the things that are present at the time shown, and hide others.
   arrange() {
     const { player } = this;
     player.update();
@@ -111,7 +111,7 @@ class Stage {
     this.redden(player.start + player.time);
   }
 
-  // Bodies that are too near to one another are red while they are.
+  // Bodies are red while they are too near to each other.
   redden(time) {
     const touching = this.data.contacts.filter(({ spans }) => spans.some(([from, to]) => time >= from - AT_FRAME && time <= to + AT_FRAME));
     const joints = new Set(touching.flatMap((one) => one.joints));
@@ -122,7 +122,7 @@ class Stage {
     this.uncover(time, touching, joints);
   }
 
-  // What stands between the camera and a contact is translucent, but the links that touch.
+  // Parts between the camera and a contact are translucent, except the links in contact.
   uncover(time, touching, joints) {
     const { viewer: { camera, scene } } = this;
     camera.updateMatrixWorld();
@@ -152,7 +152,7 @@ class Stage {
     }
   }
 
-  // What is around the scene
+  // The surroundings of the scene
   update() {
     this.player.update();
     this.strip.update();
@@ -162,7 +162,7 @@ class Stage {
   }
 }
 
-// What can be shown and hidden; a choice stays when another scene is shown.
+// Parts that can be shown and hidden; the choice is kept for another scene.
 class Switches {
   constructor(viewer) {
     this.viewer = viewer;
@@ -173,7 +173,7 @@ class Switches {
     const list = byId("switches");
     list.replaceChildren();
     this.add("labels", (on) => labels.show(on), true);
-    const named = new Map(); // paths of things, by name
+    const named = new Map(); // paths of the things of each name
     data.things.forEach((thing, number) => named.set(thing.name, [...(named.get(thing.name) ?? []), thingPath(data, thing, number)]));
     named.delete("tool");
     const hidden = new Set(data.things.filter((thing) => thing.hidden).map((thing) => thing.name));
@@ -199,7 +199,7 @@ class Switches {
   }
 }
 
-// What the page around it, and tests, may ask for
+// Interface for the page around the scene, and for tests
 function offer(stage) {
   const { viewer, player, camera } = stage;
   const { animator } = viewer;
@@ -216,19 +216,19 @@ function offer(stage) {
   };
 }
 
-// Give the page around this one a picture for paper, as the scene was turned.
+// Give the surrounding page a picture for paper, in the present view.
 function givePictures(viewer) {
-  const give = () => { // there is none while the frame is hidden, as on paper
+  const give = () => { // impossible while the frame is hidden, as on paper
     if (byId("scene").clientWidth > 0) window.parent.postMessage({ knotwork: viewer.capture_image() }, "*");
   };
   give();
   viewer.controls.addEventListener("end", give);
 }
 
-// The page around this one has plots over the same time: they share the cursor.
+// The plots of the surrounding page share the time cursor.
 function shareTime(stage) {
   const { player } = stage;
-  let before = null; // what was shown before the pointer was over a plot
+  let before = null; // the time shown before the pointer was over a plot
   const peek = (time) => {
     if (time !== null) before ??= { time: player.time, running: player.running };
     else if (!before) return;

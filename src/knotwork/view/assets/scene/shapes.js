@@ -1,4 +1,4 @@
-// Meshes as Three.js has them: geometry and colours.
+// Meshes of Three.js: geometry and colours.
 
 const THREE = MeshCat.THREE;
 function bytes(text) {
@@ -22,7 +22,7 @@ function geometry(mesh) {
   return made;
 }
 
-// Its own colours, or one tint for all of it
+// Its own colours, or one tint
 function material(mesh, { lit = true, opacity = 1, tint = null } = {}) {
   const varied = typeof mesh.colours === "string" && !tint;
   const colour = varied ? [255, 255, 255] : tint || mesh.colours;
@@ -37,7 +37,7 @@ function material(mesh, { lit = true, opacity = 1, tint = null } = {}) {
   return new THREE.MeshPhongMaterial({ ...settings, specular: 0x1c1c1c, shininess: 25 });
 }
 
-// The nearest surface alone, and behind the arm's where the two coincide
+// Only the nearest surface is drawn, and behind the arm's where both coincide
 function translucent(form, mesh, opacity, tint, renderOrder) {
   const paint = material(mesh, { opacity, tint });
   Object.assign(paint, { transparent: true, polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 8 });

@@ -1,10 +1,10 @@
-// Below the slider: segments with what limits each, the use of limits, a curve of choice with its
-// axis, failures, events and the waypoints. A click goes to its time.
+// The strip below the slider: segments with their limiting constraints, the use of limits, a chosen
+// curve with its axis, failures, events and waypoints. A click goes to its time.
 
-// Half of the slider's knob: its middle goes from here to as far from the other end [pixels].
+// Half the width of the slider's knob, whose middle stays this far from both ends [pixels]
 const KNOB = 8;
 
-// Clearances up to so many times the margin, or the least if that is more, are shown to scale.
+// Clearances are shown to scale up to this multiple of the margin, or of the smallest one if larger.
 const CLEAR = 5;
 
 // A number on an axis
@@ -38,8 +38,8 @@ class Strip {
     byId("curve").hidden = this.curves.length < 2;
   }
 
-  // Curves to choose from: names, units, times from the start, values, limits, the greatest shown, and
-  // words on each value
+  // Curves to choose from, with names, units, times since the start, values, limits, the largest
+  // value shown, and a text on each value
   allCurves(data) {
     const { player } = this;
     const { length, per_metre: factor } = data.units;
@@ -69,7 +69,7 @@ class Strip {
     return Math.min(Math.max(share, 0), 1) * this.player.animator.duration;
   }
 
-  // The most in the part of the motion that a pixel stands for: a peak may be narrower
+  // The maximum in the time of one pixel, because a peak may be narrower
   useAt(time) {
     const { use } = this.data;
     const last = use.length - 1;
@@ -79,7 +79,7 @@ class Strip {
     return Math.max(...use.slice(low, high + 1));
   }
 
-  // What is at a time, in words
+  // Text on a time
   say(time) {
     const { player, data } = this;
     const parts = [`${(player.start + time).toFixed(2)} s`];
@@ -117,8 +117,7 @@ class Strip {
     this.draw();
   }
 
-  // From the top: segments, the use of limits, the chosen curve, the axis of time; as much as there
-  // is room for.
+  // From the top: segments, use of limits, chosen curve, axis of time; as many as fit
   draw() {
     const { canvas, data, player, chosen } = this;
     const [width, height] = [canvas.clientWidth, canvas.clientHeight];
@@ -149,14 +148,14 @@ class Strip {
     for (const [start, end] of data.broken) pen.fillRect(this.x(start), bottom - 3, Math.max(this.x(end) - this.x(start), 3), 3);
   }
 
-  // As much of a text as there is room for, or nothing
+  // The part of a text that fits, or nothing
   shortened(pen, text, room) {
     let kept = text;
     while (kept.length > 3 && pen.measureText(kept).width > room) kept = `${kept.slice(0, -2).trimEnd()}…`;
     return pen.measureText(kept).width > room ? "" : kept;
   }
 
-  // Words on a plate
+  // Text on a plate
   write(pen, colour, text, x, y, look) {
     pen.fillStyle = colour("name");
     pen.fillRect(x - 1, y - 9, pen.measureText(text).width + 2, 11);
@@ -180,7 +179,7 @@ class Strip {
   }
 
   drawUse(pen, colour, top, bottom) {
-    const high = 1.15; // of what is shown, in parts of a limit
+    const high = 1.15; // largest use of a limit that is shown
     const up = (share) => bottom - ((bottom - top) * Math.min(share, high)) / high;
     const steps = Math.round(this.canvas.clientWidth - 2 * KNOB);
     for (let i = 0; i <= steps; i++) {
@@ -236,7 +235,7 @@ class Strip {
     }
   }
 
-  // Round times, as many as there is room for
+  // Round times, as many as fit
   drawTimes(pen, colour, top) {
     const { start, animator: { duration } } = this.player;
     const rough = (70 * duration) / Math.max(this.canvas.clientWidth, 1);
@@ -251,7 +250,7 @@ class Strip {
     }
   }
 
-  // Events, with their names where there is room
+  // Events, with their names where they fit
   drawEvents(pen, colour, top) {
     let free = 0;
     this.data.events.forEach(([time, said]) => {

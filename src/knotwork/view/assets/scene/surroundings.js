@@ -1,7 +1,7 @@
-// What is around the arm: background, floor and lamps; and the marks of the task.
+// Background, floor and lamps around the arm, and the marks of the task.
 
-// By day and by night: the background from above to below, lines of the grid, and how light what stands
-// around the arm is, against its own colours (red, green, blue)
+// In light and dark mode: the background from top to bottom, lines of the grid, and the brightness of
+// the surroundings relative to their own colours (red, green, blue)
 const SKIES = {
   light: { above: [0.93, 0.95, 0.97], below: [0.78, 0.82, 0.87], lines: [0x7c8794, 0xb4bdc8], objects: [1, 1, 1] },
   dark: { above: [0.13, 0.15, 0.18], below: [0.07, 0.08, 0.1], lines: [0x55606c, 0x333c46], objects: [0.36, 0.38, 0.42] },
@@ -22,8 +22,8 @@ function addSurroundings(viewer, data) {
   viewer.set_object([...ROOT, "grid"], grid);
 }
 
-// In place of Meshcat's: from both sides of the one who looks, and from behind. Meshcat can't put one
-// lamp in another's place.
+// These lamps replace Meshcat's, at both sides of the viewer and behind. Meshcat can't exchange one
+// lamp for another.
 function addLamps(viewer, from) {
   for (const name of ["PointLightNegativeX", "PointLightPositiveX", "FillLight"]) {
     viewer.set_property(["Lights", name], "visible", false);
@@ -42,15 +42,15 @@ function addLamps(viewer, from) {
   });
 }
 
-// What a thing is painted with: a floor, a table and whatever else stands around is dark by night.
+// The material of a thing; surroundings such as a floor or a table are dark in dark mode.
 function paint({ mesh, lit, around }) {
   const paint = material(mesh, { lit });
   if (around) paint.color.multiply(new THREE.Color(...sky().objects));
   return paint;
 }
 
-// The path, waypoints, arrows and what fails; the tool moves with the joint that carries it.
-// They take the place of those of the scene before, if any.
+// The path, waypoints, arrows and failures, and the tool, which moves with the joint that carries it.
+// They replace those of the previous scene.
 function addMarks(viewer, data, before) {
   (before?.things ?? []).forEach((thing, number) => {
     thing.object.geometry.dispose();
@@ -62,14 +62,14 @@ function addMarks(viewer, data, before) {
   });
 }
 
-// Where the scene holds a thing; one with a carrier moves with that joint.
+// Path of a thing in the scene; one with a carrier moves with that joint.
 function thingPath(data, { name, carrier }, number) {
   const path = carrier ? pathOf(data.joints, carrier) : ROOT;
   const alone = data.things.filter((other) => other.name === name).length === 1;
   return [...path, alone ? name : `${name} ${number}`];
 }
 
-// Show things that are there for a part of the time only: what the tool takes along.
+// Show things that are present for a limited time only, such as held objects.
 function showWhenThere(things, time) {
   for (const { object, between } of things) {
     if (!between) continue;

@@ -1,6 +1,6 @@
-// A video of the motion, from its start to its end, as it is shown: for slides and messages.
+// A video of the motion from start to end, as shown, for slides and messages.
 
-const VIDEO_END = 2000; // how long the end is shown [ms]
+const VIDEO_END = 2000; // time for which the end is shown [ms]
 
 function offerVideo(viewer, player) {
   const canvas = viewer.renderer.domElement;
@@ -27,7 +27,7 @@ function offerVideo(viewer, player) {
     player.seek(0);
     recorder.start();
     player.toggle();
-    // An encoder that is late loses what is not written when it stops: the end is held meanwhile.
+    // A slow encoder loses frames that it has not written when it stops, so the end is held meanwhile.
     let end;
     const wait = (now) => {
       end = player.running ? undefined : (end ?? now + VIDEO_END);

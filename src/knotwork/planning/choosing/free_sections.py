@@ -1,8 +1,8 @@
-"""The free segments of a scenario, each between known states, and their timing problems."""
+"""The free sections of a scenario, each between known states, and their timing problems."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knotwork.arrays import FloatArray, IndexArray
-from knotwork.errors import InputError
+from knotwork.errors import InputError, TimingError
 from knotwork.joint_quantities import JointLimits
 from knotwork.planning.task_to_joint import TaskSolution, knots_of, solve_task
 from knotwork.planning.timing import Objective, TimingProblem
 from knotwork.task import ClearWay
-from knotwork.task.scenario import FreeValues, Scenario
+from knotwork.task.scenario import FreeValues, FreeWaypoint, Scenario
 from knotwork.task.scenario.joint_space import JointSpace, joint_space
 from knotwork.waypoints import JointWaypoints
 
@@ -86,21 +86,21 @@ class SolvedTask:
     def zero_acceleration_points(self) -> Mapping[int, str]:
         """Reason for each waypoint with zero acceleration, by index.
 
-        Segments are split there. Two collision-free motions are one if only a position is given
+        Sections are split there. Two collision-free motions are one if only a position is given
         between them.
         """
-        free = self.free_values
-        unbounded = free.duration_is_free & (free.min_durations == 0.0)
+        at = self.free_values.waypoints
         loads = enumerate(pairwise(self._dynamics), start=1)
         points = {i: "the load changes" for i, (before, after) in loads if before is not after}
         return points | {
             i: "a collision-free motion begins or ends"
-            for end in free.way_options
+            for end, free in enumerate(at)
+            if free.way
             for i in (end - 1, end)
             if not (
-                free.speed_kinds[i] == "free"
-                and free.way_options.get(i) == free.way_options.get(i + 1)
-                and unbounded[i - 1 : i + 1].all()
+                at[i].speed_kind == "free"
+                and at[i].way == at[i + 1].way
+                and all(free.duration_is_free and not free.min_duration for free in at[i : i + 2])
             )
         }
 
@@ -122,33 +122,132 @@ class SolvedTask:
 
 
 @dataclass(frozen=True, eq=False)
-class FreeSegment:
+class FreeSection:
     """Consecutive waypoints whose free values are chosen together, and apart from all others.
 
     There is no tool path or wait between them.
 
     Attributes:
+        solved: The scenario and its IK solutions.
         waypoints: Their indices in the scenario.
-        rows: Their rows in its joint waypoints, shape (n,).
-        way_options: Options of a collision-free motion, or `None`.
     """
 
+    solved: SolvedTask
     waypoints: range
-    rows: IndexArray
-    way_options: ClearWay | None = None
+
+    @property
+    def rows(self) -> IndexArray:
+        """Rows of the waypoints in the joint waypoints of the scenario, shape (n,)."""
+        return self.solved.rows[self.waypoints]
+
+    @property
+    def free(self) -> tuple[FreeWaypoint, ...]:
+        """The free values at each waypoint, and on the way to it from the one before."""
+        return self.solved.free_values.waypoints[self.waypoints[0] : self.waypoints[-1] + 1]
+
+    @property
+    def way(self) -> ClearWay | None:
+        """Options of a collision-free motion, or `None`."""
+        return self.free[-1].way
+
+    @property
+    def has_free_durations(self) -> bool:
+        """Whether any time between the waypoints is free."""
+        return any(free.duration_is_free for free in self.free[1:])
+
+    @property
+    def has_free_values(self) -> bool:
+        """Whether anything is chosen between the waypoints or at them."""
+        ends = {self.waypoints[0], self.waypoints[-1]}
+        return bool(
+            self.solved.zero_acceleration_points.keys() & ends
+            or self.solved.free_values.knots_are_free
+            or self.has_free_durations
+            or any(free.speed_kind != "given" for free in self.free)
+        )
+
+    def located(self, errors: Sequence[TimingError]) -> Sequence[TimingError]:
+        """Add the locations in the file to errors of the timing problem."""
+        for error in errors:
+            error.where = self.solved.scenario.name
+            if error.waypoint is not None:
+                error.where = self.solved.where(self.waypoints[error.waypoint + error.interval])
+        return errors
+
+    def timing_problem(self, objective: Objective, total: float | None = None) -> TimingProblem:
+        """Make the timing problem from given and free values.
+
+        Args:
+            objective: Objective to minimise.
+            total: Duration of the section [s], or `None`.
+
+        Raises:
+            InputError: A joint has neither an acceleration nor an effort limit.
+        """
+        space, waypoints, scenario = self.solved.space, self.solved.waypoints, self.solved.scenario
+        velocity = waypoints.velocity[self.rows].copy()
+        velocity[[free.speed_kind == "free" for free in self.free]] = np.nan
+        limits = replace(space.limits, jerk=jerk_limits(space))
+        if space.robot is None:  # no dynamics are known
+            limits = replace(limits, effort=np.full(len(space.joint_names), np.inf))
+        tool_speed = scenario.motion_limits.tool_speed or np.inf
+        if self.has_free_durations and total is None:
+            _check_limits(scenario, space, limits)
+        effort = bool(np.isfinite(limits.effort).any() or objective.effort)
+        needs_dynamics = effort or np.isfinite(tool_speed)
+        return TimingProblem(
+            space.joint_names,
+            waypoints.position[self.rows],
+            velocity,
+            limits,
+            names=tuple(waypoints.names[row] for row in self.rows),
+            joint_units=space.joint_units,
+            along=np.array([free.speed_kind == "along" for free in self.free]),
+            max_factor=np.array([free.max_speed for free in self.free]),
+            acceleration=self._accelerations(),
+            duration=scenario.durations[self.waypoints[:-1]],
+            at_least=np.array([free.min_duration for free in self.free[1:]]),
+            total=total,
+            tool_speed=tool_speed,
+            objective=objective,
+            dynamics=self.solved.dynamics(self.waypoints[0]) if needs_dynamics else None,
+            units=scenario.units,
+        )
+
+    def _accelerations(self) -> FloatArray:
+        """Accelerations at the waypoints, NaN where free, shape (n, d).
+
+        At the ends of the motion they are as given. Otherwise they are zero there if times are
+        chosen, and free if only knots are. They are zero where a collision-free motion begins or
+        ends.
+        """
+        solved, rows = self.solved, self.rows
+        space, waypoints = solved.space, solved.waypoints
+        accelerations = np.full((len(rows), len(space.joint_names)), np.nan)
+        for end, last in ((0, 0), (-1, len(waypoints.time) - 1)):
+            row, given = rows[end], waypoints.acceleration
+            if given is not None and not np.isnan(given[row]).any():
+                accelerations[end] = given[row]
+            elif row == last and space.end_acceleration is not None:
+                accelerations[end] = space.end_acceleration[end]
+            elif self.waypoints[end] in solved.zero_acceleration_points or (
+                row == last and solved.free_values.has_free_durations
+            ):
+                accelerations[end] = 0.0
+        return accelerations
 
 
-def find_segments(solved: SolvedTask) -> list[FreeSegment]:
-    """Find the free segments of a scenario, in order of time.
+def find_sections(solved: SolvedTask) -> list[FreeSection]:
+    """Find the free sections of a scenario, in order of time.
 
     Raises:
         InputError: Two equal stops have no given time between them, or a free velocity is at a
             waypoint where the motion must be split.
     """
-    scenario, free = solved.scenario, solved.free_values
+    scenario, at = solved.scenario, solved.free_values.waypoints
     closed = set(solved.space.waits)
     for i in closed:
-        if free.duration_is_free[i]:
+        if at[i + 1].duration_is_free:
             names = (scenario.waypoints[k].name for k in (i, i + 1))
             raise InputError(
                 f"{' and '.join(map(repr, names))} are the same stop, so the minimum time between "
@@ -157,84 +256,24 @@ def find_segments(solved: SolvedTask) -> list[FreeSegment]:
             )
     ends = solved.zero_acceleration_points
     for i, why in ends.items():
-        if free.speed_kinds[i] != "given":
+        if at[i].speed_kind != "given":
             accepted = "stop, or a velocity"
-            if i in free.way_options and i + 1 in free.way_options:
+            if [bool(free.way) for free in at[i : i + 2]] == [True, True]:
                 accepted += ", or velocity: free between ways of equal options without times"
             message = f"the velocity is chosen, but {why} here; accepted: {accepted}"
             raise InputError(message, where=solved.where(i))
     closed.update(i for path in scenario.paths for i in range(path.first, path.last))
     last = len(scenario.waypoints) - 1
-    segments: list[FreeSegment] = []
+    sections: list[FreeSection] = []
     first = 0
     for i in range(last + 1):
         if i < last and i not in closed and i not in ends:
             continue
-        if i > first and _has_free_values(solved, first, i):
-            rows = solved.rows[first : i + 1]
-            segments.append(FreeSegment(range(first, i + 1), rows, free.way_options.get(i)))
+        section = FreeSection(solved, range(first, i + 1))
+        if i > first and section.has_free_values:
+            sections.append(section)
         first = i + 1 if i in closed else i
-    return segments
-
-
-def _has_free_values(solved: SolvedTask, first: int, last: int) -> bool:
-    """Whether anything is chosen between two waypoints."""
-    free = solved.free_values
-    return bool(
-        solved.zero_acceleration_points.keys() & {first, last}
-        or free.knots_are_free
-        or free.duration_is_free[first:last].any()
-        or any(kind != "given" for kind in free.speed_kinds[first : last + 1])
-    )
-
-
-def timing_problem(
-    solved: SolvedTask, segment: FreeSegment, objective: Objective, total: float | None = None
-) -> TimingProblem:
-    """Make the timing problem of a segment from its given and free values.
-
-    Args:
-        solved: The scenario and its IK solutions.
-        segment: The segment.
-        objective: Objective to minimise.
-        total: Duration of the segment [s], or `None`.
-
-    Raises:
-        InputError: A joint has neither an acceleration nor an effort limit.
-    """
-    free, space, waypoints = solved.free_values, solved.space, solved.waypoints
-    rows = segment.rows
-    intervals = slice(segment.waypoints[0], segment.waypoints[-1])
-    velocity = waypoints.velocity[rows].copy()
-    kinds = [free.speed_kinds[i] for i in segment.waypoints]
-    velocity[[kind == "free" for kind in kinds]] = np.nan
-    limits = replace(space.limits, jerk=jerk_limits(space))
-    if space.robot is None:  # no dynamics are known
-        limits = replace(limits, effort=np.full(len(space.joint_names), np.inf))
-    tool_speed = solved.scenario.motion_limits.tool_speed or np.inf
-    duration = solved.scenario.durations[intervals]
-    if np.isnan(duration).any() and total is None:
-        _check_limits(solved.scenario, space, limits)
-    effort = bool(np.isfinite(limits.effort).any() or objective.effort)
-    needs_dynamics = effort or np.isfinite(tool_speed)
-    return TimingProblem(
-        space.joint_names,
-        waypoints.position[rows],
-        velocity,
-        limits,
-        names=tuple(waypoints.names[row] for row in rows),
-        joint_units=space.joint_units,
-        along=np.array([kind == "along" for kind in kinds]),
-        max_factor=free.max_speeds[list(segment.waypoints)],
-        acceleration=_accelerations(solved, segment),
-        duration=duration,
-        at_least=free.min_durations[intervals],
-        total=total,
-        tool_speed=tool_speed,
-        objective=objective,
-        dynamics=solved.dynamics(segment.waypoints[0]) if needs_dynamics else None,
-        units=solved.scenario.units,
-    )
+    return sections
 
 
 def jerk_limits(space: JointSpace) -> FloatArray:
@@ -249,27 +288,6 @@ def assumed_jerk(space: JointSpace) -> dict[str, float]:
     has_limit = np.isfinite(space.limits["jerk"])
     bounds = zip(space.joint_names, has_limit, jerk_limits(space), strict=True)
     return {name: float(bound) for name, has, bound in bounds if not has}
-
-
-def _accelerations(solved: SolvedTask, segment: FreeSegment) -> FloatArray:
-    """Accelerations at the waypoints of a segment, NaN where free, shape (n, d).
-
-    At the ends of the motion they are as given. Otherwise they are zero there if times are chosen,
-    and free if only knots are. They are zero where a collision-free motion begins or ends.
-    """
-    space, waypoints, rows = solved.space, solved.waypoints, segment.rows
-    accelerations = np.full((len(rows), len(space.joint_names)), np.nan)
-    for end, last in ((0, 0), (-1, len(waypoints.time) - 1)):
-        row, given = rows[end], waypoints.acceleration
-        if given is not None and not np.isnan(given[row]).any():
-            accelerations[end] = given[row]
-        elif row == last and space.end_acceleration is not None:
-            accelerations[end] = space.end_acceleration[end]
-        elif segment.waypoints[end] in solved.zero_acceleration_points or (
-            row == last and solved.free_values.duration_is_free.any()
-        ):
-            accelerations[end] = 0.0
-    return accelerations
 
 
 def _check_limits(scenario: Scenario, space: JointSpace, limits: JointLimits) -> None:

@@ -1,4 +1,4 @@
-"""Collision-free motions for segments with `way: clear`."""
+"""Collision-free motions for sections with `way: clear`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.curves.retiming import stop_on_path
 from knotwork.errors import InputError, NoWayFoundError
-from knotwork.planning.choosing.segments import FreeSegment, SolvedTask
+from knotwork.planning.choosing.free_sections import FreeSection
 from knotwork.planning.timing import TimedMotion, TimingProblem
 from knotwork.planning.timing.bounds import lower_bound, sufficient_duration
 from knotwork.planning.timing.section_motion import SectionMotion
@@ -37,38 +37,36 @@ STOP_TOLERANCE = 1e-6
 """Largest deviation of a joint from its path during a stop [rad or m]."""
 
 
-def plan_clear_segment(
-    solved: SolvedTask,
-    segment: FreeSegment,
+def plan_clear_section(
+    section: FreeSection,
     problem: TimingProblem,
     budget: Budget,
     start: FloatArray | None = None,
 ) -> TimedMotion:
-    """Find a fast motion for a segment, proved to be collision-free.
+    """Find a fast motion for a section, proved to be collision-free.
 
     Args:
-        solved: The scenario and its IK solutions.
-        segment: A segment with `way: clear`.
+        section: A section with `way: clear`.
         problem: Its timing problem.
-        budget: Budget and progress of all segments.
+        budget: Budget and progress of all sections.
         start: Joint positions at the end of the previous motion, shape (d,), or `None`.
 
     Raises:
         NoWayFoundError: No motion was found, or an end is not clear.
     """
-    options, robot = segment.way_options, solved.space.robot
+    solved, options, robot = section.solved, section.way, section.solved.space.robot
     if options is None or robot is None:
-        raise TypeError("the segment has no way: clear")
+        raise TypeError("the section has no way: clear")
     if start is not None:
         problem = replace(problem, position=np.stack((start, *problem.position[1:])))
     clear_problem = ClearMotionProblem(
         problem,
-        starts=_solutions(solved, segment, problem, robot, 0),
-        goals=_solutions(solved, segment, problem, robot, -1),
+        starts=_solutions(section, problem, robot, 0),
+        goals=_solutions(section, problem, robot, -1),
         arm_model=robot.model,
-        collision_model=_bodies(solved, segment),
+        collision_model=_bodies(section),
         resolution=solved.scenario.scene.collisions.resolution,
-        stop=lambda: _stop(solved, segment, problem),
+        stop=lambda: _stop(section, problem),
     )
     tries = 0
 
@@ -87,9 +85,9 @@ def plan_clear_segment(
         )
     except NoClearMotionError as fault:
         single = len(clear_problem.starts) == len(clear_problem.goals) == 1
-        raise _located_error(fault, solved, segment, single=single) from None
+        raise _located_error(fault, section, single=single) from None
     budget.finish(1)
-    curve = _stretch_to_time(motion, problem, solved, segment)
+    curve = _slowed(motion, problem, section)
     timed = _timed_motion(motion, curve, problem, clear_problem)
     extra = motion.extra_clearance if options.room else None
     return replace(timed, line=motion.line, tries=tries, extra_clearance=extra)
@@ -101,7 +99,7 @@ def _timed_motion(
     problem: TimingProblem,
     ends: ClearMotionProblem,
 ) -> TimedMotion:
-    """Convert a collision-free motion to the result that every segment has."""
+    """Convert a collision-free motion to the result that every section has."""
     least = min(
         lower_bound(replace(problem, position=np.stack((first, *problem.position[1:-1], last))))
         for first in ends.starts
@@ -112,13 +110,12 @@ def _timed_motion(
     return timed_motion(problem, section, least, "way")
 
 
-def _stop(
-    solved: SolvedTask, segment: FreeSegment, problem: TimingProblem
-) -> PiecewisePolynomial | None:
+def _stop(section: FreeSection, problem: TimingProblem) -> PiecewisePolynomial | None:
     """The motion that the task continues, stopped on its path or at its end; `None` without one."""
-    if solved.scenario.continued_motion is None or segment.waypoints[0]:
+    continued = section.solved.scenario.continued_motion
+    if continued is None or section.waypoints[0]:
         return None
-    motion, at = solved.scenario.continued_motion
+    motion, at = continued
     curve, limits = motion.polynomial, problem.limits
     columns = [motion.joint_names.index(name) for name in problem.joint_names]
     curve = cut_curve(PiecewisePolynomial(curve.c[:, :, columns], curve.x), at, float(curve.x[-1]))
@@ -127,14 +124,15 @@ def _stop(
     return curve if stopped is None else stopped[1]
 
 
-def _bodies(solved: SolvedTask, segment: FreeSegment) -> CollisionModel:
-    """Bodies that are present during a segment. They must not change.
+def _bodies(section: FreeSection) -> CollisionModel:
+    """Bodies that are present during a section. They must not change.
 
     Raises:
-        InputError: The bodies change during the segment, or an obstacle moves.
+        InputError: The bodies change during the section, or an obstacle moves.
     """
-    first, *later = (bodies_at(solved.collision_model, i + 0.5) for i in segment.waypoints[:-1])
-    for model, i in zip(later, segment.waypoints[1:-1], strict=True):
+    solved = section.solved
+    first, *later = (bodies_at(solved.collision_model, i + 0.5) for i in section.waypoints[:-1])
+    for model, i in zip(later, section.waypoints[1:-1], strict=True):
         if model.pairs != first.pairs:
             raise InputError(
                 "the velocity is chosen, but a body comes or goes here; accepted: stop, or a "
@@ -147,29 +145,27 @@ def _bodies(solved: SolvedTask, segment: FreeSegment) -> CollisionModel:
         raise InputError(
             f"does not support moving obstacles ({', '.join(moving)}); "
             "accepted: no way here, and waypoints around them with times or after: fastest",
-            where=solved.where(segment.waypoints[-1], "way"),
+            where=solved.where(section.waypoints[-1], "way"),
         )
     return first
 
 
-def _solutions(
-    solved: SolvedTask, segment: FreeSegment, problem: TimingProblem, robot: Robot, end: int
-) -> FloatArray:
+def _solutions(section: FreeSection, problem: TimingProblem, robot: Robot, end: int) -> FloatArray:
     """Joint positions at the start, 0, or the end, -1, of a motion, shape (m, d).
 
     All solutions of the pose, in order of the distance to the other end, if no other motion depends
     on the choice. This is so if the arm stops there, no motion precedes the start, and a motion
     after the end is planned collision-free as well.
     """
-    scenario, i = solved.scenario, segment.waypoints[end]
+    scenario, i = section.solved.scenario, section.waypoints[end]
     chosen, waypoint = problem.position[end], scenario.waypoints[i]
-    spec = scenario.given.waypoints[scenario.task_index[i]]
-    if not isinstance(waypoint, CartesianWaypoint) or not isinstance(spec, PoseWaypoint):
+    given = scenario.given.waypoints[scenario.task_index[i]]
+    if not isinstance(waypoint, CartesianWaypoint) or not isinstance(given, PoseWaypoint):
         return np.array(chosen[None])
-    options, last = solved.free_values.way_options, len(scenario.waypoints) - 1
-    tied = i < last and i + 1 not in options if end else i > 0
+    following = section.solved.free_values.waypoints[i + 1 : i + 2]
+    tied = any(free.way is None for free in following) if end else i > 0
     fixed = (
-        spec.near is not None
+        given.near is not None
         or scenario.given.near is not None
         or scenario.branch != "free"
         or problem.velocity[end].any()
@@ -185,10 +181,10 @@ def _solutions(
     return np.concatenate((chosen[None], solutions[order[order > 0]]))
 
 
-def _stretch_to_time(
-    motion: ClearMotion, problem: TimingProblem, solved: SolvedTask, segment: FreeSegment
+def _slowed(
+    motion: ClearMotion, problem: TimingProblem, section: FreeSection
 ) -> PiecewisePolynomial:
-    """Stretch a motion to the given time, if there is one."""
+    """A motion slowed down to the given time, if there is one."""
     given_time = float(problem.total or problem.duration.sum())
     least = float(problem.at_least.sum())
     duration = max(motion.duration, least) if np.isnan(given_time) else given_time
@@ -207,21 +203,21 @@ def _stretch_to_time(
             f"a motion of {duration:g} s is infeasible with the velocities at its ends; "
             "accepted: no time, or a stop at both ends"
         )
-    raise InputError(message, where=solved.where(segment.waypoints[-1]))
+    raise InputError(message, where=section.solved.where(section.waypoints[-1]))
 
 
 def _located_error(
-    fault: NoClearMotionError, solved: SolvedTask, segment: FreeSegment, *, single: bool
+    fault: NoClearMotionError, section: FreeSection, *, single: bool
 ) -> NoWayFoundError:
     """Make the error for a missing motion, at the waypoint of the fault, or else at the goal.
 
     Args:
         fault: The fault, for which there is no motion.
-        solved: The scenario and its IK solutions.
-        segment: The segment without a motion.
+        section: The section without a motion.
         single: Whether only one solution of each end was a candidate.
     """
-    names = [solved.scenario.waypoints[i].name for i in segment.waypoints]
+    solved = section.solved
+    names = [solved.scenario.waypoints[i].name for i in section.waypoints]
     text, k, end = solved.scenario.units.text, fault.waypoint, ""
     bodies: tuple[str, ...] = ()
     if k is None:
@@ -256,6 +252,6 @@ def _located_error(
         end=end,
         names=bodies,
         depth=fault.depth,
-        waypoints=segment.waypoints if single else None,
-        where=solved.where(segment.waypoints[-1 if k is None else k]),
+        waypoints=section.waypoints if single else None,
+        where=solved.where(section.waypoints[-1 if k is None else k]),
     )

@@ -1,0 +1,133 @@
+"""Motions of all free sections, which share a budget and perhaps a total duration."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from types import MappingProxyType
+
+from knotwork.arrays import FloatArray
+from knotwork.errors import InputError, TimingError, merge_errors
+from knotwork.planning.choosing.clear_sections import plan_clear_section
+from knotwork.planning.choosing.free_sections import FreeSection, SolvedTask
+from knotwork.planning.timing import Objective, TimedMotion
+from knotwork.planning.timing.bounds import sufficient_duration
+from knotwork.planning.timing.solving import solve_within
+from knotwork.planning.timing.timed_motion import Budget
+from knotwork.units import rounded_up
+
+SMOOTHEST = Objective(time=0.0, jerk=1.0)
+"""Objective of a single interval with a given time."""
+
+CALMEST = Objective(time=0.0, acceleration=1.0)
+"""The same for several intervals.
+
+With minimum jerk the accelerations of a short interval would continue in a long one.
+"""
+
+
+class SectionsUnsolvedError(Exception):
+    """No motion was found for some sections.
+
+    Attributes:
+        errors: Reasons, by section.
+    """
+
+    def __init__(self, errors: dict[FreeSection, TimingError]) -> None:
+        super().__init__()
+        self.errors = errors
+
+    def combined_error(self) -> InputError:
+        """The combined error of all sections."""
+        causes = [
+            cause
+            for section, error in self.errors.items()
+            for cause in section.located((error, *error.others))
+        ]
+        return merge_errors(causes)
+
+
+def solve_sections(
+    solved: SolvedTask, sections: list[FreeSection], budget: Budget
+) -> dict[FreeSection, TimedMotion]:
+    """Solve all sections, with the given total duration if there is one.
+
+    Args:
+        solved: The scenario and its IK solutions.
+        sections: Its free sections.
+        budget: Budget and progress of all of them.
+
+    Raises:
+        SectionsUnsolvedError: Some sections have no motion.
+        TimingError: The total is too short.
+    """
+    free = solved.free_values
+    objective = Objective(**dict(free.objective))
+    timed = [section for section in sections if section.has_free_durations]
+    solved_twice = timed if free.total_duration is not None else []
+    budget.begin(sum(len(section.waypoints) - 1 for section in sections + solved_twice))
+    if free.total_duration is None:
+        return _motions(sections, objective, budget)
+    fastest = _motions(timed, Objective(), budget)
+    durations = solved.scenario.durations
+    for section in timed:
+        durations[section.waypoints[:-1]] = 0.0
+    outside = float(durations.sum())
+    shortest = outside + sum(motion.duration for motion in fastest.values())
+    if free.total_duration < shortest:
+        stopped = any(motion.status == "stopped" for motion in fastest.values())
+        raise _total_too_short(solved, shortest, stopped=stopped)
+    factor = (free.total_duration - outside) / (shortest - outside)
+    totals = {section: factor * motion.duration for section, motion in fastest.items()}
+    try:
+        return _motions(sections, objective, budget, totals)
+    except SectionsUnsolvedError as failure:
+        error = failure.combined_error()
+        error.hint = f"the shortest motion found lasts {rounded_up(shortest):.6g} s"
+        raise error from None
+
+
+def _motions(
+    sections: list[FreeSection],
+    objective: Objective,
+    budget: Budget,
+    totals: Mapping[FreeSection, float] = MappingProxyType({}),
+) -> dict[FreeSection, TimedMotion]:
+    motions: dict[FreeSection, TimedMotion] = {}
+    errors: dict[FreeSection, TimingError] = {}
+    ends: dict[int, FloatArray] = {}  # of collision-free motions, which choose their solutions
+    for section in sections:
+        problem = section.timing_problem(objective, totals.get(section))
+        if objective.only_time and section not in totals and not problem.free.any():
+            single = len(section.waypoints) == 2
+            problem = replace(problem, objective=SMOOTHEST if single else CALMEST)
+        try:
+            if section.way is None:
+                motions[section] = solve_within(problem, budget)
+            else:
+                first, *_, last = section.waypoints
+                motion = plan_clear_section(section, problem, budget, ends.get(first))
+                motions[section], ends[last] = motion, motion.trajectory.position(motion.duration)
+        except TimingError as error:
+            errors[section] = error
+    if errors:
+        raise SectionsUnsolvedError(errors)
+    return motions
+
+
+def _total_too_short(solved: SolvedTask, shortest: float, *, stopped: bool) -> TimingError:
+    """The error for a duration below that of the shortest motion found [s].
+
+    Args:
+        solved: The scenario and its IK solutions.
+        shortest: Duration of that motion [s].
+        stopped: Whether the budget ended before a shorter one could be found.
+    """
+    return TimingError(
+        f"{solved.free_values.total_duration:g} s is shorter than the minimum time found within "
+        f"the limits, {rounded_up(shortest):.6g} s; accepted: "
+        f"{sufficient_duration(shortest):.6g} s or more"
+        f"{', or a larger budget' if stopped else ''}",
+        limit="budget" if stopped else "duration",
+        where=solved.scenario.where("duration"),
+    )
