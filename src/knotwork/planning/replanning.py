@@ -12,7 +12,7 @@ from knotwork.curves.trajectory.motion_events import signals_on_at
 from knotwork.errors import InputError
 from knotwork.errors.plain_text import default_waypoint_name
 from knotwork.planning.speed_override import SAME_WAYPOINT_TIME
-from knotwork.task import Action, EndAcceleration, Placement, PlainTask, SceneObject, Task
+from knotwork.task import Action, EndAcceleration, ExpandedTask, Placement, SceneObject, Task
 from knotwork.task.scenario import GraspedObject, Scenario, resolve_task
 from knotwork.task.scenario.event_reader import action_of
 from knotwork.task.scenario.joint_space import by_joint, moved_robot
@@ -60,7 +60,7 @@ def scenario_from(
 
 
 def _task_from(
-    motion: JointTrajectory, at: float, task: PlainTask, current: Scenario | None
+    motion: JointTrajectory, at: float, task: ExpandedTask, current: Scenario | None
 ) -> Task:
     """A task with the state of a motion at a time [s] as its first waypoint, at time 0."""
     q, v, a = (motion(at, nu) for nu in range(3))
@@ -106,7 +106,7 @@ def held_at(scenario: Scenario, at: float) -> list[str]:
     return [item.name for item in held if times[item.take] <= at < times[item.leave]]
 
 
-def on_moving_frames(task: PlainTask) -> list[int]:
+def on_moving_frames(task: ExpandedTask) -> list[int]:
     """Indices in a task of the waypoints that are in moving frames."""
     frames = map(task.frame_of, task.waypoints)
     return [i for i, name in enumerate(frames) if task.is_moving_frame(name)]

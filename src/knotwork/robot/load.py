@@ -14,8 +14,8 @@ from knotwork.errors.arguments import require_type
 from knotwork.files.documents import Document, read, resources, validate
 from knotwork.robot.description import Description, list_limits
 from knotwork.robot.external_axes import Axes
-from knotwork.robot.file import RobotFile
 from knotwork.robot.robot import Robot
+from knotwork.robot.robot_file import RobotFile
 from knotwork.robot.urdf import Urdf, read_urdf
 
 EXAMPLE_ROBOT_DATA = "example-robot-data:"

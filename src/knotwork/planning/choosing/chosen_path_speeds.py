@@ -22,7 +22,7 @@ from knotwork.planning.choosing.path_speed_problem import (
     PathSpeedProblem,
     round_speed,
 )
-from knotwork.planning.timing import Binding
+from knotwork.planning.timing import ActiveLimit
 from knotwork.task.scenario.resolve import change_task
 from knotwork.units import rounded_up
 from knotwork.verification.limits import LIMIT_SLACK
@@ -63,13 +63,13 @@ def with_path_speeds(solved: SolvedTask, problems: Sequence[PathSpeedProblem]) -
     return timed
 
 
-def limiting_constraints(
+def active_path_limits(
     solved: SolvedTask, problems: Sequence[PathSpeedProblem]
-) -> tuple[Binding, ...]:
-    """Limiting constraint of each chosen speed along the paths of a task."""
+) -> tuple[ActiveLimit, ...]:
+    """Bounds of the chosen speeds along the paths of a task, as active limits."""
     names = [waypoint.name for waypoint in solved.scenario.waypoints]
     return tuple(
-        Binding(names[start], names[start + 1], limit.joint, limit.quantity, None)
+        ActiveLimit(names[start], names[start + 1], limit.joint, limit.quantity, None)
         for problem in problems
         for start, limit in ((problem.path.first + k, problem.limiting[k]) for k in problem.speeds)
     )

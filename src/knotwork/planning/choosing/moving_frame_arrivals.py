@@ -19,7 +19,7 @@ from knotwork.arrays import FloatArray
 from knotwork.errors import FollowingError, InputError, OutOfReachError, TimingError
 from knotwork.planning.choosing.chosen_times import ChosenTimes, choose_times
 from knotwork.planning.timing.timed_motion import Budget
-from knotwork.task import PlainTask
+from knotwork.task import ExpandedTask
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.free_values_reader import ends_wait
 from knotwork.task.scenario.resolve import change_task
@@ -186,7 +186,7 @@ def _with_numbers(scenario: Scenario, chosen: ChosenTimes) -> Scenario:
 
 
 def _with_fewer_free(
-    scenario: Scenario, task: PlainTask, expected: Mapping[int, float] | None = None
+    scenario: Scenario, task: ExpandedTask, expected: Mapping[int, float] | None = None
 ) -> Scenario:
     """The scenario with a task in which fewer values are free; its knots stay free.
 

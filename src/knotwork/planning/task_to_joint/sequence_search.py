@@ -139,7 +139,7 @@ class SequenceSearch:
         tracks: list[PathTrack] = []
         for chain in self.chains:
             for i, on_chain in self._find_on_chain(chain).items():
-                reference = self.space.near_by_waypoint.get(i, self._reference(i))
+                reference = self.space.near_at_waypoints.get(i, self._reference(i))
                 candidates[i] = chain.expand(on_chain, self.robot, reference)
         solver = GroupSolver(self.scenario, self.chains, self.collisions)
         for group in dict.fromkeys(self._group_of.values()):
@@ -161,8 +161,8 @@ class SequenceSearch:
                 or self.chains.for_waypoint(target) is not chain
             ):
                 continue
-            if i in self.space.near_by_waypoint:
-                near = self.space.near_by_waypoint[i][chain.columns]
+            if i in self.space.near_at_waypoints:
+                near = self.space.near_at_waypoints[i][chain.columns]
                 result[i] = find_nearest_candidate(chain.robot, target, near, units)
             else:
                 poses[i] = target

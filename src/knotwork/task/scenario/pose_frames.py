@@ -22,7 +22,7 @@ import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.files.documents import Location, Locations
-from knotwork.task import AtMost, JointWaypoint, PathWaypoint, PlainTask, PoseWaypoint
+from knotwork.task import AtMost, ExpandedTask, JointWaypoint, PathWaypoint, PoseWaypoint
 from knotwork.task.scenario.free_values_reader import FreeValues
 from knotwork.units import Units
 
@@ -46,7 +46,7 @@ class PoseFrames:
         units: Units of the file, for messages.
     """
 
-    task: PlainTask
+    task: ExpandedTask
     locations: Locations
     units: Units
 
