@@ -115,8 +115,8 @@ def test_given_total_makes_smoothest_motion(problem: TimingProblem, fastest: Tim
         assert motion.duration == pytest.approx(stretch * fastest.duration, rel=1e-12)
         span = np.diff(motion.trajectory.breaks)[:, None]
         jerk = 6.0 * motion.trajectory.polynomial.c[0]
-        assert motion.objective["jerk"] == pytest.approx(float(np.sum(jerk**2 * span)))
-        found.append(motion.objective["jerk"])
+        assert motion.objective_values["jerk"] == pytest.approx(float(np.sum(jerk**2 * span)))
+        found.append(motion.objective_values["jerk"])
     assert found[0] > found[1] > found[2]
 
 

@@ -12,7 +12,7 @@ import pytest
 import yaml
 
 import knotwork as kw
-from knotwork.errors import BranchError, FollowingError, InputError
+from knotwork.errors import BranchError, FollowingError, InputError, PathError
 from seams import ON as FIRST
 from seams import task
 
@@ -86,6 +86,14 @@ def test_path_begins_outside_requested_branch() -> None:
     off = {**LINE, "stop": True, "pose": {"position": [20, -545, 647], "rpy": rpy}}
     with pytest.raises(BranchError, match=r"'on': can't be reached in branch shoulder: right"):
         kw.plan(task(on, off, branch={"shoulder": "right", "wrist": "no flip"}))
+
+
+def test_error_names_the_path_that_is_too_slow_for_its_tolerance() -> None:
+    fast = {**LINE, "name": "fast", "stop": True, "pose": {"position": [450, -90, 60]}}
+    slow = {**LINE, "speed": 1, "stop": True, "pose": {"position": [450, -98, 60]}}
+    with pytest.raises(PathError, match="rounding leaves no margin") as raised:
+        kw.plan(task(FIRST, fast, slow, tolerances={"path_speed": 1e-7}))
+    assert raised.value.path_start == 2
 
 
 @pytest.mark.parametrize("tilt", [[0, 0, 0], [15, -10, 0]])

@@ -12,7 +12,7 @@ from knotwork.curves.trajectory.motion_events import signals_on_at
 from knotwork.errors import InputError
 from knotwork.errors.plain_text import default_waypoint_name
 from knotwork.planning.speed_override import SAME_WAYPOINT_TIME
-from knotwork.task import Action, EndAcceleration, Placement, PlainTask, SceneObject, Task
+from knotwork.task import Action, EndAcceleration, ExpandedTask, Placement, SceneObject, Task
 from knotwork.task.scenario import GraspedObject, Scenario, resolve_task
 from knotwork.task.scenario.event_reader import action_of
 from knotwork.task.scenario.joint_space import by_joint, moved_robot
@@ -60,7 +60,7 @@ def scenario_from(
 
 
 def _task_from(
-    motion: JointTrajectory, at: float, task: PlainTask, current: Scenario | None
+    motion: JointTrajectory, at: float, task: ExpandedTask, current: Scenario | None
 ) -> Task:
     """A task with the state of a motion at a time [s] as its first waypoint, at time 0."""
     q, v, a = (motion(at, nu) for nu in range(3))
@@ -106,7 +106,7 @@ def held_at(scenario: Scenario, at: float) -> list[str]:
     return [item.name for item in held if times[item.take] <= at < times[item.leave]]
 
 
-def on_moving_frames(task: PlainTask) -> list[int]:
+def on_moving_frames(task: ExpandedTask) -> list[int]:
     """Indices in a task of the waypoints that are in moving frames."""
     frames = map(task.frame_of, task.waypoints)
     return [i for i, name in enumerate(frames) if task.is_moving_frame(name)]
@@ -130,11 +130,11 @@ def task_with_scene_from(
     holds: dict[str, Any] = {}
     objects: dict[str, Any] = {}
 
-    def shift_appearance(item: Any, waypoint: int | None) -> Any:
-        """An object that appears at a waypoint, or `None` if the execution ends before."""
+    def shift_appearance(item: Any, i: int | None) -> Any:
+        """An object that appears at waypoint i, or `None` if the execution ends before."""
         since, appears = first, None
-        if waypoint is not None and first < times[waypoint]:
-            since, appears = times[waypoint], scenario.waypoints[waypoint].name
+        if i is not None and first < times[i]:
+            since, appears = times[i], scenario.waypoints[i].name
         return None if last < since else item.replace(appears=appears)
 
     for item in scenario.scene.objects:
@@ -148,8 +148,8 @@ def task_with_scene_from(
                 leave=grasp.leave if leave <= last else ends[1],
             )
         else:
-            waypoint = held.take if last - SAME_WAYPOINT_TIME <= take else held.leave
-            put_down = _put_down(plan, held, waypoint, span)
+            i = held.take if last - SAME_WAYPOINT_TIME <= take else held.leave
+            put_down = _put_down(plan, held, i, span)
             objects[held.name] = shift_appearance(put_down, held.appears)
     tool = None if task.tool is None else task.tool.replace(holds=holds or None)
     present = {name: item for name, item in objects.items() if item}
@@ -177,7 +177,7 @@ def _frame_of_joints(scenario: Scenario) -> str | None:
 
 
 def _put_down(
-    plan: CheckedMotion, held: GraspedObject, waypoint: int, span: tuple[float, float]
+    plan: CheckedMotion, held: GraspedObject, i: int, span: tuple[float, float]
 ) -> SceneObject:
     """A held object that lies where the tool takes or releases it.
 
@@ -186,19 +186,19 @@ def _put_down(
     Args:
         plan: The planned motion.
         held: The object.
-        waypoint: Index in the scenario of the waypoint where it is taken or released.
+        i: Index in the scenario of the waypoint where it is taken or released.
         span: Time interval of the planned motion that is executed [s].
     """
     scenario, task = plan.scenario, plan.scenario.given
-    at, frame = scenario.waypoints[waypoint], held.frames[waypoint == held.leave]
-    near = [neighbour.time for neighbour in scenario.waypoints[max(waypoint - 1, 0) : waypoint + 2]]
-    robot, q = plan.space.robot, plan.trajectory(at.time)
-    tool = robot.tool_pose(q, in_world_frame=at.in_world_frame)  # type: ignore[union-attr]
+    waypoint, frame = scenario.waypoints[i], held.frames[i == held.leave]
+    near = [neighbour.time for neighbour in scenario.waypoints[max(i - 1, 0) : i + 2]]
+    robot, q = plan.space.robot, plan.trajectory(waypoint.time)
+    tool = robot.tool_pose(q, in_world_frame=waypoint.in_world_frame)  # type: ignore[union-attr]
     placed, parent = tool * held.shape.placement, "base"
     if frame.is_moving:
-        parent = task.frame_of(task.waypoints[scenario.task_index[waypoint]])
-        placed = frame.placement_at(at.time).actInv(placed)
-    elif scenario.pose_frame_link and not at.in_world_frame:
+        parent = task.frame_of(task.waypoints[scenario.task_index[i]])
+        placed = frame.placement_at(waypoint.time).actInv(placed)
+    elif scenario.pose_frame_link and not waypoint.in_world_frame:
         parent = _frame_of_joints(scenario) or "base"
         placed = scenario.frames[parent].actInv(placed)
     grasp = task.tool.holds[held.name]  # type: ignore[union-attr]

@@ -25,8 +25,8 @@ from .scene_shapes import SceneObject as SceneObject
 from .scene_shapes import SolidOfRevolution as SolidOfRevolution
 from .scene_shapes import Surroundings as Surroundings
 from .scene_shapes import ToolShape as ToolShape
+from .task import ExpandedTask as ExpandedTask
 from .task import PlacesFile as PlacesFile
-from .task import PlainTask as PlainTask
 from .task import Repeat as Repeat
 from .task import Task as Task
 from .task import TaskUnits as TaskUnits
@@ -36,6 +36,7 @@ from .task_options import EndAcceleration as EndAcceleration
 from .task_options import PathOptions as PathOptions
 from .task_options import Presets as Presets
 from .task_options import Tolerances as Tolerances
+from .task_options import ToolTolerances as ToolTolerances
 from .task_part import TaskPart as TaskPart
 from .task_waypoints import AlongArc as AlongArc
 from .task_waypoints import AlongPoints as AlongPoints
@@ -46,6 +47,7 @@ from .task_waypoints import PoseWaypoint as PoseWaypoint
 from .task_waypoints import Weave as Weave
 from .tool_and_limits import FrameSpeed as FrameSpeed
 from .tool_and_limits import Limits as Limits
+from .tool_and_limits import MotionLimits as MotionLimits
 from .tool_and_limits import Tool as Tool
 
 __all__: list[str]

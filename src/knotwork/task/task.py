@@ -230,7 +230,7 @@ class Task(TaskPart):
         return storage.write_files(target.parent, {target.name: text})[0]
 
 
-class PlainTask(Task):
+class ExpandedTask(Task):
     """A task in its own `units`, with repeats written out; `task_index` refers to its waypoints."""
 
     waypoints: NonEmpty[Waypoint] = required("At least two in order of time, or one after a start")
@@ -245,7 +245,7 @@ class PlainTask(Task):
         """Name of the frame of a waypoint; joint values do not depend on it."""
         return getattr(waypoint, "frame", None) or self.frame or "base"
 
-    def with_waypoints(self, changes: Mapping[int, Mapping[str, Any]]) -> PlainTask:
+    def with_waypoints(self, changes: Mapping[int, Mapping[str, Any]]) -> ExpandedTask:
         """A copy with changed values at some waypoints, validated.
 
         Args:

@@ -57,8 +57,8 @@ class Presets(TaskPart):
     )
 
 
-class Tolerances(TaskPart):
-    """Largest deviations that pass the check."""
+class ToolTolerances(TaskPart):
+    """Largest deviations of the tool that pass the check."""
 
     position: Positive = optional("Position of the TCP at a pose", unit="length", si_default=1e-6)
     orientation: Positive = optional(
@@ -68,6 +68,22 @@ class Tolerances(TaskPart):
     angular_velocity: Positive = optional(
         "Angular velocity of the tool", unit="angle/s", si_default=1e-6
     )
+    path: Positive = optional(
+        "Distance of the TCP from a path; left out: 0.1 mm", unit="length", si_default=1e-4
+    )
+    path_orientation: Positive = optional(
+        "Orientation of the tool along a path; left out: 0.1 degrees",
+        unit="angle",
+        si_default=math.radians(0.1),
+    )
+    path_speed: Annotated[float, Field(strict=True, gt=0, lt=1)] = optional(
+        "Speed along a path, as a fraction of the full speed; left out: 0.01", si_default=0.01
+    )
+
+
+class Tolerances(ToolTolerances):
+    """Largest deviations that pass the check."""
+
     joint_position: Positive = optional(
         "Joint positions at waypoints given by joint values",
         unit="angle or length",
@@ -82,17 +98,6 @@ class Tolerances(TaskPart):
         "Joint accelerations at the ends, where given",
         unit="angle/s² or length/s²",
         si_default=1e-6,
-    )
-    path: Positive = optional(
-        "Distance of the TCP from a path; left out: 0.1 mm", unit="length", si_default=1e-4
-    )
-    path_orientation: Positive = optional(
-        "Orientation of the tool along a path; left out: 0.1 degrees",
-        unit="angle",
-        si_default=math.radians(0.1),
-    )
-    path_speed: Annotated[float, Field(strict=True, gt=0, lt=1)] = optional(
-        "Speed along a path, as a fraction of the full speed; left out: 0.01", si_default=0.01
     )
 
 

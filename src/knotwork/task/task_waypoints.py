@@ -49,6 +49,11 @@ class _Waypoint(TaskPart):
         """Actions as a sequence."""
         return (self.do,) if isinstance(self.do, Action) else tuple(self.do or ())
 
+    @property
+    def dwell(self) -> float | None:
+        """Time of the stop here [s], of `wait` or of the waits in `do`; `None` without one."""
+        return self.wait or sum(action.wait or 0.0 for action in self.actions) or None
+
     @model_validator(mode="after")
     def _check_waits(self) -> _Waypoint:
         excluded = [

@@ -61,14 +61,9 @@ class FrameSpeed(TaskPart):
     speed: Positive = required("Largest speed of the link's origin", unit="length/s")
 
 
-class Limits(TaskPart, JointLimitFields):
-    """Limits that replace those of the robot, and limits on the motion of tool and links."""
+class MotionLimits(TaskPart):
+    """Limits on the motion of tool and links."""
 
-    margin: Annotated[float, Field(strict=True, gt=0, le=1)] = optional(
-        "Fraction of every limit of velocity, acceleration, jerk, effort and of the speeds and "
-        "acceleration of tool and links that is used; positions keep their range",
-        1.0,
-    )
     tool_speed: Positive | None = optional("Largest speed of the TCP", unit="length/s")
     tool_acceleration: Positive | None = optional(
         "Largest acceleration of the TCP", unit="length/s²"
@@ -90,3 +85,13 @@ class Limits(TaskPart, JointLimitFields):
         """All limits on the speeds of links."""
         limits = self.frame_speed or ()
         return (limits,) if isinstance(limits, FrameSpeed) else limits
+
+
+class Limits(MotionLimits, JointLimitFields):
+    """Limits that replace those of the robot, and limits on the motion of tool and links."""
+
+    margin: Annotated[float, Field(strict=True, gt=0, le=1)] = optional(
+        "Fraction of every limit of velocity, acceleration, jerk, effort and of the speeds and "
+        "acceleration of tool and links that is used; positions keep their range",
+        1.0,
+    )

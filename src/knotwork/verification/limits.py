@@ -230,7 +230,7 @@ def joint_finding(
     name, unit = space.joint_names[i], JOINT_QUANTITIES[quantity].units[space.joint_units[i]]
     label = f"joint {name!r}: {quantity}"
     subject: tuple[str, Subject, str] = (Group.JOINT_LIMITS, "joint", name)
-    return limit_finding(subject, quantity, label, worst, unit, space.shown_in)
+    return limit_finding(subject, quantity, label, worst, unit, space.units)
 
 
 def lower_order_jumps(curve: PiecewisePolynomial, order: int) -> dict[int, tuple[float, float]]:

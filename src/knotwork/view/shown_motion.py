@@ -17,7 +17,7 @@ from knotwork.errors import InputError
 from knotwork.joint_quantities import DERIVATIVES, JointLimits
 from knotwork.robot import Robot
 from knotwork.scene.collision_model import CollisionModel, find_carrier
-from knotwork.task import PlainTask
+from knotwork.task import ExpandedTask
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_reader import JointState
 from knotwork.task.scenario.joint_space import JointSpace, joint_space
@@ -241,7 +241,7 @@ class ShownMotion:
 
 def task_without_requirements(name: str) -> Scenario:
     """Make a task for a motion that has none."""
-    task = PlainTask.model_construct(waypoints=())
+    task = ExpandedTask.model_construct(waypoints=())
     return Scenario(name, (), task, task.planner, task.tolerances)
 
 

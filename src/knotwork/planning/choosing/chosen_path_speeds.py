@@ -22,7 +22,7 @@ from knotwork.planning.choosing.path_speed_problem import (
     PathSpeedProblem,
     round_speed,
 )
-from knotwork.planning.timing import Binding
+from knotwork.planning.timing import ActiveLimit
 from knotwork.task.scenario.resolve import change_task
 from knotwork.units import rounded_up
 from knotwork.verification.limits import LIMIT_SLACK
@@ -63,13 +63,13 @@ def with_path_speeds(solved: SolvedTask, problems: Sequence[PathSpeedProblem]) -
     return timed
 
 
-def limiting_constraints(
+def active_path_limits(
     solved: SolvedTask, problems: Sequence[PathSpeedProblem]
-) -> tuple[Binding, ...]:
-    """Limiting constraint of each chosen speed along the paths of a task."""
+) -> tuple[ActiveLimit, ...]:
+    """Bounds of the chosen speeds along the paths of a task, as active limits."""
     names = [waypoint.name for waypoint in solved.scenario.waypoints]
     return tuple(
-        Binding(names[start], names[start + 1], limit.joint, limit.quantity, None)
+        ActiveLimit(names[start], names[start + 1], limit.joint, limit.quantity, None)
         for problem in problems
         for start, limit in ((problem.path.first + k, problem.limiting[k]) for k in problem.speeds)
     )
@@ -108,13 +108,13 @@ def path_speed_error(
         utilisation: Utilisation of the limit, if known.
     """
     path, stretch, limit = fault.path, fault.stretch, fault.limit
-    scenario, waypoint = solved.scenario, path.first + 1 + stretch
+    scenario, i = solved.scenario, path.first + 1 + stretch
     if limit == NOTHING:
         return InputError(
             "nothing bounds the speed along it; accepted: speed: {at_most: a speed}, or limits",
-            where=solved.where(waypoint, "speed"),
+            where=solved.where(i, "speed"),
         )
-    start, end = (scenario.waypoints[i].name for i in (waypoint - 1, waypoint))
+    start, end = (scenario.waypoints[end].name for end in (i - 1, i))
     requested, text = path.requested, scenario.units.text
     chosen, duration = stretch in requested.at_most, requested.durations[stretch]
     given = requested.speeds[stretch] or path.stretches[stretch].speed
@@ -141,11 +141,11 @@ def path_speed_error(
     return InputError(
         f"{speed} along the path from {start!r} to {end!r}: {reason}; accepted: {accepted}, or a "
         "higher limit",
-        where=solved.where(waypoint, _key(solved, waypoint)),
+        where=solved.where(i, _key(solved, i)),
     )
 
 
-def _key(solved: SolvedTask, waypoint: int) -> str:
-    """The key that gives the speed to a waypoint on a path."""
-    step = solved.scenario.given.waypoints[solved.scenario.task_index[waypoint]]
-    return next(key for key in ("speed", "after", "time") if getattr(step, key) is not None)
+def _key(solved: SolvedTask, i: int) -> str:
+    """The key that gives the speed to waypoint i, on a path."""
+    given = solved.scenario.given.waypoints[solved.scenario.task_index[i]]
+    return next(key for key in ("speed", "after", "time") if getattr(given, key) is not None)

@@ -11,8 +11,8 @@ import numpy as np
 
 from knotwork.errors import InputError, merge_errors
 from knotwork.planning.choosing.chosen_path_speeds import (
+    active_path_limits,
     given_speeds_beyond_limits,
-    limiting_constraints,
     path_speed_error,
     with_path_speeds,
 )
@@ -30,7 +30,7 @@ from knotwork.planning.choosing.path_speed_problem import (
     PathSpeedProblem,
 )
 from knotwork.planning.task_to_joint import TaskSolution
-from knotwork.planning.timing import Binding, Objective, TimedMotion
+from knotwork.planning.timing import ActiveLimit, Objective, TimedMotion
 from knotwork.planning.timing.infeasible import infeasible_values
 from knotwork.planning.timing.timed_motion import Budget, Status, status_of
 from knotwork.task.scenario import Scenario
@@ -54,7 +54,7 @@ class ChosenTimes:
         scenario: The scenario with numbers in place of them.
         solution: IK solutions, chosen before the times, which are valid only for them.
         sections: Motion of each free section.
-        path_limits: Limiting constraints of speeds chosen along tool paths.
+        path_limits: Bounds of speeds chosen along tool paths.
         assumed_jerk: Jerk limits assumed for joints without one, by joint
             [rad/s³ or m/s³].
         fixed_arrivals: Names of waypoints in moving frames, whose times were chosen first.
@@ -64,7 +64,7 @@ class ChosenTimes:
     scenario: Scenario
     solution: TaskSolution
     sections: tuple[TimedMotion, ...] = ()
-    path_limits: tuple[Binding, ...] = ()
+    path_limits: tuple[ActiveLimit, ...] = ()
     assumed_jerk: Mapping[str, float] = field(default_factory=dict)
     fixed_arrivals: tuple[str, ...] = ()
 
@@ -87,16 +87,16 @@ class ChosenTimes:
         return status_of(motion.status for motion in self.sections)
 
     @property
-    def binding(self) -> tuple[Binding, ...]:
-        """Limiting constraints by interval."""
+    def binding(self) -> tuple[ActiveLimit, ...]:
+        """Active limits by interval."""
         return (*self.path_limits, *(limit for motion in self.sections for limit in motion.binding))
 
     @property
-    def objective(self) -> dict[str, float]:
+    def objective_values(self) -> dict[str, float]:
         """Value of each term of the objective, without its weight, by name."""
         values = Counter[str]()
         for motion in self.sections:
-            values.update(motion.objective)
+            values.update(motion.objective_values)
         return dict(values)
 
     @property
@@ -112,7 +112,7 @@ class ChosenTimes:
             "lower_bound": self.lower_bound,
             "gap": self.gap,
             "status": self.status,
-            "objective": self.objective,
+            "objective": self.objective_values,
             "assumed_jerk": dict(self.assumed_jerk),
             "times": dict(zip(names, self.scenario.times.tolist(), strict=True)),
             "binding": [asdict(limit) for limit in self.binding],
@@ -197,7 +197,7 @@ def _choose_motions(
         scenario=with_chosen_values(solved, motions),
         solution=solved.solution,
         sections=tuple(motions.values()),
-        path_limits=limiting_constraints(solved, paths),
+        path_limits=active_path_limits(solved, paths),
         assumed_jerk=assumed_jerk(solved.space),
     )
 

@@ -40,8 +40,8 @@ CONSTANT_SPEED_PART = 1
 """Index of the part of a stretch with its own speed."""
 
 
-class Limit(NamedTuple):
-    """A limit of a joint, a frame or the tool, or another bound of a speed along a path.
+class SpeedBound(NamedTuple):
+    """A bound of a speed along a path: a limit of a joint, a frame or the tool, or another one.
 
     Attributes:
         joint: Name of a joint or a frame; empty for the tool and for other bounds.
@@ -78,19 +78,19 @@ class LimitUtilisation:
             {"effort": 2} if efforts else {}
         )
         limits = [
-            Limit(j, name, order) for name, order in orders.items() for j in space.joint_names
+            SpeedBound(j, name, order) for name, order in orders.items() for j in space.joint_names
         ]
         velocity, acceleration = pin.getFrameVelocity, pin.getFrameClassicalAcceleration
         frames = [
-            (Limit(frame.frame, "speed", 1, 3), velocity, frame.speed)
+            (SpeedBound(frame.frame, "speed", 1, 3), velocity, frame.speed)
             for frame in motion.frame_speeds
         ]
         if motion.tool_speed is not None:
             bound = (1.0 - TOOL_MARGIN) * motion.tool_speed
-            frames.append((Limit("", "tool speed", 1, 3), velocity, bound))
+            frames.append((SpeedBound("", "tool speed", 1, 3), velocity, bound))
         if motion.tool_acceleration is not None:
             bound = motion.tool_acceleration
-            frames.append((Limit("", "tool acceleration", 2, 3), acceleration, bound))
+            frames.append((SpeedBound("", "tool acceleration", 2, 3), acceleration, bound))
         self.limits = (*limits, *(limit for limit, _, _ in frames))
         self._frames = [
             (robot.frame_index(limit.joint) if limit.joint else robot.require_tool(), read, bound)

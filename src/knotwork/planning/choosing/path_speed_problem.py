@@ -18,9 +18,9 @@ from knotwork.errors import PathError
 from knotwork.planning.choosing.free_sections import SolvedTask
 from knotwork.planning.choosing.path_limit_utilisation import (
     CONSTANT_SPEED_PART,
-    Limit,
     LimitUtilisation,
     PathUtilisation,
+    SpeedBound,
 )
 from knotwork.task.scenario import ScenarioPath
 
@@ -39,19 +39,19 @@ SIGNIFICANT_UTILISATION = 0.3
 MIN_SLOWDOWN, MAX_SLOWDOWN = 0.995, 0.8
 """Factors on a speed that is lowered in one step."""
 
-RAMPS = Limit("", "path acceleration")
+RAMPS = SpeedBound("", "path acceleration")
 """The acceleration along the path, with which speeds change."""
 
-ADJACENT_MOTION = Limit("", "adjacent motion")
+ADJACENT_MOTION = SpeedBound("", "adjacent motion")
 """The motion before or after the path."""
 
-AT_MOST = Limit("", "at_most")
+AT_MOST = SpeedBound("", "at_most")
 """The upper bound of a speed in the task."""
 
-TOLERANCES = Limit("", "path tolerance")
+TOLERANCES = SpeedBound("", "path tolerance")
 """The tolerances of the path."""
 
-NOTHING = Limit("", "nothing")
+NOTHING = SpeedBound("", "nothing")
 """Nothing bounds a speed."""
 
 
@@ -64,7 +64,7 @@ class NoSpeedsError(Exception):
         limit: The exceeded limit.
     """
 
-    def __init__(self, path: ScenarioPath, stretch: int, limit: Limit) -> None:
+    def __init__(self, path: ScenarioPath, stretch: int, limit: SpeedBound) -> None:
         super().__init__()
         self.path, self.stretch, self.limit = path, stretch, limit
 
@@ -94,7 +94,7 @@ class PathSpeedProblem:
         self.along = PathUtilisation(solved, self.path, self.utilisation)
         self._ratio = np.ones((len(self.path.stretches), 3, len(self.utilisation.limits)))
         self.speeds: dict[int, float] = {}
-        self.limiting: dict[int, Limit] = {}
+        self.limiting: dict[int, SpeedBound] = {}
 
     def choose(self) -> float:
         """Choose maximum speeds that are expected to keep the limits.
@@ -173,7 +173,7 @@ class PathSpeedProblem:
             self.speeds[j] = max((v for v in neighbours if lower <= v < speeds[j]), default=lower)
             self.limiting[j] = limit
 
-    def _required_slowdown(self, utilisation: FloatArray) -> tuple[float, Limit]:
+    def _required_slowdown(self, utilisation: FloatArray) -> tuple[float, SpeedBound]:
         """Factor on a speed that brings limits from their utilisation, shape (m,), to 1.
 
         A step lowers a speed at most by `MAX_SLOWDOWN`. The limit is the one with that factor.
@@ -182,7 +182,7 @@ class PathSpeedProblem:
         column = int(factors.argmin())
         return max(float(factors[column]), MAX_SLOWDOWN), self.utilisation.limits[column]
 
-    def lower_caps(self, factor: float, reason: Limit) -> None:
+    def lower_caps(self, factor: float, reason: SpeedBound) -> None:
         """Cap each speed at a fraction of its present value."""
         self.caps = {k: (factor * speed, reason) for k, speed in self.speeds.items()}
 

@@ -63,16 +63,31 @@ class CandidateCollisions:
 
     Args:
         scenario: The task.
-        space: The joints of the scenario.
         robot: The robot without virtual joints; only its joint positions are used.
+        model: Its collision model, with one pair or more.
     """
 
-    def __init__(self, scenario: Scenario, space: JointSpace, robot: Robot) -> None:
+    def __init__(self, scenario: Scenario, robot: Robot, model: CollisionModel) -> None:
         from knotwork.scene.solid_pairs import SolidPairs
 
-        self.scenario, self.robot = scenario, robot
-        self.model = unsolved_collision_model(scenario, space, robot, scenario.expected_times)
-        self._pairs = SolidPairs(self.model) if self.model.pairs else None
+        self.scenario, self.robot, self.model = scenario, robot, model
+        self._pairs = SolidPairs(model)
+
+    @classmethod
+    def read(
+        cls, scenario: Scenario, space: JointSpace, robot: Robot
+    ) -> CandidateCollisions | None:
+        """The tests of a scenario; `None` if nothing in it can collide.
+
+        Args:
+            scenario: The task.
+            space: The joints of the scenario.
+            robot: The robot without virtual joints.
+        """
+        if not scenario.scene.is_checked:
+            return None
+        model = unsolved_collision_model(scenario, space, robot, scenario.expected_times)
+        return cls(scenario, robot, model) if model.pairs else None
 
     def check_start(self, q: FloatArray) -> None:
         """Check that no static object touches the robot at its start.
@@ -112,8 +127,6 @@ class CandidateCollisions:
 
     def are_clear(self, q: FloatArray, time: float) -> NDArray[np.bool_]:
         """Whether configurations (k, d) are free of collisions at a time, shape (k,)."""
-        if self._pairs is None:
-            return np.ones(len(q), dtype=bool)
         return np.asarray(self._pairs.clearance(self._arm_positions(q), time) >= 0.0)
 
     def _is_clear(self, q: FloatArray, time: float) -> bool:
@@ -123,8 +136,6 @@ class CandidateCollisions:
         self, index: int, candidates: Candidates, max_clearance: float
     ) -> FloatArray:
         """Clearance of candidates, computed once per branch: turns do not change it."""
-        if self._pairs is None:
-            return np.full(len(candidates.q), max_clearance)
         _, firsts, branches = np.unique(candidates.branch, return_index=True, return_inverse=True)
         time = self.scenario.waypoints[index].time
         q = self._arm_positions(candidates.q[firsts])
@@ -141,8 +152,6 @@ class CandidateCollisions:
             start: Index of the continuation.
             count: Number of steps to test.
         """
-        if self._pairs is None:
-            return None
         steps = np.flatnonzero(np.isfinite(path.position[:, start]).all(axis=1))
         steps = steps[sort_distinct(np.linspace(0, len(steps) - 1, count).astype(np.intp))]
         q = self._arm_positions(path.position[steps, start])

@@ -158,7 +158,7 @@ def with_virtual_joints(scenario: Scenario, space: JointSpace, chains: FreedomCh
             for target in space.targets
         ),
         near=None if space.near is None else pad_virtual(space.near, count),
-        near_by_waypoint=_with_virtual_positions(scenario, space.near_by_waypoint, chains),
+        near_at_waypoints=_with_virtual_positions(scenario, space.near_at_waypoints, chains),
         chosen_sections=None,
     )
 

@@ -96,9 +96,7 @@ class SequenceSearch:
         robot = chains.whole
         self.scenario, self.space, self.chains, self.robot = scenario, space, chains, robot
         self.near = space.near
-        scene = scenario.scene
-        is_checked = scene.collisions.itself or scene.has_bodies
-        self.collisions = CandidateCollisions(scenario, space, chains.arm) if is_checked else None
+        self.collisions = CandidateCollisions.read(scenario, space, chains.arm)
         groups = dependent_groups(scenario, space.waits)
         self._group_of = {i: group for group in groups for i in group}
         check_branch(scenario, robot)
@@ -141,7 +139,7 @@ class SequenceSearch:
         tracks: list[PathTrack] = []
         for chain in self.chains:
             for i, on_chain in self._find_on_chain(chain).items():
-                reference = self.space.near_by_waypoint.get(i, self._reference(i))
+                reference = self.space.near_at_waypoints.get(i, self._reference(i))
                 candidates[i] = chain.expand(on_chain, self.robot, reference)
         solver = GroupSolver(self.scenario, self.chains, self.collisions)
         for group in dict.fromkeys(self._group_of.values()):
@@ -163,8 +161,8 @@ class SequenceSearch:
                 or self.chains.for_waypoint(target) is not chain
             ):
                 continue
-            if i in self.space.near_by_waypoint:
-                near = self.space.near_by_waypoint[i][chain.columns]
+            if i in self.space.near_at_waypoints:
+                near = self.space.near_at_waypoints[i][chain.columns]
                 result[i] = find_nearest_candidate(chain.robot, target, near, units)
             else:
                 poses[i] = target

@@ -19,7 +19,7 @@ from knotwork.errors import PathError
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
-from knotwork.task import Tolerances
+from knotwork.task import ToolTolerances
 from knotwork.verification.bounds.path_criteria import PathLimits
 from knotwork.verification.bounds.stretch_bounds import path_bounds, path_rounding
 
@@ -70,7 +70,7 @@ class FollowedPath(NamedTuple):
 
 def with_waypoints_inserted(
     joints: JointsOnPath,
-    tolerance: Tolerances,
+    tolerance: ToolTolerances,
     *,
     times: FloatArray | None = None,
     knots: Any = "paper",
@@ -110,7 +110,7 @@ class _Insertion:
     """Insertion of waypoints along one path."""
 
     joints: JointsOnPath
-    tolerance: Tolerances
+    tolerance: ToolTolerances
     knots: Any
 
     def waypoints_at(self, times: FloatArray) -> FollowedPath:
@@ -223,7 +223,7 @@ def sampled_path_errors(
 
 
 def _check_tolerance(
-    robot: Robot, curve: PiecewisePolynomial, path: TimedPath, tolerance: Tolerances
+    robot: Robot, curve: PiecewisePolynomial, path: TimedPath, tolerance: ToolTolerances
 ) -> None:
     """Refuse tolerances that are too fine to be proved.
 
@@ -248,7 +248,7 @@ def _proved_utilisation(
     robot: Robot,
     curve: PiecewisePolynomial,
     path: TimedPath,
-    tolerance: Tolerances,
+    tolerance: ToolTolerances,
     times: FloatArray,
 ) -> FloatArray:
     """Upper bound on the error between waypoints, relative to the tolerances.

@@ -16,7 +16,7 @@ from knotwork.planning.timing.motion_states import States, states_of
 from knotwork.planning.timing.spline import pieces_each
 from knotwork.planning.timing.timing_problem import TimingProblem
 
-MIN_RAMPS = 6.0
+MIN_STOPS = 6.0
 """Minimum duration of a long interval, relative to that of a stop from any velocity."""
 
 MIDDLE_BREAKS = (2, 3)
@@ -26,23 +26,23 @@ MIDDLE_FACTOR = 2.0
 """Largest velocity in the long piece relative to its mean; that from rest to rest needs 1.5."""
 
 
-def ramp_times(problem: TimingProblem) -> FloatArray:
+def stop_times(problem: TimingProblem) -> FloatArray:
     """Time for a stop from any velocity in each long interval [s], NaN in others, shape (n-1,)."""
     limits = problem.limits
     with np.errstate(invalid="ignore"):
         stops = limits.velocity / limits.acceleration + limits.acceleration / limits.jerk
-    ramp = float(np.max(stops, initial=0.0, where=np.isfinite(stops)))
-    has_long = ramp and problem.objective.only_time and problem.free.any() and problem.total is None
-    least = MIN_RAMPS * ramp if has_long else np.inf
-    return np.where(problem.duration > least, ramp, np.nan)
+    stop = float(np.max(stops, initial=0.0, where=np.isfinite(stops)))
+    has_long = stop and problem.objective.only_time and problem.free.any() and problem.total is None
+    least = MIN_STOPS * stop if has_long else np.inf
+    return np.where(problem.duration > least, stop, np.nan)
 
 
 def max_middle_velocities(problem: TimingProblem) -> FloatArray:
     """Largest velocities in the middle of each interval [rad/s or m/s], shape (n-1, d)."""
-    ramp = ramp_times(problem)[:, None]
-    distance = np.abs(np.diff(problem.position, axis=0)) + problem.limits.velocity * ramp
-    mean = distance / (problem.duration[:, None] - 2.0 * ramp)
-    return np.where(np.isnan(ramp), np.inf, MIDDLE_FACTOR * mean)
+    stop = stop_times(problem)[:, None]
+    distance = np.abs(np.diff(problem.position, axis=0)) + problem.limits.velocity * stop
+    mean = distance / (problem.duration[:, None] - 2.0 * stop)
+    return np.where(np.isnan(stop), np.inf, MIDDLE_FACTOR * mean)
 
 
 def guessed_states(problem: TimingProblem, duration: FloatArray, velocity: FloatArray) -> States:
@@ -55,14 +55,14 @@ def guessed_states(problem: TimingProblem, duration: FloatArray, velocity: Float
     """
     pieces = pieces_each(len(duration))
     spans, position = np.repeat(duration[:, None] / pieces, pieces, axis=1), problem.position
-    time, ramps = np.append(0.0, np.cumsum(duration)), ramp_times(problem)
-    for i in np.flatnonzero(~np.isnan(ramps))[::-1].tolist():
-        ramp, middle = ramps[i], duration[i] - 2.0 * ramps[i]
-        spans[i] = (ramp / 2, ramp / 2, middle, ramp / 2, ramp / 2)
-        stops = position[i : i + 2] + ramp / 2 * velocity[i : i + 2] * [[1.0], [-1.0]]
-        mean = np.diff(stops, axis=0) / middle
-        time = np.insert(time, i + 1, (time[i] + ramp, time[i + 1] - ramp))
-        position = np.insert(position, i + 1, stops, axis=0)
+    time, stops = np.append(0.0, np.cumsum(duration)), stop_times(problem)
+    for i in np.flatnonzero(~np.isnan(stops))[::-1].tolist():
+        stop, middle = stops[i], duration[i] - 2.0 * stops[i]
+        spans[i] = (stop / 2, stop / 2, middle, stop / 2, stop / 2)
+        slowed = position[i : i + 2] + stop / 2 * velocity[i : i + 2] * [[1.0], [-1.0]]
+        mean = np.diff(slowed, axis=0) / middle
+        time = np.insert(time, i + 1, (time[i] + stop, time[i + 1] - stop))
+        position = np.insert(position, i + 1, slowed, axis=0)
         velocity = np.insert(velocity, i + 1, np.vstack((mean, mean)), axis=0)
     curve = PiecewisePolynomial(two_point_coefficients(time, (position, velocity)), time)
     return states_of(curve, spans.ravel())

@@ -11,7 +11,7 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.planning.timing.long_intervals import (
     MIDDLE_BREAKS,
     max_middle_velocities,
-    ramp_times,
+    stop_times,
 )
 from knotwork.planning.timing.motion_curves import exact_curve
 from knotwork.planning.timing.motion_states import States
@@ -74,7 +74,7 @@ class SectionProgram:
         self.layout = Layout(intervals, each, joints, len(self.along))
         # of the intervals in the guess
         self.duration = guess.span.reshape(intervals, each).sum(axis=1)
-        usual = np.isnan(ramp_times(problem))
+        usual = np.isnan(stop_times(problem))
         self.scale = _scale(problem, guess, float(np.median(self.duration[usual])))
 
     def solve(self, start: Solution | None = None, seconds: float = np.inf) -> Solution:

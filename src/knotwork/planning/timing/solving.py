@@ -18,7 +18,13 @@ from knotwork.planning.timing.infeasible import infeasible_values, unsolved_erro
 from knotwork.planning.timing.motion_curves import concatenate
 from knotwork.planning.timing.robot_limits import robot_limits, utilisation
 from knotwork.planning.timing.section_motion import SectionMotion, solve_section
-from knotwork.planning.timing.timed_motion import Binding, Budget, Progress, TimedMotion, status_of
+from knotwork.planning.timing.timed_motion import (
+    ActiveLimit,
+    Budget,
+    Progress,
+    TimedMotion,
+    status_of,
+)
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.verification import metrics
 
@@ -148,7 +154,7 @@ def timed_motion(
         lower_bound=bound,
         status=motion.status,
         binding=binding_limits(problem, time, curve),
-        objective=_terms(problem, trajectory),
+        objective_values=_terms(problem, trajectory),
     )
 
 
@@ -225,7 +231,7 @@ def _terms(problem: TimingProblem, motion: JointTrajectory) -> dict[str, float]:
 
 def binding_limits(
     problem: TimingProblem, time: FloatArray, curve: PiecewisePolynomial
-) -> tuple[Binding, ...]:
+) -> tuple[ActiveLimit, ...]:
     """Find the active limits of each interval, those that are active longest first.
 
     Args:
@@ -236,7 +242,7 @@ def binding_limits(
     fractions = (np.arange(BINDING_SAMPLES) + 0.5) / BINDING_SAMPLES
     times = time[:-1, None] + fractions * np.diff(time)[:, None]
     limits = problem.limits
-    active: list[Binding] = []
+    active: list[ActiveLimit] = []
     q, v, a = (curve(times, order) for order in range(3))
     utilisations = {
         name: np.abs(curve(times, order)) / limits[name]
@@ -268,5 +274,5 @@ def binding_limits(
         for part, name, k in at_limit:
             joint = "" if name == "tool_speed" else problem.joint_names[k]
             ends = problem.names[i], problem.names[i + 1]
-            active.append(Binding(*ends, joint, name.replace("_", " "), round(part, 2)))
+            active.append(ActiveLimit(*ends, joint, name.replace("_", " "), round(part, 2)))
     return tuple(active)

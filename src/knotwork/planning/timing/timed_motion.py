@@ -22,7 +22,7 @@ def status_of(parts: Iterable[Status]) -> Status:
 
 
 @dataclass(frozen=True)
-class Binding:
+class ActiveLimit:
     """An active limit of an interval.
 
     Attributes:
@@ -77,8 +77,8 @@ class TimedMotion(ReadOnlyArrays):
             exist; or `"resting"` if the arm comes to rest in each interval, because the solver did
             not converge or hardly any gain was possible.
         binding: Active limits of each interval, the longest first.
-        objective: Unweighted value of each term by name: `"time"` [s], and the integrals with a
-            weight.
+        objective_values: Unweighted value of each term by name: `"time"` [s], and the integrals
+            with a weight.
         iterations: Number of solver steps.
         line: Corners of the polyline from which a collision-free motion was planned, shape (m, d);
             otherwise `None`.
@@ -92,8 +92,8 @@ class TimedMotion(ReadOnlyArrays):
     velocity: FloatArray
     lower_bound: float
     status: Status = "optimal"
-    binding: Sequence[Binding] = ()
-    objective: Mapping[str, float] = field(default_factory=dict)
+    binding: Sequence[ActiveLimit] = ()
+    objective_values: Mapping[str, float] = field(default_factory=dict)
     iterations: int = 0
     line: FloatArray | None = None
     tries: int = 0

@@ -11,22 +11,13 @@ import numpy as np
 
 from knotwork.curves.trajectory.motion_events import Event
 from knotwork.files.documents import Location
-from knotwork.task import Action, PlainTask
+from knotwork.task import Action
 from knotwork.task.actions import parse_switched
 from knotwork.task.scenario.scenario import RequestedEvent, ScenarioPath, ScenarioWaypoint
-from knotwork.task.scenario.task_in_si import TaskInSI
+from knotwork.task.scenario.task_reading import TaskReading
 
 EVENT_TOLERANCE = 1e-9
 """Tolerance of positions on a path and times, relative to its length and 1 s."""
-
-
-def with_waits(task: PlainTask) -> PlainTask:
-    """A task in which waits among the actions are waits of their waypoints."""
-    steps = []
-    for step in task.waypoints:
-        wait = sum(action.wait or 0.0 for action in step.actions)
-        steps.append(step.model_copy(update={"wait": wait}) if wait else step)
-    return task.model_copy(update={"waypoints": tuple(steps)})
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,12 +25,12 @@ class EventReader:
     """Reads the events of a file.
 
     Attributes:
-        source: The task in SI.
+        reading: The task in SI, with its frames.
         waypoints, paths: Waypoints and paths of the scenario.
         task_index: Index in the task of each waypoint, increasing.
     """
 
-    source: TaskInSI
+    reading: TaskReading
     waypoints: Sequence[ScenarioWaypoint]
     paths: Sequence[ScenarioPath]
     task_index: Sequence[int]
@@ -63,7 +54,7 @@ class EventReader:
             self._check_inside(location, event)
             before = last.get(event.signal)
             if before is not None and event.time <= before.time:
-                raise self.source.locations.error(
+                raise self.reading.locations.error(
                     location,
                     f"{event.text} ({event.waypoint}) comes at {event.time:.6g} s, not after "
                     f"{before.text} at {before.time:.6g} s, the previous one in the file",
@@ -74,10 +65,10 @@ class EventReader:
         return tuple(sorted(in_file, key=lambda requested: requested.event.time))
 
     def _requested_events(self) -> Iterator[tuple[Location, RequestedEvent]]:
-        for i, step in enumerate(self.source.task.waypoints):
+        for i, given in enumerate(self.reading.task.waypoints):
             waited = 0.0
-            for j, action in enumerate(step.actions):
-                item = () if isinstance(step.do, Action) else (j,)
+            for j, action in enumerate(given.actions):
+                item = () if isinstance(given.do, Action) else (j,)
                 location: Location = ("waypoints", i, "do", *item)
                 if action.wait is not None:
                     waited += action.wait
@@ -89,7 +80,7 @@ class EventReader:
     ) -> RequestedEvent:
         """The event of an action at waypoint i of the task, after waits of a duration [s]."""
         waypoint = self.waypoints[arrival := bisect_left(self.task_index, i)]
-        outputs = self.source.task.outputs
+        outputs = self.reading.task.outputs
         if action.output is None:
             name, value = next(iter(action.signals.items()))
         else:
@@ -98,7 +89,7 @@ class EventReader:
         value = parse_switched(value)
         output = outputs.get(name, action.output)
         if output is not None and not isinstance(value, bool):
-            raise self.source.locations.error(
+            raise self.reading.locations.error(
                 location, f"{name} is a digital output, and {value!r} is not a state", "on or off"
             )
         moment = action.after or -(action.before or 0.0) or waited
@@ -111,35 +102,31 @@ class EventReader:
         time = path.motion.start_time + float(path.motion.timing.time_of(np.array([s]))[0])
         return RequestedEvent(replace(event, time=time), time - waypoint.time, action.at, path, s)
 
-    def _locate_on_path(
-        self, waypoint: int, at: float, location: Location
-    ) -> tuple[ScenarioPath, float]:
-        """The path through a waypoint, and an arc length along it [m]."""
+    def _locate_on_path(self, i: int, at: float, location: Location) -> tuple[ScenarioPath, float]:
+        """The path through waypoint i of the scenario, and an arc length along it [m]."""
         location = (*location, "at")
         onward = at > 0.0
         candidates = (
-            path
-            for path in self.paths
-            if path.first + (not onward) <= waypoint <= path.last - onward
+            path for path in self.paths if path.first + (not onward) <= i <= path.last - onward
         )
         path = next(candidates, None)
-        name = self.waypoints[waypoint].name
+        name = self.waypoints[i].name
         if path is None:
-            raise self.source.locations.error(
+            raise self.reading.locations.error(
                 location,
                 f"no tool path {'begins' if onward else 'ends'} at {name!r}",
                 "after or before: seconds; or at on a path with along",
             )
         lengths = path.requested.lengths
-        before, length = sum(lengths[: waypoint - path.first]), sum(lengths)
+        before, length = sum(lengths[: i - path.first]), sum(lengths)
         s = before + at
         if not -EVENT_TOLERANCE * length <= s <= (1.0 + EVENT_TOLERANCE) * length:
             low, high = (
-                self.source.units.text(offset, "m", ".6g") for offset in (-before, length - before)
+                self.reading.units.text(offset, "m", ".6g") for offset in (-before, length - before)
             )
-            raise self.source.locations.error(
+            raise self.reading.locations.error(
                 location,
-                f"{self.source.units.text(at, 'm', '.6g')} from {name!r} is outside the tool path",
+                f"{self.reading.units.text(at, 'm', '.6g')} from {name!r} is outside the tool path",
                 f"from {low} to {high}",
             )
         return path, min(max(s, 0.0), length)
@@ -147,7 +134,7 @@ class EventReader:
     def _check_inside(self, location: Location, event: Event) -> None:
         start, end = self.waypoints[0].time, self.waypoints[-1].time
         if not start - EVENT_TOLERANCE <= event.time <= end + EVENT_TOLERANCE:
-            raise self.source.locations.error(
+            raise self.reading.locations.error(
                 location,
                 f"{event.text} ({event.waypoint}) comes at {event.time:.6g} s, outside the motion",
                 f"a time from {start:.6g} s to {end:.6g} s",

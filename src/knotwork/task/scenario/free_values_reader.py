@@ -11,7 +11,7 @@ import numpy as np
 
 from knotwork.arrays import BoolArray
 from knotwork.files.documents import Location, Locations
-from knotwork.task import AtMost, ClearWay, Fastest, PathWaypoint, PlainTask, Weights
+from knotwork.task import AtMost, ClearWay, ExpandedTask, Fastest, PathWaypoint, Weights
 
 
 @dataclass(frozen=True)
@@ -102,17 +102,17 @@ class FreeValues:
         return end.duration_is_free or {start.speed_kind, end.speed_kind} != {"given"}
 
 
-def ends_wait(task_index: Sequence[int], waypoint: int) -> bool:
-    """Whether a waypoint of a scenario is the end of a wait: the second of its two waypoints.
+def ends_wait(task_index: Sequence[int], i: int) -> bool:
+    """Whether waypoint i of a scenario is the end of a wait: the second of its two waypoints.
 
     Args:
         task_index: Index in the task of each waypoint of the scenario.
-        waypoint: Index in the scenario.
+        i: Index in the scenario.
     """
-    return waypoint > 0 and task_index[waypoint] == task_index[waypoint - 1]
+    return i > 0 and task_index[i] == task_index[i - 1]
 
 
-def min_duration(task: PlainTask, i: int) -> float | None:
+def min_duration(task: ExpandedTask, i: int) -> float | None:
     """Lower bound of a free time to a waypoint [s], 0 without one; `None` for a given time."""
     waypoint = task.waypoints[i]
     if isinstance(waypoint, PathWaypoint):
@@ -125,7 +125,7 @@ def min_duration(task: PlainTask, i: int) -> float | None:
     return 0.0 if waypoint.after == "fastest" or (unstated and left_free) else None
 
 
-def clear_way(task: PlainTask, i: int) -> ClearWay | None:
+def clear_way(task: ExpandedTask, i: int) -> ClearWay | None:
     """Options of a collision-free motion to a waypoint, or `None`; in SI as the task is."""
     waypoint = task.waypoints[i]
     if isinstance(waypoint, PathWaypoint) or (i == 0 and task.start is None):
@@ -142,7 +142,7 @@ def max_speed(speed: float | str | AtMost | None) -> float | None:
 
 
 def read_free_values(
-    task: PlainTask, locations: Locations, task_index: Sequence[int]
+    task: ExpandedTask, locations: Locations, task_index: Sequence[int]
 ) -> FreeValues | None:
     """Read the values that a task leaves free, or `None` without any.
 
@@ -156,13 +156,13 @@ def read_free_values(
     """
     waypoints: list[FreeWaypoint] = []
     time_dependent: list[int] = []
-    for waypoint, i in enumerate(task_index):
+    for i, k in enumerate(task_index):
         free = FreeWaypoint()
-        if i >= 0 and not ends_wait(task_index, waypoint):  # otherwise the start, or after a wait
-            free = _free_waypoint(task, i)
+        if k >= 0 and not ends_wait(task_index, i):  # otherwise the start, or after a wait
+            free = _free_waypoint(task, k)
             is_unknown = any(before.duration_is_unknown for before in waypoints)
-            if task.waypoints[i].time is not None and is_unknown:
-                time_dependent.append(waypoint)
+            if task.waypoints[k].time is not None and is_unknown:
+                time_dependent.append(i)
                 free = replace(free, duration_is_free=True)
         waypoints.append(free)
     has_free_times = any(free.duration_is_free for free in waypoints)
@@ -179,7 +179,7 @@ def read_free_values(
     return values if values.any else None
 
 
-def _free_waypoint(task: PlainTask, i: int) -> FreeWaypoint:
+def _free_waypoint(task: ExpandedTask, i: int) -> FreeWaypoint:
     """Read the free values at waypoint i of a task and on the way to it."""
     given, least = task.waypoints[i], min_duration(task, i)
     highest, on_path = max_speed(getattr(given, "speed", None)), isinstance(given, PathWaypoint)
@@ -198,7 +198,7 @@ def _free_waypoint(task: PlainTask, i: int) -> FreeWaypoint:
     )
 
 
-def _objective(task: PlainTask, *, has_free_times: bool) -> Weights:
+def _objective(task: ExpandedTask, *, has_free_times: bool) -> Weights:
     given = task.objective
     if isinstance(given, Weights):
         return given
@@ -206,7 +206,7 @@ def _objective(task: PlainTask, *, has_free_times: bool) -> Weights:
     return Weights(**{given or ("time" if timed else "jerk"): 1.0})
 
 
-def check_free_values(task: PlainTask, locations: Locations) -> None:
+def check_free_values(task: ExpandedTask, locations: Locations) -> None:
     """Refuse times after free ones, free velocities at the ends and free times of paths.
 
     Raises:
@@ -219,14 +219,14 @@ def check_free_values(task: PlainTask, locations: Locations) -> None:
         is_free |= time_is_free(task, i)
 
 
-def time_is_free(task: PlainTask, i: int) -> bool:
+def time_is_free(task: ExpandedTask, i: int) -> bool:
     """Whether the time from the waypoint before waypoint i is free, itself or by a speed."""
     waypoint = task.waypoints[i]
     by_speed = isinstance(waypoint, PathWaypoint) and max_speed(waypoint.speed) is not None
     return by_speed or min_duration(task, i) is not None
 
 
-def _misplaced(task: PlainTask, i: int, *, after_free: bool) -> Iterator[tuple[str, str, str]]:
+def _misplaced(task: ExpandedTask, i: int, *, after_free: bool) -> Iterator[tuple[str, str, str]]:
     """Misplaced keys of a waypoint: the key, its fault and the accepted keys.
 
     Args:
@@ -258,7 +258,7 @@ def _misplaced(task: PlainTask, i: int, *, after_free: bool) -> Iterator[tuple[s
 
 
 def _misused(
-    task: PlainTask, free: FreeValues, task_index: Sequence[int]
+    task: ExpandedTask, free: FreeValues, task_index: Sequence[int]
 ) -> Iterator[tuple[Location, str, str]]:
     """Keys about free values although none is free, and free values that exclude each other."""
     timed, objective = free.has_free_durations, task.objective is not None

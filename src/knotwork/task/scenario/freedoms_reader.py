@@ -6,9 +6,9 @@ import math
 from collections.abc import Collection, Sequence
 
 from knotwork.files.documents import Location, Locations
-from knotwork.task import FreePose, JointWaypoint, PathWaypoint, PlainTask, Torch, Velocity
+from knotwork.task import ExpandedTask, FreePose, JointWaypoint, PathWaypoint, Torch, Velocity
 from knotwork.task.scenario.scenario import ScenarioPath
-from knotwork.task.scenario.task_in_si import TaskInSI
+from knotwork.task.scenario.task_reading import TaskReading
 from knotwork.waypoints import PoseFreedom, TorchRanges
 
 Freedoms = list[PoseFreedom | None]
@@ -16,18 +16,18 @@ MAX_FREE_TURNS = 2
 """Maximum turn of a range in each direction."""
 
 
-def read_freedoms(source: TaskInSI, free_turns: Collection[int] = ()) -> Freedoms:
+def read_freedoms(reading: TaskReading, free_turns: Collection[int] = ()) -> Freedoms:
     """Freedom of the poses of all waypoints; `None` without freedom or without a pose.
 
     Args:
-        source: The task in SI.
+        reading: The task in SI, with its frames.
         free_turns: Waypoints, by index, at the end of paths with normals, which free the turn.
 
     Raises:
         DocumentError: A turn does not contain the pose or reaches beyond `MAX_FREE_TURNS`; a tilt
             is too large; or a velocity is given in free axes.
     """
-    task, locations = source.task, source.locations
+    task, locations = reading.task, reading.locations
     tool = None if task.tool is None else task.tool.free
     freedoms: Freedoms = []
     for i, waypoint in enumerate(task.waypoints):
@@ -41,23 +41,23 @@ def read_freedoms(source: TaskInSI, free_turns: Collection[int] = ()) -> Freedom
         if isinstance(waypoint, JointWaypoint) or own_freedom == "none":
             freedoms.append(None)
         elif own_freedom is not None:
-            freedoms.append(_read(source, i, own_freedom, ("waypoints", i, "free")))
+            freedoms.append(_read(reading, i, own_freedom, ("waypoints", i, "free")))
         elif tool is not None:
-            freedoms.append(_read(source, i, tool, ("tool", "free")))
+            freedoms.append(_read(reading, i, tool, ("tool", "free")))
         else:
             freedoms.append(PoseFreedom((-math.inf, math.inf)) if i in free_turns else None)
     return freedoms
 
 
-def _check_velocity(source: TaskInSI, i: int, freedom: PoseFreedom) -> None:
+def _check_velocity(reading: TaskReading, i: int, freedom: PoseFreedom) -> None:
     """Refuse a velocity in free axes of the tool, whose direction planning chooses."""
-    velocity = getattr(source.task.waypoints[i], "velocity", None)
+    velocity = getattr(reading.task.waypoints[i], "velocity", None)
     if not isinstance(velocity, Velocity) or velocity.axes != "tool":
         return
     across = [*velocity.linear[:2], *velocity.angular[:2]]
     is_tilted = freedom.tilt and any([*velocity.linear, *velocity.angular])
     if is_tilted or (freedom.turn[0] < freedom.turn[1] and any(across)):
-        raise source.locations.error(
+        raise reading.locations.error(
             ("waypoints", i, "velocity", "in"),
             "is tool, whose axes are free at this pose",
             "base or a named frame, or free: none"
@@ -65,7 +65,7 @@ def _check_velocity(source: TaskInSI, i: int, freedom: PoseFreedom) -> None:
         )
 
 
-def _torch_at(task: PlainTask, i: int) -> Torch | None:
+def _torch_at(task: ExpandedTask, i: int) -> Torch | None:
     """The angles to a seam of a pose, given there or by its path."""
     waypoint, onward = task.waypoints[i], task.waypoints[i + 1 : i + 2]
     if isinstance(waypoint, JointWaypoint):
@@ -73,20 +73,20 @@ def _torch_at(task: PlainTask, i: int) -> Torch | None:
     if waypoint.pose.torch is not None:
         return waypoint.pose.torch
     along = (waypoint, *onward) if isinstance(waypoint, PathWaypoint) else onward
-    for step in along:
-        if isinstance(step, PathWaypoint) and isinstance(step.orientation, Torch):
-            return step.orientation
+    for end in along:
+        if isinstance(end, PathWaypoint) and isinstance(end.orientation, Torch):
+            return end.orientation
     goes_on = isinstance(waypoint, PathWaypoint) and not waypoint.pose.turned and i > 0
     return _torch_at(task, i - 1) if goes_on else None
 
 
-def _torch_ranges(source: TaskInSI, i: int, pose: FreePose, location: Location) -> TorchRanges:
+def _torch_ranges(reading: TaskReading, i: int, pose: FreePose, location: Location) -> TorchRanges:
     """Ranges of a torch's angles, relative to those of its pose."""
     from knotwork.curves.tool_paths.seam import TOOL_AXES
 
-    torch = _torch_at(source.task, i)
+    torch = _torch_at(reading.task, i)
     if torch is None:
-        raise source.locations.error(
+        raise reading.locations.error(
             location,
             "gives angles to a seam, and the pose has none",
             "torch: {seam, normal, …} in the pose, or orientation: {normal, …} along the path",
@@ -97,9 +97,9 @@ def _torch_ranges(source: TaskInSI, i: int, pose: FreePose, location: Location) 
         low, high = getattr(pose, name) or (angle, angle)
         if not -0.5 * math.pi < low <= angle <= high < 0.5 * math.pi:
             (lower, _), (given, _), (upper, unit) = (
-                source.units.shown(value, "rad") for value in (low, angle, high)
+                reading.units.shown(value, "rad") for value in (low, angle, high)
             )
-            raise source.locations.error(
+            raise reading.locations.error(
                 (*location, name),
                 f"is [{lower:g}, {upper:g}] {unit}",
                 f"a range with the pose's {given:g} in it, below a quarter of a turn",
@@ -109,12 +109,12 @@ def _torch_ranges(source: TaskInSI, i: int, pose: FreePose, location: Location) 
     return TorchRanges(ranges[0], ranges[1], torch.travel_angle, torch.work_angle, axis_angle)
 
 
-def _read(source: TaskInSI, i: int, pose: FreePose, location: Location) -> PoseFreedom:
+def _read(reading: TaskReading, i: int, pose: FreePose, location: Location) -> PoseFreedom:
     """Freedom of the pose of a waypoint, which is given at a location."""
-    tilt, torch, box, units = pose.tilt or 0.0, None, PoseFreedom.box, source.units
+    tilt, torch, box, units = pose.tilt or 0.0, None, PoseFreedom.box, reading.units
     if tilt >= 0.5 * math.pi:
         quarter, _ = units.shown(0.5 * math.pi, "rad")
-        raise source.locations.error(
+        raise reading.locations.error(
             (*location, "tilt"),
             f"is {units.text(tilt, 'rad')}",
             f"an angle below a quarter of a turn, {quarter:.6g}",
@@ -123,7 +123,7 @@ def _read(source: TaskInSI, i: int, pose: FreePose, location: Location) -> PoseF
         ranges = (pose.position.x, pose.position.y, pose.position.z)
         box = tuple((0.0, 0.0) if bounds is None else (bounds[0], bounds[1]) for bounds in ranges)
     if pose.work_angle is not None or pose.travel_angle is not None:
-        torch = _torch_ranges(source, i, pose, location)
+        torch = _torch_ranges(reading, i, pose, location)
         tilt = sum(max(-low, high) for low, high in (torch.work, torch.travel))
     low, high = (-math.inf, math.inf) if pose.turn == "z" else pose.turn or (0.0, 0.0)
     max_turn = MAX_FREE_TURNS * 2.0 * math.pi
@@ -132,14 +132,14 @@ def _read(source: TaskInSI, i: int, pose: FreePose, location: Location) -> PoseF
         (lower, _), (upper, unit), (limit, _) = (
             units.shown(angle, "rad") for angle in (low, high, max_turn)
         )
-        raise source.locations.error(
+        raise reading.locations.error(
             (*location, "turn"),
             f"is [{lower:g}, {upper:g}] {unit}",
             f"turns from the pose: a lower bound from -{limit:.6g} to 0, and an upper bound from 0 "
             f"to {limit:.6g}; or z, for any turn",
         )
     freedom = PoseFreedom((low, high), tilt, box, torch)
-    _check_velocity(source, i, freedom)
+    _check_velocity(reading, i, freedom)
     return freedom
 
 

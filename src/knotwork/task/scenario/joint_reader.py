@@ -12,7 +12,7 @@ import numpy as np
 from knotwork.arrays import FloatArray
 from knotwork.errors import suggest_name
 from knotwork.joint_quantities import JOINT_QUANTITIES
-from knotwork.task import ChosenSectionFields
+from knotwork.task import ChosenSectionFields, JointWaypoint
 from knotwork.task.scenario import JointTarget
 from knotwork.task.scenario.scenario import Scenario
 from knotwork.waypoints import CartesianWaypoint, ChosenSection
@@ -42,7 +42,7 @@ class JointReader:
     units: tuple[str, ...]
     configurations: Mapping[str, FloatArray] = field(default_factory=dict)
 
-    def in_si(self, values: Any, *location: str | int, si: bool = False) -> dict[str, Any]:
+    def to_si(self, values: Any, *location: str | int, si: bool = False) -> dict[str, Any]:
         """Values by joint [rad or m, and per second]; `si` for values that are in SI already."""
         length, angle = (1.0, 1.0) if si else self.scenario.given.units.in_si
         units = zip(self.names, self.units, strict=True)
@@ -66,7 +66,7 @@ class JointReader:
                     suggest_name(values, self.configurations),
                 )
             return np.array(self.configurations[values])
-        values = self.in_si(values, *location)
+        values = self.to_si(values, *location)
         absent = [name for name in self.names if name not in values]
         if absent and missing is None:
             raise self.scenario.locations.error(
@@ -80,17 +80,14 @@ class JointReader:
         """Limits by quantity and joint; position limits are pairs."""
         limits = {kind: getattr(self.scenario.given.limits, kind) for kind in JOINT_QUANTITIES}
         return {
-            kind: self.in_si(values, "limits", kind, si=JOINT_QUANTITIES[kind].order is None)
+            kind: self.to_si(values, "limits", kind, si=kind == "effort")
             for kind, values in limits.items()
             if values is not None
         }
 
     def targets(self) -> tuple[JointState | None, ...]:
         """Required joint values at each waypoint; `None` for a pose."""
-        return tuple(
-            self._state(waypoint) if isinstance(waypoint, JointTarget) else None
-            for waypoint in self.scenario.waypoints
-        )
+        return tuple(map(self._target, self.scenario.task_index))
 
     def accelerations(self) -> str | FloatArray | None:
         """The planner option of this name; values have shape (n, d)."""
@@ -100,14 +97,14 @@ class JointReader:
         location = "planner_options", "accelerations"
         return np.array([self.array(row, *location, i) for i, row in enumerate(presets)])
 
-    def near_by_waypoint(self) -> dict[int, FloatArray]:
+    def near_at_waypoints(self) -> dict[int, FloatArray]:
         """Joint positions near which solutions are chosen, shape (d,), by index of the waypoint."""
-        waypoints, near_by_waypoint = self.scenario.given.waypoints, {}
-        for waypoint, i in enumerate(self.scenario.task_index):
-            near = getattr(waypoints[i], "near", None) if i >= 0 else None
+        given, near_at_waypoints = self.scenario.given.waypoints, {}
+        for i, task_index in enumerate(self.scenario.task_index):
+            near = getattr(given[task_index], "near", None) if task_index >= 0 else None
             if near is not None:
-                near_by_waypoint[waypoint] = self.array(near, "waypoints", i, "near")
-        return near_by_waypoint
+                near_at_waypoints[i] = self.array(near, "waypoints", task_index, "near")
+        return near_at_waypoints
 
     def chosen_sections(self) -> tuple[ChosenSection, ...] | None:
         """Sections of waypoints with a chosen motion, or `None`."""
@@ -136,7 +133,7 @@ class JointReader:
         """Tolerance of a quantity of the joints, shape (d,)."""
         name, tolerances = f"joint_{quantity}", self.scenario.given.tolerances
         is_given = name in tolerances.model_fields_set
-        values = self.in_si(getattr(tolerances, name), "tolerances", name, si=not is_given)
+        values = self.to_si(getattr(tolerances, name), "tolerances", name, si=not is_given)
         return np.array([*values.values()])
 
     def end_acceleration(self) -> tuple[FloatArray, FloatArray] | None:
@@ -149,10 +146,16 @@ class JointReader:
         start = self.array(accelerations[0], location, "start", missing=0.0)
         return start, self.array(accelerations[1], location, "end", missing=0.0)
 
-    def _state(self, target: JointTarget) -> JointState:
-        position = self.array(target.joints, *target.location)
-        location = (*target.location[:-1], "velocity")
-        return JointState(position, self.array(target.velocity, *location, missing=0.0))
+    def _target(self, task_index: int) -> JointState | None:
+        task, location = self.scenario.given, ("waypoints", task_index)
+        if task_index < 0:
+            return JointState(self.array(task.start, "start"), np.zeros(len(self.names)))
+        waypoint = task.waypoints[task_index]
+        if not isinstance(waypoint, JointWaypoint):
+            return None
+        position = self.array(waypoint.joints, *location, "joints")
+        given = waypoint.velocity if isinstance(waypoint.velocity, dict) else {}
+        return JointState(position, self.array(given, *location, "velocity", missing=0.0))
 
 
 def find_waits(scenario: Scenario, targets: Sequence[JointState | None]) -> Iterator[int]:

@@ -14,9 +14,9 @@ import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.errors import InputError, RobotError, UnknownNameError
+from knotwork.files.documents import Location
 from knotwork.joint_quantities import DERIVATIVES, JointLimits
 from knotwork.task import TaskUnits, Tool
-from knotwork.task.scenario import JointTarget
 from knotwork.task.scenario.joint_reader import JointReader, JointState, find_waits
 from knotwork.task.scenario.payloads import LoadedRobots, read_payload, robots_with_loads
 from knotwork.task.scenario.scenario import Scenario
@@ -50,9 +50,9 @@ class JointSpace:
             shape (d,), in the unit of the joint, per second and per second squared.
         waits: Waypoints at which the arm dwells until the next one, by index.
         chosen_sections: Sections of waypoints with a chosen motion, or `None`.
-        near_by_waypoint: Joint positions near which solutions are chosen at waypoints [rad or m],
+        near_at_waypoints: Joint positions near which solutions are chosen at waypoints [rad or m],
             shape (d,), by index of the waypoint.
-        shown_in: Units of the scenario, for output.
+        units: Units of the scenario, for output.
     """
 
     joint_names: tuple[str, ...]
@@ -67,8 +67,8 @@ class JointSpace:
     tolerances: Mapping[str, FloatArray] = field(default_factory=dict)
     waits: tuple[int, ...] = ()
     chosen_sections: tuple[ChosenSection, ...] | None = None
-    near_by_waypoint: Mapping[int, FloatArray] = field(default_factory=dict)
-    shown_in: Units = field(default_factory=Units)
+    near_at_waypoints: Mapping[int, FloatArray] = field(default_factory=dict)
+    units: Units = field(default_factory=Units)
 
 
 def by_joint(
@@ -140,8 +140,8 @@ def _with_requirements(
         tolerances={f"joint_{name}": read.tolerance(name) for name in DERIVATIVES[:3]},
         waits=tuple(find_waits(scenario, targets)),
         chosen_sections=read.chosen_sections(),
-        near_by_waypoint=read.near_by_waypoint(),
-        shown_in=scenario.units,
+        near_at_waypoints=read.near_at_waypoints(),
+        units=scenario.units,
     )
 
 
@@ -183,11 +183,13 @@ def moved_robot(scenario: Scenario) -> Robot:
 
 def _with_rest(scenario: Scenario, robot: Robot) -> Robot:
     """The robot with its unplanned joints set from the task's named configurations."""
-    for target in scenario.waypoints:
-        if isinstance(target, JointTarget) and isinstance(target.joints, str):
-            with scenario.error_context(*target.location):
-                if target.joints in robot.configurations:
-                    robot = robot.with_rest(target.joints)
+    given: dict[Location, Any] = {("start",): scenario.given.start}
+    for i, waypoint in enumerate(scenario.given.waypoints):
+        given["waypoints", i, "joints"] = getattr(waypoint, "joints", None)
+    for location, joints in given.items():
+        if isinstance(joints, str) and joints in robot.configurations:
+            with scenario.error_context(*location):
+                robot = robot.with_rest(joints)
     return robot
 
 
@@ -206,8 +208,8 @@ def _check_followers(scenario: Scenario, robot: Robot) -> None:
 def _check_motion_limits(scenario: Scenario, robot: Robot) -> None:
     """Check that the links named in limits exist, and the tool that they require."""
     limits = scenario.motion_limits
-    for key in ("tool_speed", "tool_acceleration", "singular_value"):
-        if getattr(limits, key) is not None:
+    for key, value in limits:
+        if value is not None and key != "frame_speed":
             with scenario.error_context("limits", key):
                 robot.require_tool()
     for i, limit in enumerate(limits.frame_speeds):
@@ -217,7 +219,9 @@ def _check_motion_limits(scenario: Scenario, robot: Robot) -> None:
 
 
 def _bare_joints(scenario: Scenario) -> JointSpace:
-    task, names = scenario.given, tuple(getattr(scenario.waypoints[0], "joints", ()))
+    task = scenario.given
+    first: Any = task.start or getattr(task.waypoints[0], "joints", ())
+    names = tuple(first)
     for name in task.joint_units:
         if name not in names:
             where = scenario.where("joint_units", name)

@@ -20,7 +20,7 @@ from knotwork.curves.tool_paths.seam import seam_frames, torch_rotation
 from knotwork.errors import InputError, PathError
 from knotwork.files.documents import Location
 from knotwork.task import AlongArc, AlongPoints, Arc, PathWaypoint, PoseWaypoint, Torch
-from knotwork.task.scenario.task_in_si import TaskInSI
+from knotwork.task.scenario.task_reading import TaskReading
 
 if TYPE_CHECKING:
     import pinocchio as pin
@@ -61,16 +61,16 @@ class PathCurves:
     """Makes the curves and orientations of a task's paths.
 
     Attributes:
-        source: The task in SI.
+        reading: The task in SI, with its frames.
         poses: Poses of its waypoints by index, with all frames at rest.
     """
 
-    source: TaskInSI
+    reading: TaskReading
     poses: Mapping[int, pin.SE3]
 
     def waypoint(self, i: int) -> PathWaypoint:
         """Waypoint i of the task, the end of a path."""
-        return cast(PathWaypoint, self.source.task.waypoints[i])
+        return cast(PathWaypoint, self.reading.task.waypoints[i])
 
     @contextmanager
     def errors(self, i: int, *key: str) -> Iterator[None]:
@@ -84,18 +84,18 @@ class PathCurves:
                 else str(error)
             )
             location: Location = ("waypoints", i, *(key or ("along",)))
-            raise self.source.locations.error(location, message) from error
+            raise self.reading.locations.error(location, message) from error
 
     def text(self, length: float, digits: int = 9) -> str:
         """Write a length [m] in the file's unit, with a number of significant digits."""
-        number = round(length / self.source.length, MESSAGE_DECIMALS)
-        return f"{number:.{digits}g} {self.source.units.length}"
+        number = round(length / self.reading.length, MESSAGE_DECIMALS)
+        return f"{number:.{digits}g} {self.reading.units.length}"
 
     def _point_text(self, i: int, point: FloatArray) -> str:
         """Format a point as in the file: in the frame of the path to waypoint i."""
-        local = self.source.frames[i].rest_placement.actInv(np.array(point)) / self.source.length
+        local = self.reading.frames[i].rest_placement.actInv(np.array(point)) / self.reading.length
         values = np.round(local, MESSAGE_DECIMALS) + 0.0
-        return f"({', '.join(f'{value:.9g}' for value in values)}) {self.source.units.length}"
+        return f"({', '.join(f'{value:.9g}' for value in values)}) {self.reading.units.length}"
 
     def stretch(self, i: int, start_rotation: FloatArray) -> StretchGeometry:
         """The stretch from the previous waypoint to waypoint i.
@@ -108,7 +108,7 @@ class PathCurves:
         Raises:
             DocumentError: The stretch is infeasible as given.
         """
-        waypoint, start = self.waypoint(i), self.source.task.waypoints[i - 1]
+        waypoint, start = self.waypoint(i), self.reading.task.waypoints[i - 1]
         requested = waypoint.orientation
         location: Location = ("waypoints", i)
         with self.errors(i):
@@ -116,7 +116,7 @@ class PathCurves:
             if axes is not None and requested is None:
                 rotations = transport_axes(start_rotation, axes)
         if requested is not None and rotations is not None:
-            raise self.source.locations.error(
+            raise self.reading.locations.error(
                 (*location, "orientation"),
                 "is given together with points that have orientations",
                 "orientation: tangent, or columns of orientations or normals, not both",
@@ -172,7 +172,7 @@ class PathCurves:
     def _check_rotation(self, angle: float, location: Location, fault: str, accepted: str) -> None:
         """Refuse an orientation at an angle [rad] to that of a waypoint."""
         if angle > SAME_WAYPOINT_ANGLE:
-            raise self.source.locations.error(
+            raise self.reading.locations.error(
                 location, fault.format(f"{np.degrees(angle):.4g}"), accepted
             )
 
@@ -193,7 +193,7 @@ class PathCurves:
 
     def _arc(self, i: int, arc: Arc) -> Curve:
         start, end = self.poses[i - 1].translation, self.poses[i].translation
-        frame, normal = self.source.frames[i].rest_placement, None
+        frame, normal = self.reading.frames[i].rest_placement, None
         if arc.normal is not None:
             normal = frame.rotation @ np.array(arc.normal)
         if arc.through is not None:
@@ -234,12 +234,12 @@ class PathCurves:
         self, i: int, along: AlongPoints
     ) -> tuple[FloatArray, FloatArray | None, FloatArray | None]:
         """Points in the base frame, and the tool's rotations or z axes there, if any."""
-        frame, axes = self.source.frames[i].rest_placement, self.source.frames.axes(i)
+        frame, axes = self.reading.frames[i].rest_placement, self.reading.frames.axes(i)
         rotations = z_axes = None
         if isinstance(along.points, str):
-            file = self.source.locations.file
+            file = self.reading.locations.file
             path = (file.parent if file is not None else Path()) / along.points
-            read = tool_paths.read_points(path, self.source.length)
+            read = tool_paths.read_points(path, self.reading.length)
             points = read.points
             rotations = None if read.rotations is None else axes @ read.rotations
             z_axes = None if read.normals is None else -read.normals @ axes.T
@@ -255,14 +255,14 @@ class PathCurves:
         They are at the points of a path whose z axes are given, else at its start.
         """
         if (torch.normal is None) == (axes is None):
-            raise self.source.locations.error(
+            raise self.reading.locations.error(
                 ("waypoints", i, "orientation"),
                 "gives no normal" if axes is None else "gives a normal, and so do the points",
                 "normal: out of the surface at the path's start, or columns nx, ny, nz of points",
             )
         with self.errors(i, "orientation"):
             if axes is None:
-                s, normals = np.zeros(1), self.source.frames.axes(i) @ np.array(torch.normal)
+                s, normals = np.zeros(1), self.reading.frames.axes(i) @ np.array(torch.normal)
             else:
                 s, normals = cast(tool_paths.ThroughPoints, curve).arc_lengths, -axes
             turned = torch_rotation(torch.work_angle, torch.travel_angle, torch.tangent)
@@ -274,11 +274,11 @@ class PathCurves:
         if not spacing.size or not spacing.all():  # repeated points are reported elsewhere
             return
         allowed = MAX_SPACINGS * float(spacing.max())
-        for name, point, waypoint in (("first", points[0], i - 1), ("last", points[-1], i)):
-            gap = float(np.linalg.norm(point - self.poses[waypoint].translation))
+        for name, point, end in (("first", points[0], i - 1), ("last", points[-1], i)):
+            gap = float(np.linalg.norm(point - self.poses[end].translation))
             if gap > allowed:
                 raise PathError(
-                    f"its {name} point is {self.text(gap, 6)} from waypoints[{waypoint}]; the "
+                    f"its {name} point is {self.text(gap, 6)} from waypoints[{end}]; the "
                     "points must begin and end at the waypoints, or at most this far from them: "
                     f"{self.text(allowed, 6)}, {MAX_SPACINGS:g} times their spacing"
                 )
@@ -314,14 +314,14 @@ class PathCurves:
         """The curve that rounds the corner between two lines."""
         lines = [curve for curve in curves if isinstance(curve, tool_paths.Line)]
         if len(lines) < 2:
-            raise self.source.locations.error(
+            raise self.reading.locations.error(
                 ("waypoints", i, "blend"),
                 "rounds the corner between two lines, and this waypoint is not between two lines",
                 "no blend; or along: line here and at the next waypoint",
             )
         longest = 0.5 * min(line.length for line in lines)
         if distance > longest * (1.0 + BLEND_ROUNDING):
-            raise self.source.locations.error(
+            raise self.reading.locations.error(
                 ("waypoints", i, "blend"),
                 f"is {self.text(distance, 6)}, more than half of the shorter line",
                 f"at most {self.text(longest, 6)}",

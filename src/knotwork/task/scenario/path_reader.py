@@ -22,7 +22,7 @@ from knotwork.task.scenario.free_values_reader import max_speed
 from knotwork.task.scenario.path_curves import PathCurves, StretchGeometry, rescale_orientation
 from knotwork.task.scenario.requested_timing import RequestedTiming
 from knotwork.task.scenario.scenario import ScenarioPath, Stretch
-from knotwork.task.scenario.task_in_si import TaskInSI
+from knotwork.task.scenario.task_reading import TaskReading
 from knotwork.waypoints import CartesianWaypoint
 
 if TYPE_CHECKING:
@@ -48,11 +48,13 @@ class ReadPath(NamedTuple):
     free_turns: set[int]
 
 
-def read_path(source: TaskInSI, first: int, start: float, poses: Mapping[int, pin.SE3]) -> ReadPath:
+def read_path(
+    reading: TaskReading, first: int, start: float, poses: Mapping[int, pin.SE3]
+) -> ReadPath:
     """The path that begins at a waypoint and ends at the next stop or free motion.
 
     Args:
-        source: The task in SI.
+        reading: The task in SI, with its frames.
         first: Index of the waypoint in the task.
         start: Start time [s].
         poses: Poses of all waypoints, with all frames at rest.
@@ -60,9 +62,9 @@ def read_path(source: TaskInSI, first: int, start: float, poses: Mapping[int, pi
     Raises:
         DocumentError: The path is infeasible as given.
     """
-    steps = source.task.waypoints
+    steps = reading.task.waypoints
     if first not in poses:
-        raise source.locations.error(
+        raise reading.locations.error(
             ("waypoints", first + 1, "along"),
             "the path has no pose at its start",
             "a waypoint with a pose before this one, not with joints",
@@ -70,18 +72,18 @@ def read_path(source: TaskInSI, first: int, start: float, poses: Mapping[int, pi
     for key in ("velocity", "speed"):
         waypoint = steps[first]
         if not isinstance(waypoint, PathWaypoint) and getattr(waypoint, key, None) is not None:
-            raise source.locations.error(
+            raise reading.locations.error(
                 ("waypoints", first, key),
                 "is given at the start of a path, which defines it",
                 f"no {key} here, as the path gives it; or stop: true",
             )
     last = first + 1
     # the tool stops at the last waypoint of all
-    while not source.stops(last) and isinstance(steps[last + 1], PathWaypoint):
+    while not reading.stops(last) and isinstance(steps[last + 1], PathWaypoint):
         last += 1
-    curves = PathCurves(source, poses)
+    curves = PathCurves(reading, poses)
     path_steps = [curves.waypoint(i) for i in range(first + 1, last + 1)]
-    return _PathReader(source, curves, first, path_steps, start).read()
+    return _PathReader(reading, curves, first, path_steps, start).read()
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,14 +91,14 @@ class _PathReader:
     """Reads one path.
 
     Attributes:
-        source: The task in SI.
+        reading: The task in SI, with its frames.
         curves: Its curves.
         first: Index in the task of the waypoint at the start.
         steps: The other waypoints. `k` counts them, and the stretches that end there.
         start: Start time [s].
     """
 
-    source: TaskInSI
+    reading: TaskReading
     curves: PathCurves
     first: int
     steps: Sequence[PathWaypoint]
@@ -111,7 +113,7 @@ class _PathReader:
         return ("waypoints", self.first + 1 + k, *key)
 
     def read(self) -> ReadPath:
-        frame = self.source.frames.of_path(self.first, self.last)
+        frame = self.reading.frames.of_path(self.first, self.last)
         stretches: list[StretchGeometry] = []
         rotation = np.array(self.curves.poses[self.first].rotation)
         for i in range(self.first + 1, self.last + 1):
@@ -130,7 +132,7 @@ class _PathReader:
         path = self._tool_path(pieces, ends, orientation)
         requested = self._requested_timing(lengths)
         timing, speeds = self._solve_timing(requested)
-        self.source.frames.check_smooth(self.last, self.start, self.start + timing.duration)
+        self.reading.frames.check_smooth(self.last, self.start, self.start + timing.duration)
         weaves: list[WeavePattern | None] = [None] * len(self.steps)
         weave_offset, weave_breaks = None, np.zeros(0)
         if any(step.weave is not None for step in self.steps):
@@ -169,8 +171,8 @@ class _PathReader:
             where = sum(piece.length for piece in pieces[: error.junction + 1])
             k = int(np.abs(ends - where).argmin())
             name = self.steps[k].name or default_waypoint_name(self.first + 1 + k)
-            angle = self.source.units.text(error.angle, "rad")
-            raise self.source.locations.error(
+            angle = self.reading.units.text(error.angle, "rad")
+            raise self.reading.locations.error(
                 self._place(k),
                 f"the path turns sharply by {angle} at {waypoint_text(name)}",
                 "stop: true; or blend: a length, between two lines that do not turn back",
@@ -187,7 +189,7 @@ class _PathReader:
             duration = step.after if isinstance(step.after, float) else None
             if step.time is not None:
                 if before is None:
-                    raise self.source.locations.error(
+                    raise self.reading.locations.error(
                         self._place(k, "time"),
                         "does not give a duration of the path, as the time of the previous "
                         "waypoint follows from a speed",
@@ -195,13 +197,13 @@ class _PathReader:
                     )
                 duration = step.time - before
                 if duration <= 0.0:
-                    raise self.source.locations.error(
+                    raise self.reading.locations.error(
                         self._place(k, "time"),
                         f"is not later than {before:g} s, the time of the previous waypoint",
                         f"a time greater than {before:g} s",
                     )
             if duration is None and step.speed is None:
-                raise self.source.locations.error(
+                raise self.reading.locations.error(
                     self._place(k),
                     "has neither speed nor after, so the speed of the tool is undefined",
                     "speed: along the path, or after: its duration [s]",
@@ -219,15 +221,15 @@ class _PathReader:
             ),
             durations=tuple(self._durations()),
             ends=(
-                0.0 if self.source.stops(self.first) else None,
-                0.0 if self.source.stops(self.last) else None,
+                0.0 if self.reading.stops(self.first) else None,
+                0.0 if self.reading.stops(self.last) else None,
             ),
-            acceleration=self.source.task.path.acceleration,
+            acceleration=self.reading.task.path.acceleration,
             at_most={k: bound for k, bound in enumerate(upper_bounds) if bound is not None},
         )
 
     def _solve_timing(self, requested: RequestedTiming) -> tuple[Timing, tuple[float, ...]]:
-        limit, durations, units = requested.acceleration, requested.durations, self.source.units
+        limit, durations, units = requested.acceleration, requested.durations, self.reading.units
         if requested.at_most:
             return requested.at_nominal_speed()
         try:
@@ -236,7 +238,7 @@ class _PathReader:
             k, fits = error.stretch, error.highest_speed
             key = "speed" if requested.speeds[k] is not None else _time_key(self.steps[k])
             lowest_acceleration, _ = units.shown(error.lowest_acceleration, "m/s²")
-            raise self.source.locations.error(
+            raise self.reading.locations.error(
                 self._place(k, key),
                 f"the path is {units.text(error.length, 'm')} long here, but its changes of "
                 f"speed take {units.text(error.needed, 'm')} at {units.text(limit, 'm/s²')}",
@@ -246,7 +248,7 @@ class _PathReader:
         except StretchTimeError as error:
             k, upper = error.stretch, f" and at most {error.longest:.6g} s"
             length = units.text(requested.lengths[k], "m")
-            raise self.source.locations.error(
+            raise self.reading.locations.error(
                 self._place(k, _time_key(self.steps[k])),
                 f"leaves {durations[k]:.6g} s, but the path is {length} long "
                 f"here, and with its changes of speed takes at least {error.shortest:.6g} s"
@@ -254,7 +256,7 @@ class _PathReader:
                 "a feasible time, or another path: {acceleration: …}",
             ) from error
         except PathError as error:
-            raise self.source.locations.error(("waypoints", self.last), str(error)) from error
+            raise self.reading.locations.error(("waypoints", self.last), str(error)) from error
 
 
 def wait_on(

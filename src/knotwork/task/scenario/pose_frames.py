@@ -22,7 +22,7 @@ import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.files.documents import Location, Locations
-from knotwork.task import AtMost, JointWaypoint, PathWaypoint, PlainTask, PoseWaypoint
+from knotwork.task import AtMost, ExpandedTask, JointWaypoint, PathWaypoint, PoseWaypoint
 from knotwork.task.scenario.free_values_reader import FreeValues
 from knotwork.units import Units
 
@@ -46,7 +46,7 @@ class PoseFrames:
         units: Units of the file, for messages.
     """
 
-    task: PlainTask
+    task: ExpandedTask
     locations: Locations
     units: Units
 
@@ -239,9 +239,9 @@ class PoseFrames:
             DocumentError: The total duration is given as well.
         """
         in_moving_frames = [
-            waypoint
-            for waypoint in range(free.first_unknown_time, len(task_index))
-            if self[task_index[waypoint]].is_moving
+            i
+            for i in range(free.first_unknown_time, len(task_index))
+            if self[task_index[i]].is_moving
         ]
         if in_moving_frames and free.total_duration is not None:
             name = self.names[task_index[in_moving_frames[0]]]

@@ -12,7 +12,7 @@ import numpy as np
 from knotwork.curves.tool_paths.points_file import read_points
 from knotwork.errors import DocumentError, suggest_name
 from knotwork.files.documents import Location, Locations
-from knotwork.task import Frame, Grid, HeldObject, PlacesFile, PlainTask, Repeat, Task, Tool
+from knotwork.task import ExpandedTask, Frame, Grid, HeldObject, PlacesFile, Repeat, Task, Tool
 from knotwork.task.scenario.free_values_reader import ends_wait
 from knotwork.task.scenario.scenario import Scenario
 from knotwork.task.task_waypoints import Waypoint
@@ -24,7 +24,9 @@ MAX_REPEATED_WAYPOINTS = 10_000
 """Largest number of waypoints in all repetitions."""
 
 
-def expand_repeats(task: Task, locations: Locations | None = None) -> tuple[PlainTask, Locations]:
+def expand_repeats(
+    task: Task, locations: Locations | None = None
+) -> tuple[ExpandedTask, Locations]:
     """Write out every repetition of every block.
 
     Names of waypoints and objects of a block get the number of the repetition. In `allow`, the name
@@ -42,20 +44,20 @@ def expand_repeats(task: Task, locations: Locations | None = None) -> tuple[Plai
         DocumentError: The places of a block are wrong, or a name is not unique.
     """
     locations = locations or Locations()
-    if isinstance(task, PlainTask):
+    if isinstance(task, ExpandedTask):
         return task, locations
-    if any(isinstance(step, Repeat) for step in task.waypoints):
+    if any(isinstance(item, Repeat) for item in task.waypoints):
         return _Expansion(task, locations).result()
-    return PlainTask.model_construct(task.model_fields_set, **dict(task)), locations
+    return ExpandedTask.model_construct(task.model_fields_set, **dict(task)), locations
 
 
 def repetition_starts(scenario: Scenario) -> list[list[int]]:
     """The first waypoint of each repetition of each block, by index in the scenario."""
     starts: dict[Location, list[int]] = {}
-    for waypoint, i in enumerate(scenario.task_index):
-        location = scenario.locations.in_file(("waypoints", i))
-        if location[2:] == ("repeat", 0) and not ends_wait(scenario.task_index, waypoint):
-            starts.setdefault(location[:2], []).append(waypoint)
+    for i, task_index in enumerate(scenario.task_index):
+        location = scenario.locations.in_file(("waypoints", task_index))
+        if location[2:] == ("repeat", 0) and not ends_wait(scenario.task_index, i):
+            starts.setdefault(location[:2], []).append(i)
     return list(starts.values())
 
 
@@ -70,7 +72,7 @@ class _Expansion:
         self.origins: dict[Location, Location] = {}
         self.objects: dict[str, list[str]] = {}
 
-    def result(self) -> tuple[PlainTask, Locations]:
+    def result(self) -> tuple[ExpandedTask, Locations]:
         task = self.task
         if PLACE_FRAME in task.frames:
             raise self.locations.error(
@@ -78,11 +80,11 @@ class _Expansion:
                 "is the frame of the current place in repeat",
                 "any other name",
             )
-        for i, step in enumerate(task.waypoints):
-            if isinstance(step, Repeat):
-                self._add_block(step, ("waypoints", i))
+        for i, item in enumerate(task.waypoints):
+            if isinstance(item, Repeat):
+                self._add_block(item, ("waypoints", i))
             else:
-                self._add(step, ("waypoints", i))
+                self._add(item, ("waypoints", i))
         parts: dict[str, Any] = {"waypoints": tuple(self.waypoints), "frames": self.frames}
         if self.holds:
             held = {name: self._expand_allow(held, name) for name, held in self.holds.items()}
@@ -94,7 +96,7 @@ class _Expansion:
             pairs = (product(*map(self._bodies_named, pair)) for pair in task.collisions.ignore)
             ignore = tuple(pair for several in pairs for pair in several)
             parts["collisions"] = task.collisions.model_copy(update={"ignore": ignore})
-        expanded_task = PlainTask.model_construct(
+        expanded_task = ExpandedTask.model_construct(
             task.model_fields_set | parts.keys(), **dict(task) | parts
         )
         return expanded_task, replace(self.locations, origins=self.origins)

@@ -9,13 +9,13 @@ from typing import Any
 
 from knotwork.files import documents
 from knotwork.files.documents import Location, Locations
-from knotwork.task import Limits, PlainTask, Task
-from knotwork.task.scenario.event_reader import EventReader, with_waits
+from knotwork.task import ExpandedTask, Limits, MotionLimits, Task, ToolTolerances
+from knotwork.task.scenario.event_reader import EventReader
 from knotwork.task.scenario.free_values_reader import read_free_values
 from knotwork.task.scenario.repetitions import expand_repeats
 from knotwork.task.scenario.scenario import SMALLEST_PATH_TOLERANCE, Scenario
 from knotwork.task.scenario.scene_reader import read_scene
-from knotwork.task.scenario.task_in_si import TaskInSI
+from knotwork.task.scenario.task_reading import TaskReading
 from knotwork.task.scenario.waypoint_reader import read_waypoints
 from knotwork.task.si_units import to_si
 from knotwork.task.task_source import read_document
@@ -65,35 +65,37 @@ def resolve_task(
     array([0., 2.])
     """
     given, locations = expand_repeats(task, locations or Locations())
-    source = TaskInSI(with_waits(to_si(given, given.units)), locations, given.units)
-    _check_keys(source, given)
-    task_in_si = source.task
-    waypoints, paths, task_index = read_waypoints(source, expected or {})
+    reading = TaskReading(to_si(given, given.units), locations, given.units)
+    _check_keys(reading, given)
+    task_in_si = reading.task
+    waypoints, paths, task_index = read_waypoints(reading, expected or {})
     free = read_free_values(task_in_si, locations, task_index)
     if task_in_si.frames and free is not None:
-        free = source.frames.with_time_dependent(free, task_index)
-    events = EventReader(source, waypoints, paths, task_index)
+        free = reading.frames.with_time_dependent(free, task_index)
+    events = EventReader(reading, waypoints, paths, task_index)
     file_name = "scenario" if locations.file is None else locations.file.stem
     return Scenario(
         name=given.name or file_name,
         waypoints=waypoints,
         given=given,
         planner=given.planner,
-        tolerances=task_in_si.tolerances,
+        tolerances=ToolTolerances.model_construct(
+            **task_in_si.tolerances.model_dump(include={*ToolTolerances.model_fields})
+        ),
         task_index=task_index,
         paths=paths,
-        units=source.units,
+        units=reading.units,
         events=events.events(timed=free is None),
         free_values=free,
-        pose_frame_link=source.frames.link,
+        pose_frame_link=reading.frames.link,
         motion_limits=_motion_limits(task_in_si.limits),
-        scene=read_scene(source, waypoints, task_index),
+        scene=read_scene(reading, waypoints, task_index),
         locations=locations,
     )
 
 
 def change_task(
-    scenario: Scenario, task: PlainTask, expected: Mapping[int, float] | None = None
+    scenario: Scenario, task: ExpandedTask, expected: Mapping[int, float] | None = None
 ) -> Scenario:
     """A scenario with another task, from the same file and in continuation of the same motion.
 
@@ -113,21 +115,21 @@ NEEDING_ROBOT = {
 """Keys of a file that need a robot."""
 
 
-def _check_keys(source: TaskInSI, given: PlainTask) -> None:
+def _check_keys(reading: TaskReading, given: ExpandedTask) -> None:
     """Refuse keys that exclude each other, unknown frames and too small tolerances.
 
     Args:
-        source: The task in SI.
+        reading: The task in SI, with its frames.
         given: The task in its own units.
     """
-    task, locations = source.task, source.locations
+    task, locations = reading.task, reading.locations
     if task.robot is None:
-        _check_joints_alone(source)
+        _check_joints_alone(reading)
     elif task.joint_units:
         raise locations.error(
             ("joint_units",), "is for scenarios without a robot, which defines its joints"
         )
-    if isinstance(task.robot, dict) and source.units != SI:
+    if isinstance(task.robot, dict) and reading.units != SI:
         for key in ("locked", "configurations", "limits", "external_axes"):
             if task.robot.get(key):
                 raise locations.error(
@@ -136,7 +138,7 @@ def _check_keys(source: TaskInSI, given: PlainTask) -> None:
                     "a robot file of its own, units m and rad, or the scenario's own limits",
                 )
     if task.frame is not None or task.frames:
-        source.frames.named.find(task.frame or "base", ("frame",))
+        reading.frames.named.find(task.frame or "base", ("frame",))
     for name in ("path", "path_orientation", "path_speed"):
         value, given_value = getattr(task.tolerances, name), getattr(given.tolerances, name)
         if value < SMALLEST_PATH_TOLERANCE:
@@ -147,9 +149,9 @@ def _check_keys(source: TaskInSI, given: PlainTask) -> None:
             )
 
 
-def _check_joints_alone(source: TaskInSI) -> None:
+def _check_joints_alone(reading: TaskReading) -> None:
     """Refuse keys that need a robot in a task without one."""
-    task, needing_robot = source.task, list[Location]()
+    task, needing_robot = reading.task, list[Location]()
     for i, waypoint in enumerate(task.waypoints):
         keys = [key for key in ("pose", "way") if getattr(waypoint, key, None) is not None]
         if isinstance(getattr(waypoint, "joints", None), str):
@@ -161,25 +163,28 @@ def _check_joints_alone(source: TaskInSI) -> None:
     needing_robot += [
         (key,) for key in sorted(keys_given) if getattr(task, key) not in ("free", "travel")
     ]
-    limits = ("tool_speed", "tool_acceleration", "frame_speed", "singular_value")
-    needing_robot += [("limits", key) for key in limits if getattr(task.limits, key) is not None]
+    needing_robot += [
+        ("limits", key)
+        for key in MotionLimits.model_fields
+        if getattr(task.limits, key) is not None
+    ]
     if needing_robot:
-        raise source.locations.error(
+        raise reading.locations.error(
             needing_robot[0],
             "needs a robot, and the file names none",
             "robot: the name of one (`knotwork robots` lists them) or a path",
         )
 
 
-def _motion_limits(limits: Limits) -> Limits:
+def _motion_limits(limits: Limits) -> MotionLimits:
     """Limits on the motion of tool and links, with their margin."""
-    frames = [
-        limit.model_copy(update={"speed": limits.margin * limit.speed})
-        for limit in limits.frame_speeds
-    ]
-    tool = {
-        key: limits.margin * value
-        for key in ("tool_speed", "tool_acceleration")
-        if (value := getattr(limits, key)) is not None
-    }
-    return limits.model_copy(update={**tool, "frame_speed": tuple(frames)})
+    margin = limits.margin
+    return MotionLimits.model_construct(
+        tool_speed=limits.tool_speed and margin * limits.tool_speed,
+        tool_acceleration=limits.tool_acceleration and margin * limits.tool_acceleration,
+        frame_speed=tuple(
+            limit.model_copy(update={"speed": margin * limit.speed})
+            for limit in limits.frame_speeds
+        ),
+        singular_value=limits.singular_value,
+    )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,11 +13,11 @@ import numpy as np
 from knotwork.arrays import FloatArray
 from knotwork.curves.trajectory.motion_events import Event
 from knotwork.errors import DocumentError, InputError
-from knotwork.files.documents import Location, Locations
+from knotwork.files.documents import Locations
 from knotwork.task.scenario.free_values_reader import FreeValues
 from knotwork.task.scenario.scene_model import Scene
-from knotwork.task.task_options import Balanced, Tolerances
-from knotwork.task.tool_and_limits import Limits
+from knotwork.task.task_options import Balanced, ToolTolerances
+from knotwork.task.tool_and_limits import MotionLimits
 from knotwork.units import Units
 from knotwork.waypoints import CartesianWaypoint, PoseFreedom
 
@@ -27,34 +27,28 @@ if TYPE_CHECKING:
     from knotwork.curves.tool_paths import TimedPath
     from knotwork.curves.tool_paths.weave import WeavePattern
     from knotwork.curves.trajectory import JointTrajectory
-    from knotwork.task import PlainTask
+    from knotwork.task import ExpandedTask
     from knotwork.task.scenario.requested_timing import RequestedTiming
 
 
 @dataclass(frozen=True)
 class JointTarget:
-    """A waypoint given by joint values.
+    """A waypoint given by joint values, which `JointSpace.targets` has in SI.
 
     Attributes:
         name: Name of the waypoint.
         time: Time [s].
-        joints: Joint positions by name, or the name of a configuration, in the task's units.
-        velocity: Joint velocities by name, in the task's units; none at rest.
-        location: Location of the joint positions in the task.
         where: Location of the waypoint's definition, for messages.
         in_world_frame: Always `False`, because joint values have no frame.
 
     >>> ends = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 2}]
     >>> target = kw.load_scenario({"waypoints": ends}).waypoints[1]
-    >>> type(target).__name__, target.time, target.joints
-    ('JointTarget', 2.0, {'lift': 1.0})
+    >>> type(target).__name__, target.time
+    ('JointTarget', 2.0)
     """
 
     name: str
     time: float
-    joints: Mapping[str, float] | str
-    velocity: Mapping[str, float] = field(default_factory=dict)
-    location: Location = ()
     where: str = ""
     in_world_frame: ClassVar[bool] = False
 
@@ -139,6 +133,7 @@ SMALLEST_PATH_TOLERANCE = 1e-9
 class Scenario:
     """A task for a robot arm, in SI except `given`, with poses in the robot's base frame.
 
+    Joint values have units that depend on the robot: `JointSpace` has them in SI.
     Its waypoints include the start and the ends of waits; "by waypoint" is by their index.
 
     Attributes:
@@ -147,7 +142,7 @@ class Scenario:
         given: The task in its own units, its repeats written out. It has the options of planning
             and check, and is changed and saved.
         planner: Name of the planner: the task's own, or the one passed to `plan`.
-        tolerances: Tolerances of the task in SI, except those of joints.
+        tolerances: Tolerances of tool and path, in SI.
         task_index: Index in the task of each waypoint, -1 for the start; one with a wait appears
             twice.
         units: Units of the file, for output.
@@ -168,16 +163,16 @@ class Scenario:
 
     name: str
     waypoints: tuple[ScenarioWaypoint, ...]
-    given: PlainTask = field(repr=False, compare=False)
+    given: ExpandedTask = field(repr=False, compare=False)
     planner: str
-    tolerances: Tolerances
+    tolerances: ToolTolerances
     task_index: tuple[int, ...] = ()
     units: Units = field(default_factory=Units)
     pose_frame_link: str = ""
     paths: tuple[ScenarioPath, ...] = ()
     events: tuple[RequestedEvent, ...] = ()
     free_values: FreeValues | None = None
-    motion_limits: Limits = field(default_factory=Limits)
+    motion_limits: MotionLimits = field(default_factory=MotionLimits)
     scene: Scene = field(default_factory=Scene)
     locations: Locations = field(default_factory=Locations, repr=False, compare=False)
     continued_motion: tuple[JointTrajectory, float] | None = field(

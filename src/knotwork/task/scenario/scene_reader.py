@@ -21,7 +21,7 @@ from knotwork.task.scenario.scene_model import (
     PlacedShape,
     Scene,
 )
-from knotwork.task.scenario.task_in_si import TaskInSI
+from knotwork.task.scenario.task_reading import TaskReading
 from knotwork.task.scene_shapes import (
     FIXED_SHAPES,
     HeldObject,
@@ -36,12 +36,12 @@ RESERVED_NAME = "tool"
 
 
 def read_scene(
-    source: TaskInSI, waypoints: Sequence[ScenarioWaypoint], task_index: Sequence[int]
+    reading: TaskReading, waypoints: Sequence[ScenarioWaypoint], task_index: Sequence[int]
 ) -> Scene:
     """Read the scene of a task.
 
     Args:
-        source: The task in SI.
+        reading: The task in SI, with its frames.
         waypoints: Waypoints of its scenario, in order of time.
         task_index: Index in the task of each of them.
 
@@ -49,20 +49,20 @@ def read_scene(
         DocumentError: A frame or a waypoint does not exist, or a name is given twice.
     """
     names = [waypoint.name for waypoint in waypoints]
-    return _SceneReader(source, names, waypoints, task_index).scene()
+    return _SceneReader(reading, names, waypoints, task_index).scene()
 
 
 @dataclass(frozen=True, eq=False)
 class _SceneReader:
     """Reads a scene; `names` has the names of all waypoints."""
 
-    source: TaskInSI
+    reading: TaskReading
     names: Sequence[str]
     waypoints: Sequence[ScenarioWaypoint]
     task_index: Sequence[int]
 
     def scene(self) -> Scene:
-        task = self.source.task
+        task = self.reading.task
         scene, tool = task.scene, task.tool or Tool()
         objects = tuple(self._object(name, item) for name, item in scene.objects.items())
         if RESERVED_NAME in scene.objects:
@@ -83,11 +83,11 @@ class _SceneReader:
             robots=tuple(self._robot(name, robot) for name, robot in scene.robots.items()),
             collisions=task.collisions,
             margin=scene.margin,
-            frames={name: self.source.frames.named[name] for name in task.frames},
+            frames={name: self.reading.frames.named[name] for name in task.frames},
         )
 
     def _error(self, location: Location, fault: str, accepted: str) -> DocumentError:
-        return self.source.locations.error(location, fault, accepted)
+        return self.reading.locations.error(location, fault, accepted)
 
     def _waypoint(self, name: str, location: Location) -> int:
         """Index of a waypoint by name."""
@@ -105,8 +105,8 @@ class _SceneReader:
     def _object(self, name: str, item: SceneObject) -> PlacedObject:
         location: Location = ("scene", "objects", name)
         shape = self._shape(item, location)
-        frame = self.source.frames.named[item.parent]
-        if item.half_space is not None and not frame.rests_on(self.source.frames.link):
+        frame = self.reading.frames.named[item.parent]
+        if item.half_space is not None and not frame.rests_on(self.reading.frames.link):
             raise self._error(
                 (*location, "half_space"),
                 f"moves with frame {item.parent!r} relative to the poses, which is not supported",
@@ -117,7 +117,7 @@ class _SceneReader:
 
     def _held(self, name: str, held: HeldObject) -> GraspedObject:
         location: Location = ("tool", "holds", name)
-        if name == RESERVED_NAME or name in self.source.task.scene.objects:
+        if name == RESERVED_NAME or name in self.reading.task.scene.objects:
             raise self._error(location, f"{name!r} is the name of something else", "a unique name")
         take = self._waypoint(held.take, (*location, "from"))
         leave = self._waypoint(held.leave, (*location, "to"))
@@ -142,7 +142,7 @@ class _SceneReader:
                 f"{held.appears!r} is after {held.take!r}",
                 "a waypoint before",
             )
-        frames = self.source.frames
+        frames = self.reading.frames
         return GraspedObject(
             name=name,
             shape=self._shape(held, location),
@@ -151,12 +151,12 @@ class _SceneReader:
             frames=(frames[self.task_index[take]], frames[self.task_index[leave]]),
             allow=tuple(held.allow),
             appears=appears,
-            payload=read_payload(held, self.source.locations, location),
+            payload=read_payload(held, self.reading.locations, location),
         )
 
     def _robot(self, name: str, robot: OtherRobot) -> PlacedRobot:
         location: Location = ("scene", "robots", name)
-        locations, frames = self.source.locations, self.source.frames.named
+        locations, frames = self.reading.locations, self.reading.frames.named
         base = frames[frames.find(robot.parent, (*location, "in"))]
         if not base.rests_on(""):
             raise self._error(
@@ -169,7 +169,7 @@ class _SceneReader:
         motion = robot.motion and locations.named_file(robot.motion, (*location, "motion"))
         return PlacedRobot(
             name=name,
-            placement=base.rest_placement * self.source.placement(robot, *location),
+            placement=base.rest_placement * self.reading.placement(robot, *location),
             scenario=path if path.is_file() else robot.scenario,
             motion=motion or None,
             delay=robot.delay,
@@ -177,21 +177,21 @@ class _SceneReader:
 
     def _shape(self, item: ToolShape | SceneObject | HeldObject, location: Location) -> PlacedShape:
         """A shape, placed in the axes of the tool, or in the base frame if it is an object."""
-        locations, placement = self.source.locations, self.source.placement(item, *location)
+        locations, placement = self.reading.locations, self.reading.placement(item, *location)
         if isinstance(item, SceneObject):
-            frames = self.source.frames.named
+            frames = self.reading.frames.named
             parent = frames[frames.find(item.parent, (*location, "in"))]
             placement = parent.rest_placement * placement
         kind = next(name for name in FIXED_SHAPES if getattr(item, name, None) is not None)
         path, scale, resolution = None, 1.0, 0.0
         if item.points is not None:
             path = locations.named_file(item.points.file, (*location, "points", "file"))
-            scale = item.points.scale * self.source.length
+            scale = item.points.scale * self.reading.length
             resolution = item.points.resolution
         if item.mesh is not None:
             path = locations.named_file(item.mesh, (*location, "mesh"))
             has_unit = path.suffix.lower() == ".dae"
-            scale = (item.scale or 1.0) * (1.0 if has_unit else self.source.length)
+            scale = (item.scale or 1.0) * (1.0 if has_unit else self.reading.length)
         scales, size = (scale, scale, scale), _shape_size(item)
         return PlacedShape(
             kind, size, placement, path, scales, bool(item.exact), resolution, location

@@ -19,7 +19,7 @@ from knotwork.task.scenario.free_values_reader import (
 )
 from knotwork.task.scenario.freedoms_reader import Freedoms, freedom_of, read_freedoms
 from knotwork.task.scenario.scenario import JointTarget, ScenarioPath, ScenarioWaypoint
-from knotwork.task.scenario.task_in_si import TaskInSI
+from knotwork.task.scenario.task_reading import TaskReading
 from knotwork.waypoints import CartesianWaypoint
 
 if TYPE_CHECKING:
@@ -48,18 +48,18 @@ class ReadWaypoints(NamedTuple):
     task_index: tuple[int, ...]
 
 
-def read_waypoints(source: TaskInSI, expected: Mapping[int, float]) -> ReadWaypoints:
+def read_waypoints(reading: TaskReading, expected: Mapping[int, float]) -> ReadWaypoints:
     """Read the waypoints of a task, and the paths between them.
 
     Args:
-        source: The task in SI.
+        reading: The task in SI, with its frames.
         expected: Expected times of waypoints with a chosen time [s], by index in the task.
 
     Raises:
         DocumentError: A time, frame, pose or velocity is missing or wrong.
     """
-    task, locations = source.task, source.locations
-    names = _names(source)
+    task, locations = reading.task, reading.locations
+    names = _names(reading)
     if len(names) + (task.start is not None) < 2:
         raise locations.error(
             ("waypoints",),
@@ -67,56 +67,56 @@ def read_waypoints(source: TaskInSI, expected: Mapping[int, float]) -> ReadWaypo
             "two or more, or one with start: the start of the motion",
         )
     check_free_values(task, locations)
-    arrivals = _read_arrivals(source, expected, _rest_poses(source))
-    freedoms = read_freedoms(source, arrivals.free_turns)
+    arrivals = _read_arrivals(reading, expected, _rest_poses(reading))
+    freedoms = read_freedoms(reading, arrivals.free_turns)
     paths = [
         replace(path, freedom=freedom_of(path, freedoms, locations)) for path in arrivals.paths
     ]
     motions = {i: path.motion for path in paths for i in range(path.first, path.last + 1)}
-    reader = _WaypointReader(source, arrivals, motions, freedoms)
+    reader = _WaypointReader(reading, arrivals, motions, freedoms)
     waits: list[ScenarioPath] = []
     waypoints: list[ScenarioWaypoint] = []
     task_index: list[int] = []
     if task.start is not None:
         where = locations.where(("start",))
-        waypoints.append(JointTarget(START, 0.0, task.start, {}, ("start",), where))
+        waypoints.append(JointTarget(START, 0.0, where))
         task_index.append(-1)
     for i, name in enumerate(names):
-        waypoint, wait = reader.waypoint(i, name), task.waypoints[i].wait
+        waypoint, wait = reader.waypoint(i, name), task.waypoints[i].dwell
         waypoints.append(waypoint)
         task_index.append(i)
         if wait is None:
             continue
         end = waypoint.time + wait
         departure = replace(waypoint, name=WAITED.format(name), time=end)
-        if isinstance(waypoint, CartesianWaypoint) and source.frames[i].is_moving:
+        if isinstance(waypoint, CartesianWaypoint) and reading.frames[i].is_moving:
             from knotwork.task.scenario.path_reader import wait_on
 
-            source.frames.check_smooth(i, waypoint.time, end)
-            path = wait_on(source.frames[i], arrivals.poses[i], len(waypoints) - 1, waypoint, end)
+            reading.frames.check_smooth(i, waypoint.time, end)
+            path = wait_on(reading.frames[i], arrivals.poses[i], len(waypoints) - 1, waypoint, end)
             waits.append(path)
             departure = replace(departure, pose=path.motion.pose(end), twist=path.motion.twist(end))
         waypoints.append(departure)
         task_index.append(i)
-    departures = {i: waypoint for waypoint, i in enumerate(task_index)}
+    departures = {in_task: i for i, in_task in enumerate(task_index)}
     paths = [*waits, *(replace(path, first=departures[path.first]) for path in paths)]
     paths.sort(key=lambda path: path.first)
     return ReadWaypoints(tuple(waypoints), tuple(paths), tuple(task_index))
 
 
-def _names(source: TaskInSI) -> list[str]:
+def _names(reading: TaskReading) -> list[str]:
     """Names of the task's waypoints, each once."""
-    task = source.task
-    names = [step.name or default_waypoint_name(i) for i, step in enumerate(task.waypoints)]
+    task = reading.task
+    names = [given.name or default_waypoint_name(i) for i, given in enumerate(task.waypoints)]
     owners = {START: "the start of the motion"} if task.start is not None else {}
     owners |= {
         WAITED.format(name): "another waypoint"
-        for name, step in zip(names, task.waypoints, strict=True)
-        if step.wait is not None
+        for name, given in zip(names, task.waypoints, strict=True)
+        if given.dwell is not None
     }
     for i, name in enumerate(names):
         if name in owners:
-            raise source.locations.error(
+            raise reading.locations.error(
                 ("waypoints", i, "name"),
                 f"{name!r} is the name of {owners[name]}",
                 "a unique name",
@@ -125,27 +125,27 @@ def _names(source: TaskInSI) -> list[str]:
     return names
 
 
-def _rest_poses(source: TaskInSI) -> dict[int, pin.SE3]:
+def _rest_poses(reading: TaskReading) -> dict[int, pin.SE3]:
     """Poses in the base frame by index in the task, with all frames at rest."""
     poses = {}
-    for i, waypoint in enumerate(source.task.waypoints):
+    for i, waypoint in enumerate(reading.task.waypoints):
         if isinstance(waypoint, JointWaypoint):
             continue
-        source.frames.refuse_unsupported_keys(i, waypoint)
+        reading.frames.refuse_unsupported_keys(i, waypoint)
         if isinstance(waypoint, PoseWaypoint):
-            _check_turned(source, i, waypoint)
-        placed = source.placement(waypoint.pose, "waypoints", i, "pose")
-        poses[i] = source.frames[i].rest_placement * placed
-        poses[i].rotation = source.frames.axes(i) @ placed.rotation
+            _check_turned(reading, i, waypoint)
+        placed = reading.placement(waypoint.pose, "waypoints", i, "pose")
+        poses[i] = reading.frames[i].rest_placement * placed
+        poses[i].rotation = reading.frames.axes(i) @ placed.rotation
     return poses
 
 
-def _check_turned(source: TaskInSI, i: int, waypoint: PoseWaypoint) -> None:
+def _check_turned(reading: TaskReading, i: int, waypoint: PoseWaypoint) -> None:
     """Refuse a pose without orientation unless a path with an orientation begins there."""
-    following = source.task.waypoints[i + 1 : i + 2]
-    begins_torch = any(isinstance(getattr(step, "orientation", None), Torch) for step in following)
+    following = reading.task.waypoints[i + 1 : i + 2]
+    begins_torch = any(isinstance(getattr(end, "orientation", None), Torch) for end in following)
     if not waypoint.pose.turned and not begins_torch:
-        raise source.locations.error(
+        raise reading.locations.error(
             ("waypoints", i, "pose"),
             f"has no orientation; give one of {', '.join(ORIENTATIONS)}",
         )
@@ -169,44 +169,44 @@ class _Arrivals:
 
 
 def _read_arrivals(
-    source: TaskInSI, expected: Mapping[int, float], rest_poses: Mapping[int, pin.SE3]
+    reading: TaskReading, expected: Mapping[int, float], rest_poses: Mapping[int, pin.SE3]
 ) -> _Arrivals:
     """Read times, and the paths between waypoints, which correct the poses on them."""
     arrivals = _Arrivals([], dict(rest_poses), [], set())
-    before = 0.0 if source.task.start is not None else None
+    before = 0.0 if reading.task.start is not None else None
     is_chosen = False
-    for i, waypoint in enumerate(source.task.waypoints):
-        is_chosen |= time_is_free(source.task, i)
+    for i, waypoint in enumerate(reading.task.waypoints):
+        is_chosen |= time_is_free(reading.task, i)
         if isinstance(waypoint, PathWaypoint):
             if not arrivals.paths or arrivals.paths[-1].last < i:
                 from knotwork.task.scenario.path_reader import read_path
 
-                path, poses, free_turns = read_path(source, i - 1, before or 0.0, arrivals.poses)
+                path, poses, free_turns = read_path(reading, i - 1, before or 0.0, arrivals.poses)
                 arrivals.paths.append(path)
                 arrivals.poses.update(poses)
                 arrivals.free_turns.update(free_turns)
             path = arrivals.paths[-1]
             time = path.stretches[i - 1 - path.first].end
         else:
-            time = _arrival(source, i, before, expected.get(i), is_chosen=is_chosen)
+            time = _arrival(reading, i, before, expected.get(i), is_chosen=is_chosen)
         arrivals.times.append(time)
-        before = time + (waypoint.wait or 0.0)
+        before = time + (waypoint.dwell or 0.0)
     return arrivals
 
 
 def _arrival(
-    source: TaskInSI, i: int, before: float | None, expected: float | None, *, is_chosen: bool
+    reading: TaskReading, i: int, before: float | None, expected: float | None, *, is_chosen: bool
 ) -> float:
     """Time of a waypoint at which no path ends [s].
 
     Args:
-        source: The task in SI.
+        reading: The task in SI, with its frames.
         i: Index in the task.
         before: Time at which the previous waypoint is left [s], or `None`.
         expected: Its expected time if it is chosen [s], or `None`.
         is_chosen: Whether this or an earlier time is chosen.
     """
-    waypoint, at_least = source.task.waypoints[i], min_duration(source.task, i)
+    waypoint, at_least = reading.task.waypoints[i], min_duration(reading.task, i)
     location: Location = ("waypoints", i)
     if waypoint.time is not None:
         time = waypoint.time
@@ -222,14 +222,14 @@ def _arrival(
     elif before is None:
         time = 0.0
     else:
-        raise source.locations.error(
+        raise reading.locations.error(
             location,
             "has no time",
             "time (since 0), after (since the previous one) [s], or after: fastest",
         )
     if before is not None and time <= before:
         earlier = "start" if i == 0 else "the previous waypoint"
-        raise source.locations.error(
+        raise reading.locations.error(
             location,
             f"time {time:g} s is not later than {before:g} s, the time of {earlier}",
             f"a time greater than {before:g} s",
@@ -242,54 +242,55 @@ class _WaypointReader:
     """Reads the waypoints one by one, by their index in the task.
 
     Attributes:
-        source: The task in SI.
+        reading: The task in SI, with its frames.
         arrivals: Their times and poses.
         motions: Motions along paths, by index of the waypoints on them.
         freedoms: Freedoms of their poses.
     """
 
-    source: TaskInSI
+    reading: TaskReading
     arrivals: _Arrivals
     motions: Mapping[int, TimedPath]
     freedoms: Freedoms
 
     def waypoint(self, i: int, name: str) -> ScenarioWaypoint:
         """A waypoint at the arrival of the tool, possibly along a path."""
-        step, where = self.source.task.waypoints[i], self.source.locations.where(("waypoints", i))
+        given, where = (
+            self.reading.task.waypoints[i],
+            self.reading.locations.where(("waypoints", i)),
+        )
         time, freedom = self.arrivals.times[i], self.freedoms[i]
-        if isinstance(step, JointWaypoint):
-            if step.velocity is None:
+        if isinstance(given, JointWaypoint):
+            if given.velocity is None:
                 self._check_stop(i, "velocity: by joint name")
-            velocity = step.velocity if isinstance(step.velocity, dict) else {}
-            location = ("waypoints", i, "joints")
-            return JointTarget(name, time, step.joints, velocity, location, where)
-        pose, twist = self._state(i, step)
-        moves = step.wait is not None and self.source.frames[i].is_moving
+            return JointTarget(name, time, where)
+        pose, twist = self._state(i, given)
+        moves = given.dwell is not None and self.reading.frames[i].is_moving
         if freedom is not None and freedom.position_is_free and (moves or twist.vector.any()):
-            raise self.source.locations.error(
+            raise self.reading.locations.error(
                 ("waypoints", i, "free"),
                 "leaves the position open where the tool moves",
                 "position where it stops: stop: true",
             )
-        in_world_frame = self.source.frames.in_world_frame(i)
+        in_world_frame = self.reading.frames.in_world_frame(i)
         return CartesianWaypoint(name, time, pose, twist, where, freedom, in_world_frame)
 
-    def _state(self, i: int, step: PoseWaypoint | PathWaypoint) -> tuple[pin.SE3, pin.Motion]:
+    def _state(self, i: int, given: PoseWaypoint | PathWaypoint) -> tuple[pin.SE3, pin.Motion]:
         """Pose and velocity of a waypoint in the base, including the motion of its frame."""
         import pinocchio as pin
 
-        frame, time, motion = self.source.frames[i], self.arrivals.times[i], self.motions.get(i)
-        if motion is not None and not self.source.stops(i):
+        frame, time, motion = self.reading.frames[i], self.arrivals.times[i], self.motions.get(i)
+        if motion is not None and not self.reading.stops(i):
             return motion.pose(time), motion.twist(time)
         pose = self.arrivals.poses[i]
-        twist = self._twist(i, step) if isinstance(step, PoseWaypoint) else pin.Motion.Zero()
+        twist = self._twist(i, given) if isinstance(given, PoseWaypoint) else pin.Motion.Zero()
         return frame.pose_at(pose, time), frame.twist_at(pose, twist, time)
 
     def _twist(self, i: int, waypoint: PoseWaypoint) -> pin.Motion:
         """Velocity of a waypoint relative to its frame."""
         import pinocchio as pin
 
-        source, frames, times = self.source, self.source.frames, self.arrivals.times
+        reading, frames, times = self.reading, self.reading.frames, self.arrivals.times
         poses = frames.neighbours(i, self.arrivals.poses, times)
         velocity, speed = waypoint.velocity, waypoint.speed
         if isinstance(velocity, Velocity):
@@ -302,15 +303,15 @@ class _WaypointReader:
             from knotwork.task.scenario.speed import neighbours_twist
 
             # of a chosen speed the direction alone is known
-            given = speed if isinstance(speed, float) else 1.0
-            return neighbours_twist(source.locations, i, given, poses)
+            known = speed if isinstance(speed, float) else 1.0
+            return neighbours_twist(reading.locations, i, known, poses)
         if velocity is None:
             self._check_stop(i, "velocity: {linear, angular}, speed: along the path")
         return pin.Motion.Zero()
 
     def _check_stop(self, i: int, accepted: str) -> None:
-        if not self.source.stops(i):
-            raise self.source.locations.error(
+        if not self.reading.stops(i):
+            raise self.reading.locations.error(
                 ("waypoints", i),
                 "is passed without a stop and gives no speed",
                 f"{accepted}, or stop: true",

@@ -85,7 +85,7 @@ class WeaveReader:
         return weaves, ExtendedCurve(curve, delay=start), np.concatenate(breaks)
 
     def _error(self, k: int, fault: str, accepted: str, *key: str) -> DocumentError:
-        return self.curves.source.locations.error(
+        return self.curves.reading.locations.error(
             ("waypoints", self.first + 1 + k, *(key or ("weave",))), fault, accepted
         )
 
@@ -104,7 +104,7 @@ class WeaveReader:
                 "weave",
                 "frequency",
             )
-        allowed = self.curves.source.task.tolerances.path
+        allowed = self.curves.reading.task.tolerances.path
         if requested.width <= 2.0 * allowed:
             raise self._error(
                 k,
@@ -125,5 +125,5 @@ class WeaveReader:
         )
         if requested.normal is None:
             return weave, None
-        frame = self.curves.source.frames[self.first + 1 + k].rest_placement
+        frame = self.curves.reading.frames[self.first + 1 + k].rest_placement
         return weave, frame.rotation @ np.array(requested.normal)

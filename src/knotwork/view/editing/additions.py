@@ -145,7 +145,7 @@ def _at_the_end(scenario: Scenario, after: int) -> tuple[dict[str, Any], list[Ch
     """
     task = scenario.given
     last = task.waypoints[after]
-    passing = isinstance(last, PathWaypoint) or last.stop or last.wait
+    passing = isinstance(last, PathWaypoint) or last.stop or last.dwell
     moves = passing or getattr(last, "velocity", None) or getattr(last, "speed", None)
     stop = {"at": (*scenario.locations.in_file(("waypoints", after)), "stop"), "value": True}
     added = {"after": last.after if isinstance(last.after, float) else 1.0}

@@ -1,4 +1,4 @@
-"""`TaskInSI`: a task in SI, with the frames of its poses."""
+"""`TaskReading`: what the readers of the parts of a task share."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from knotwork.files.documents import Locations
-from knotwork.task import Placement, PlainTask, TaskUnits
+from knotwork.task import ExpandedTask, Placement, TaskUnits
 from knotwork.task.scenario.pose_frames import PoseFrames
 from knotwork.units import Units
 
@@ -16,18 +16,16 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class TaskInSI:
-    """A task in SI except joint values, with its frames; waypoints by `task_index`.
-
-    The readers of its parts share it.
+class TaskReading:
+    """A task that is read to a scenario: in SI, with its frames; waypoints by `task_index`.
 
     Attributes:
-        task: The task; waits in `do` are moved to `wait`.
+        task: The task, in SI except joint values.
         locations: Locations of its parts in its file, for errors.
         file_units: Units of its file; those of `task` are SI.
     """
 
-    task: PlainTask
+    task: ExpandedTask
     locations: Locations
     file_units: TaskUnits
 
@@ -56,4 +54,5 @@ class TaskInSI:
         """Whether the tool stops at a waypoint where a path begins or ends."""
         waypoint = self.task.waypoints[i]
         at_start = i == 0 and self.task.start is None
-        return bool(waypoint.stop or waypoint.wait) or at_start or i == len(self.task.waypoints) - 1
+        at_end = i == len(self.task.waypoints) - 1
+        return bool(waypoint.stop or waypoint.dwell) or at_start or at_end
