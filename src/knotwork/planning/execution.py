@@ -17,7 +17,7 @@ from knotwork.curves.trajectory import Segment
 from knotwork.curves.trajectory.motion_events import signals_on_at
 from knotwork.errors import InputError
 from knotwork.planning.replanning import SCENE_KEYS, on_moving_frames, task_with_scene_from
-from knotwork.planning.speed_override import PATH_TOLERANCE, SAME_WAYPOINT_TIME, change_speed
+from knotwork.planning.speed_override import PATH_TOLERANCE, TIME_TOLERANCE, change_speed
 from knotwork.task import Task
 from knotwork.task.scenario import Scenario, resolve_task
 from knotwork.task.scenario.event_reader import action_of
@@ -165,13 +165,11 @@ def _execute(
     start, end = motion.x[[0, -1]].tolist()
     low, high = clock(clock.x[[0, -1]])
     known = plan.scenario.times
-    passed = np.flatnonzero(
-        (low - SAME_WAYPOINT_TIME <= known) & (known <= high + SAME_WAYPOINT_TIME)
-    )
+    passed = np.flatnonzero((low - TIME_TOLERANCE <= known) & (known <= high + TIME_TOLERANCE))
     times = first_times(clock, np.clip(known[passed], low, high))
     arrivals = []
     for waypoint, time in zip(passed.tolist(), times.tolist(), strict=True):
-        at = next((t for t in (start, end) if abs(t - time) < SAME_WAYPOINT_TIME), time)
+        at = next((t for t in (start, end) if abs(t - time) < TIME_TOLERANCE), time)
         arrivals.append(Arrival(at, plan.scenario.waypoints[waypoint].name, waypoint))
     if not arrivals or arrivals[0].time != start:
         arrivals.insert(0, _end(start, ends[0], arrivals))
@@ -224,19 +222,19 @@ def _add_actions(
     """
     outputs, events = plan.scenario.given.outputs, plan.trajectory.events
     start, end = executed.span
-    begin = start + (-SAME_WAYPOINT_TIME if executed.is_on_path else SAME_WAYPOINT_TIME)
+    begin = start + (-TIME_TOLERANCE if executed.is_on_path else TIME_TOLERANCE)
     if on := signals_on_at(events, begin):
         waypoints[0]["do"] = [action_of(event, outputs) for event in on]
     names, times = ([waypoint[key] for waypoint in waypoints] for key in ("name", "time"))
-    for event in (e for e in events if begin < e.time <= end + SAME_WAYPOINT_TIME):
+    for event in (e for e in events if begin < e.time <= end + TIME_TOLERANCE):
         time = float(first_times(executed.clock, np.array([event.time]))[0])
         if event.waypoint in names:
             k = names.index(event.waypoint)
         else:
-            k = bisect_right(times, time + SAME_WAYPOINT_TIME) - 1
+            k = bisect_right(times, time + TIME_TOLERANCE) - 1
         action = action_of(event, outputs)
         delay = time - times[k]
-        if abs(delay) > SAME_WAYPOINT_TIME:
+        if abs(delay) > TIME_TOLERANCE:
             action["after" if delay > 0.0 else "before"] = abs(delay)
         waypoints[k].setdefault("do", []).append(action)
 
@@ -247,7 +245,7 @@ def _segments(planned: Sequence[Segment], clock: PiecewisePolynomial) -> tuple[S
     executed = []
     for segment in planned:
         ends = np.array([max(segment.start, first), min(segment.end, last)])
-        if ends[1] - ends[0] > SAME_WAYPOINT_TIME:
+        if ends[1] - ends[0] > TIME_TOLERANCE:
             start, end = first_times(clock, ends).tolist()
             executed.append(replace(segment, start=start, end=end))
     return tuple(executed)

@@ -11,7 +11,7 @@ from knotwork.curves.trajectory import JointTrajectory
 from knotwork.curves.trajectory.motion_events import signals_on_at
 from knotwork.errors import InputError
 from knotwork.errors.plain_text import default_waypoint_name
-from knotwork.planning.speed_override import SAME_WAYPOINT_TIME
+from knotwork.planning.speed_override import TIME_TOLERANCE
 from knotwork.task import Action, EndAcceleration, ExpandedTask, Placement, SceneObject, Task
 from knotwork.task.scenario import GraspedObject, Scenario, resolve_task
 from knotwork.task.scenario.event_reader import action_of
@@ -141,14 +141,14 @@ def task_with_scene_from(
         objects[item.name] = shift_appearance(task.scene.objects[item.name], item.appears)
     for held in scenario.scene.held:
         take, leave = times[held.take], times[held.leave]
-        if take < last - SAME_WAYPOINT_TIME and first < leave:
+        if take < last - TIME_TOLERANCE and first < leave:
             grasp = task.tool.holds[held.name]  # type: ignore[union-attr]  # it holds something
             holds[held.name] = shift_appearance(grasp, held.appears).replace(
                 take=grasp.take if first < take else ends[0],
                 leave=grasp.leave if leave <= last else ends[1],
             )
         else:
-            i = held.take if last - SAME_WAYPOINT_TIME <= take else held.leave
+            i = held.take if last - TIME_TOLERANCE <= take else held.leave
             put_down = _put_down(plan, held, i, span)
             objects[held.name] = shift_appearance(put_down, held.appears)
     tool = None if task.tool is None else task.tool.replace(holds=holds or None)

@@ -23,7 +23,7 @@ from knotwork.verification.finding import Group
 PATH_TOLERANCE = 1e-6
 """Largest deviation of a joint from the planned path [rad or m]."""
 
-SAME_WAYPOINT_TIME = 1e-9
+TIME_TOLERANCE = 1e-9
 """Difference within which times are equal [s]."""
 
 ATTEMPTS = (
@@ -61,7 +61,7 @@ def change_speed(
     def execute(profile: Profile) -> tuple[PiecewisePolynomial, PiecewisePolynomial]:
         clock = profile.clock(trajectory.start_time, trajectory.duration)
         first, last = clock(clock.x[[0, -1]])
-        passed = times[(times >= first - SAME_WAYPOINT_TIME) & (times <= last + SAME_WAYPOINT_TIME)]
+        passed = times[(times >= first - TIME_TOLERANCE) & (times <= last + TIME_TOLERANCE)]
         reached = first_times(clock, passed).tolist()
         return approximate_by_cubics(compose(curve, clock), PATH_TOLERANCE, reached)[0], clock
 
@@ -85,7 +85,7 @@ def _slow_down(requested: Profile, cap: float, factor: float) -> Profile:
     ):
         if min(rate, cap) == rates[-1]:
             continue
-        if begin - times[-1] > SAME_WAYPOINT_TIME:
+        if begin - times[-1] > TIME_TOLERANCE:
             times.append(float(begin))
             rates.append(rates[-1])
         times.append(times[-1] + factor * float(end - begin))

@@ -46,7 +46,7 @@ WRONG_UNIT_RATIO = 20.0
 
 SMALLEST_FLOAT = np.finfo(float).tiny
 
-SAME_TCP_DISTANCE = 1e-6
+TCP_TOLERANCE = 1e-6
 """Distance of TCPs [m] within which waypoints have the same position."""
 
 
@@ -108,7 +108,7 @@ def find_hold(
         if in_world_frame[k] != in_world_frame[waypoint]:
             return True
         moved = poses[k].translation - poses[waypoint].translation
-        return bool(np.abs(moved).max() > SAME_TCP_DISTANCE)
+        return bool(np.abs(moved).max() > TCP_TOLERANCE)
 
     before = (times[k] for k in range(take - 1, -1, -1) if elsewhere(k, take))
     after = (times[k] for k in range(leave + 1, len(times)) if elsewhere(k, leave))

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 
 MIN_TOLERANCE = np.finfo(float).tiny
 """Tolerance in place of one that underflows to zero in SI, because errors are divided by it."""
-SAME_JOINTS = 1e-9
-"""Joint positions within this distance [rad or m] are equal."""
+REST_TOLERANCE = 1e-9
+"""Tolerance of positions [rad or m] and velocities [rad/s or m/s] at the start."""
 TIME_ROUNDING = 1e-9
 """Relative rounding tolerance of times."""
 MAX_TIME_SLACK = 1e-6
@@ -51,9 +51,9 @@ def report_no_start(motion: Motion, scenario: Scenario, space: JointSpace) -> It
     if space.robot is None or scenario.given.start is not None:
         return
     home = space.robot.configurations.get("home")
-    if home is not None and np.allclose(motion.curve(motion.start_time), home, atol=SAME_JOINTS):
+    if home is not None and np.allclose(motion.curve(motion.start_time), home, atol=REST_TOLERANCE):
         return
-    at_speed = np.any(np.abs(motion.curve(motion.start_time, 1)) > SAME_JOINTS)
+    at_speed = np.any(np.abs(motion.curve(motion.start_time, 1)) > REST_TOLERANCE)
     cause = "the motion begins at speed" if at_speed else "the file has no start"
     name = f"the approach to {scenario.waypoints[0].name!r}"
     fact = f"{name} is neither planned nor checked: {cause}"

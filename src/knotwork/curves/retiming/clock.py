@@ -17,8 +17,8 @@ from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.errors import InputError
 from knotwork.errors.arguments import require_number, require_type
 
-SAME_TIME = 1e-12
-"""Relative difference of times within rounding."""
+END_TOLERANCE = 1e-12
+"""Difference from the end, relative to it, that rounding explains."""
 
 
 def make_rate_curve(times: FloatArray, rates: FloatArray) -> PiecewisePolynomial:
@@ -66,7 +66,7 @@ class Profile(NamedTuple):
             end = float(first_times(clock, np.array([duration]))[0])
             near = float(clock.x[np.abs(clock.x - end).argmin()])
             # a break within rounding of the end would leave a piece without a duration
-            clock = cut_curve(clock, 0.0, near if abs(near - end) < SAME_TIME * end else end)
+            clock = cut_curve(clock, 0.0, near if abs(near - end) < END_TOLERANCE * end else end)
         c = np.array(clock.c)
         c[-1] += start
         return PiecewisePolynomial(c, clock.x)

@@ -17,7 +17,7 @@ from knotwork.errors import InputError
 
 MAX_STEP_HALVINGS = 8
 """Maximum number of halvings of the steps of cubics."""
-SAME_BREAK = 1e-9
+BREAK_TOLERANCE = 1e-9
 """Difference relative to the duration within which breaks are equal."""
 
 
@@ -93,4 +93,4 @@ def _drop_breaks(times: FloatArray, breaks: FloatArray) -> FloatArray:
     """Drop the times that are breaks within rounding."""
     after = np.searchsorted(breaks, times).clip(1, len(breaks) - 1)
     gap = np.minimum(np.abs(times - breaks[after - 1]), np.abs(times - breaks[after]))
-    return np.asarray(times[gap > SAME_BREAK * np.ptp(breaks)])
+    return np.asarray(times[gap > BREAK_TOLERANCE * np.ptp(breaks)])

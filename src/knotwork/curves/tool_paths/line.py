@@ -6,7 +6,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from knotwork.arrays import FloatArray, checked_array
-from knotwork.curves.tool_paths.curve import SAME_POINT, Curve, checked_curve_order, geometry_error
+from knotwork.curves.tool_paths.curve import (
+    SAME_POINT,
+    Curve,
+    checked_curve_order,
+    geometry_error,
+)
 
 
 class Line(Curve):

@@ -10,7 +10,7 @@ from knotwork.curves.tool_paths.tool_path import ToolPath
 BRANCH_JUMP_RATIO = 3.0
 """Ratio of a step along the path to the step in space above which the branch may have changed."""
 
-SAME_ARC_LENGTH = 1e-9
+ARC_LENGTH_TOLERANCE = 1e-9
 """Relative difference below which arc lengths are equal."""
 
 
@@ -46,7 +46,7 @@ def track_arc_length(
     steps = np.linalg.norm(np.diff(positions, axis=0), axis=1)
     jumps = (
         np.flatnonzero(
-            np.abs(np.diff(s)) > BRANCH_JUMP_RATIO * steps + SAME_ARC_LENGTH * path.length
+            np.abs(np.diff(s)) > BRANCH_JUMP_RATIO * steps + ARC_LENGTH_TOLERANCE * path.length
         )
         + 1
     )
@@ -54,7 +54,7 @@ def track_arc_length(
     while k < len(s):
         nearest = np.clip(path.nearest(positions[k : k + 1], s[k - 1 : k]), *within)[0]
         if (
-            abs(nearest - s[k]) <= SAME_ARC_LENGTH * path.length
+            abs(nearest - s[k]) <= ARC_LENGTH_TOLERANCE * path.length
         ):  # the guess is again on the branch of the point
             later = jumps[jumps > k]
             k = int(later[0]) if later.size else len(s)

@@ -36,7 +36,7 @@ WEAVE_AXES = ("along", "across", "normal")
 MAX_TURN_SHARE = 0.5
 """Maximum fraction of a crossing in which the speed increases, and in which it decreases."""
 
-BREAK_DIGITS, SAME_BREAK_TIME = 6, 1e-6
+BREAK_DIGITS, BREAK_TIME_TOLERANCE = 6, 1e-6
 """Number of digits to which breaks are rounded [s], so that they are not too close to each
 other.
 """
@@ -91,7 +91,7 @@ class WeavePattern:
         ramps = np.array([1.0, self.duration * self.frequency - 1.0]) / self.frequency
         inner = np.concatenate(((halves[:, None] * half + marks).ravel(), ramps, *others))
         inner = np.round(inner, BREAK_DIGITS)
-        inside = (inner > SAME_BREAK_TIME) & (inner < self.duration - SAME_BREAK_TIME)
+        inside = (inner > BREAK_TIME_TOLERANCE) & (inner < self.duration - BREAK_TIME_TOLERANCE)
         return sort_distinct(inner[inside], 0.0, self.duration)
 
     def offsets(self, t: FloatArray) -> FloatArray:

@@ -27,7 +27,7 @@ from knotwork.robot.kinematics.sequence.candidates import Candidates
 from knotwork.robot.kinematics.sequence.nearness import limit_nearness
 from knotwork.task.scenario import ScenarioPath
 
-SAME_START = 1e-9
+START_TOLERANCE = 1e-9
 """Starts within this distance belong to the same continuation [rad or m]."""
 GUIDED_SAMPLES_FACTOR = 4
 """Factor on the number of collision tests along planned self-motion."""
@@ -69,7 +69,7 @@ class PathTrack(NamedTuple):
         gaps = start - self.continuation.position[0]
         distance = np.abs(gaps - whole_turns(gaps)).max(axis=1)
         row = int(distance.argmin())
-        if distance[row] > SAME_START:
+        if distance[row] > START_TOLERANCE:
             return None
         return self.continuation.select(row, whole_turns(gaps[row]))
 

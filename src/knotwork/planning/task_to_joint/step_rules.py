@@ -13,7 +13,7 @@ from knotwork.planning.task_to_joint.task_solution import SequenceStep
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.chain.joint_ranges import unbounded_joints
 from knotwork.robot.kinematics.sequence.step_costs import (
-    SAME_STEP,
+    STEP_TOLERANCE,
     CollidingStep,
     JointRules,
     StepRules,
@@ -96,7 +96,7 @@ def _avoided_distance(chains: FreedomChains) -> FloatArray:
     """
     robot, dof = chains.whole, chains.arm.dof
     if robot.dof <= 6:
-        return np.full(robot.dof, SAME_STEP)
+        return np.full(robot.dof, STEP_TOLERANCE)
     distance = np.where(robot.virtual, np.inf, COLLISION_DISTANCE)
     if any(joint.axis == "z" for joint in robot.virtual_joints):
         distance[dof - 1] = np.inf

@@ -17,7 +17,7 @@ from knotwork.task.scenario import JointTarget
 from knotwork.task.scenario.scenario import Scenario
 from knotwork.waypoints import CartesianWaypoint, ChosenSection
 
-SAME_STATE_TOLERANCE = 1e-12
+STATE_TOLERANCE = 1e-12
 """Distance within which poses and joint positions are equal [m, rad]."""
 
 
@@ -179,7 +179,7 @@ def find_waits(scenario: Scenario, targets: Sequence[JointState | None]) -> Iter
             continue
         if i in moved or first is None or second is None or first.shape != second.shape:
             continue
-        if np.abs(first - second).max() <= SAME_STATE_TOLERANCE:
+        if np.abs(first - second).max() <= STATE_TOLERANCE:
             yield i
 
 

@@ -25,7 +25,7 @@ from knotwork.task.scenario.task_reading import TaskReading
 if TYPE_CHECKING:
     import pinocchio as pin
 
-SAME_WAYPOINT_POINT, SAME_WAYPOINT_ANGLE = 1e-6, 1e-3
+END_POINT_TOLERANCE, END_ANGLE_TOLERANCE = 1e-6, 1e-3
 """Distance of points [m] and orientations [rad] of a file from those of a waypoint within which
 they are equal.
 """
@@ -171,7 +171,7 @@ class PathCurves:
 
     def _check_rotation(self, angle: float, location: Location, fault: str, accepted: str) -> None:
         """Refuse an orientation at an angle [rad] to that of a waypoint."""
-        if angle > SAME_WAYPOINT_ANGLE:
+        if angle > END_ANGLE_TOLERANCE:
             raise self.reading.locations.error(
                 location, fault.format(f"{np.degrees(angle):.4g}"), accepted
             )
@@ -211,8 +211,8 @@ class PathCurves:
         waypoint, start, end = self.waypoint(i), self.poses[i - 1], self.poses[i]
         points, rotations, axes = self._points(i, along)
         self._check_ends(i, points)
-        adds_start = np.linalg.norm(points[0] - start.translation) > SAME_WAYPOINT_POINT
-        adds_end = np.linalg.norm(points[-1] - end.translation) > SAME_WAYPOINT_POINT
+        adds_start = np.linalg.norm(points[0] - start.translation) > END_POINT_TOLERANCE
+        adds_end = np.linalg.norm(points[-1] - end.translation) > END_POINT_TOLERANCE
         rows = [*([0] if adds_start else []), *range(len(points)), *([-1] if adds_end else [])]
         points = points[rows]
         points[0], points[-1] = start.translation, end.translation

@@ -14,7 +14,7 @@ from knotwork.curves.polynomial.extended_curve import ExtendedCurve
 from knotwork.curves.polynomial.two_point import two_point_coefficients
 from knotwork.curves.tool_paths import Timing, ToolPath
 from knotwork.curves.tool_paths.weave import (
-    SAME_BREAK_TIME,
+    BREAK_TIME_TOLERANCE,
     WEAVE_AXES,
     WeavePattern,
     weave_offsets,
@@ -73,7 +73,7 @@ class WeaveReader:
                 weave, normal = self._weave(low, requested, end - begin)
                 with self.curves.errors(self.first + 1 + low, "weave", "normal"):
                     t, state = weave_offsets(weave, path, timing, begin, normal)
-                skipped = int(t[0] <= times[-1][-1] + SAME_BREAK_TIME)
+                skipped = int(t[0] <= times[-1][-1] + BREAK_TIME_TOLERANCE)
                 times.append(t[skipped:])
                 states.append(state[:, skipped:])
                 breaks.append(begin + weave.breaks())

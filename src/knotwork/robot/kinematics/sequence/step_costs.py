@@ -14,7 +14,7 @@ from knotwork.robot.kinematics.sequence.cost import COST_TIE, CostLevel, make_co
 # limit.
 OVERSPEED_FACTOR = 1.0 + 1e-9
 # Distance of joint positions within which steps are the same [rad or m].
-SAME_STEP = 1e-6
+STEP_TOLERANCE = 1e-6
 # Fractions of an interval at which cubics are compared with position limits.
 CUBIC_SAMPLES = (0.25, 0.5, 0.75)
 # Weight of the travel of all joints next to the time of the slowest joint.

@@ -35,7 +35,7 @@ POINT_FIRST = 1e3
 # distance between them [rad or m], are refined.
 CLOSEST_SEARCHES = 120
 MAX_REFINED = 8
-SAME_MINIMUM = 0.1
+MIN_SEPARATION = 0.1
 # Maximum steps of the minimisation, and the gradient at which it ends [m or rad per joint unit].
 MINIMISER_STEPS = 500
 FLAT_GRADIENT = 1e-10
@@ -125,7 +125,7 @@ def _search_batch(search: PoseSearch, near: FloatArray, limits: Limits) -> list[
     revolute = joint_axes(robot).revolute
     selected: list[FloatArray] = []
     for q in ended.q[order]:
-        if all(joint_distances(q, p, revolute) > SAME_MINIMUM for p in selected):
+        if all(joint_distances(q, p, revolute) > MIN_SEPARATION for p in selected):
             selected.append(q)
     return selected[:MAX_REFINED]
 

@@ -27,7 +27,7 @@ SEARCH_ROUNDS = 6
 SEARCH_ITERATIONS = 72
 # Distance within which solutions are equal [rad or m]. The remaining pose error moves no joint by
 # more, except where two branches meet.
-SAME_SOLUTION = 1e-5
+SOLUTION_TOLERANCE = 1e-5
 # Two solutions within `JOINED_DISTANCE` are equal if the pose error between them is below
 # `JOINED_ERROR` [m, rad].
 JOINED_DISTANCE = 1e-2
@@ -147,7 +147,7 @@ def drop_equal_solutions(robot: Robot, target: Targets, solutions: FloatArray) -
     for q in solutions:
         gaps = joint_difference(q, np.array(result).reshape(-1, len(q)), chain.revolute)
         sizes = np.abs(gaps).max(axis=1)
-        if (sizes <= SAME_SOLUTION).any():
+        if (sizes <= SOLUTION_TOLERANCE).any():
             continue
         between = q - 0.5 * gaps[sizes < JOINED_DISTANCE]
         if len(between):

@@ -38,7 +38,7 @@ MAX_RESTARTS = 50
 NEAR_DISTANCE = 0.5
 TWIN_DISTANCE_FACTOR = 3.0
 # A solution within this distance is the nearest one [rad or m].
-SAME_CONFIGURATION = 1e-6
+NEAREST_TOLERANCE = 1e-6
 # Self-motion is followed from at most `MAX_FOLLOWED` solutions within `FOLLOW_DISTANCE_FACTOR`
 # times the minimum distance, until steps are `ROUGH_STEP_FACTOR` times the distance (the remaining
 # gain is about the square of it); and from the nearest one to the end.
@@ -196,7 +196,7 @@ class _NearestSolution:
         """
         if self.best is None or self.distance > NEAR_DISTANCE:
             return False
-        if self.distance < SAME_CONFIGURATION:
+        if self.distance < NEAREST_TOLERANCE:
             return True
         q, within = self.best, TWIN_DISTANCE_FACTOR * self.distance
         U, s, Vt = np.linalg.svd(self.search.jacobian(q), full_matrices=False)
