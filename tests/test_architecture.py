@@ -212,7 +212,7 @@ IMPORTED_BY_TESTS = {
     ),
     "keys of files: each has its test and its line in the docs": (
         "planning.execution",
-        "robot.file",
+        "robot.robot_file",
         "task.scenario.resolve",
         "task.si_units",
     ),

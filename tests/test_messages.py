@@ -16,7 +16,7 @@ from cases import cases
 from command_line import Command
 from knotwork import load_robot, plan
 from knotwork.errors import DocumentError, KnotworkError, OutOfReachError
-from knotwork.robot.file import RobotFile
+from knotwork.robot.robot_file import RobotFile
 from knotwork.task import Task
 from knotwork.task.scenario import load_scenario
 from shipped import ROBOT_FILES

@@ -79,7 +79,7 @@ def schema_of(kind: str) -> dict[str, Any]:
     if kind == "scenario":
         from knotwork.task import Task as Model
     else:
-        from knotwork.robot.file import RobotFile as Model  # type: ignore[assignment]
+        from knotwork.robot.robot_file import RobotFile as Model  # type: ignore[assignment]
     whole = Model.model_json_schema()
     found: dict[str, Any] = whole.pop("$defs", {})
     return {Model.__name__: whole, **found}

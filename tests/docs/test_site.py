@@ -14,7 +14,7 @@ import pytest
 from site_build import Site
 
 from knotwork.files.documents import StrictModel
-from knotwork.robot.file import RobotFile
+from knotwork.robot.robot_file import RobotFile
 from knotwork.task import Task
 from plans import planned
 

@@ -150,7 +150,7 @@ def other_arm(apart: float) -> Bodies:
     return links(kw.plan(LEFT).trajectory, facing)
 
 
-@pytest.mark.parametrize("delay", [0.5, 2.5])
+@pytest.mark.parametrize("delay", mostly_exhaustive([0.5, 2.5], 0.5))
 @pytest.mark.parametrize("apart", mostly_exhaustive([0.9, 0.8], 0.8))
 def test_other_robot_follows_its_plan(tmp_path: Path, delay: float, apart: float) -> None:
     plan = kw.plan(two_arms(tmp_path, delay=delay, position=[apart, 0, 0]))

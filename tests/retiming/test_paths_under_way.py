@@ -11,7 +11,7 @@ import pytest
 import knotwork as kw
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.retiming import approximate_by_cubics
-from plans import planned
+from seams import ON, task
 
 GEOMETRY = {"path_deviation", "path_orientation", "path_progress"}
 
@@ -86,7 +86,10 @@ def test_missed_path_fails(
 
 
 def test_paths_with_own_clock_are_reported_as_not_checked() -> None:
-    slow = planned("ur10_weave").scaled({0: 0.5})
+    weave = {"shape": "sine", "width": 1, "frequency": 1}
+    off = {"name": "off", "along": "line", "speed": 60, "stop": True, "weave": weave}
+    off["pose"] = {"position": [450, 50, 60]}
+    slow = kw.plan(task(ON | {"stop": True}, off)).scaled({0: 0.5})
     (note,) = slow.report.select(quantity="path")
     assert note.verdict == "warning"
     assert "not checked" in note.message

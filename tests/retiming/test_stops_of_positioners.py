@@ -12,11 +12,12 @@ from moving.moving_truth import OfArm, links
 from moving.test_held_on_belts import check_box
 from moving.test_placed_urdfs import Composed, folder
 from moving.test_two_carriers import OFFSET, PICK, PLACE, fetch, named, part, tcp
+from sweeps import mostly_exhaustive
 
 __all__ = ["folder"]
 
 
-@pytest.fixture(scope="module", params=["one frame", "own frames"])
+@pytest.fixture(scope="module", params=mostly_exhaustive(["one frame", "own frames"], "own frames"))
 def fetched(folder: Path, request: pytest.FixtureRequest) -> kw.Plan:
     given = fetch(folder, limits={"acceleration": 20})
     if request.param == "own frames":

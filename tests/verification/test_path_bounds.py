@@ -43,7 +43,7 @@ def disturbed(plan: kw.Plan, change: Any) -> JointTrajectory:
     return replace(plan.trajectory, polynomial=PiecewisePolynomial(c, x))
 
 
-@examples(4, 24)
+@examples(2, 24)
 @given(
     along=st.sampled_from(["line", {"arc": {"through": [490, -30, 70]}}]),
     tolerance=st.floats(0.005, 0.2),

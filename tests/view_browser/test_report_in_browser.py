@@ -15,6 +15,7 @@ from drawn import scene, thing, vertices
 from knotwork.view import report_page
 from plans import planned
 from seams import ON, task
+from sweeps import mostly_exhaustive
 from walls import through_wall
 
 
@@ -49,7 +50,9 @@ def test_the_report_reads_on_screen_phone_and_paper(tabs: Any, tmp_path: Path) -
             assert place is None or place["x"] + place["width"] <= 390
 
 
-@pytest.mark.parametrize("planner", ["quintic", "quintic:estimated"])
+@pytest.mark.parametrize(
+    "planner", mostly_exhaustive(["quintic", "quintic:estimated"], "quintic:estimated")
+)
 def test_each_value_beside_the_scene_is_of_a_drawn_curve(planner: str) -> None:
     text = report_page(planned("planar2_closed_form", planner=planner)).html
     shown = set(re.findall(r'data-curve="([^"]+)"', text))

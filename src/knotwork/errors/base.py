@@ -85,9 +85,9 @@ def suggest_name(name: object, available: Iterable[object]) -> str:
     Returns:
         A clause such as `did you mean 'ur5'? Accepted: panda, ur5`.
     """
-    names = [str(choice) for choice in available]
     import difflib
 
+    names = [str(choice) for choice in available]
     by_folded = {choice.casefold(): choice for choice in names}
     near = difflib.get_close_matches(str(name).casefold(), by_folded, n=1, cutoff=0.6)
     listed, rest = names, ""

@@ -15,7 +15,7 @@ from knotwork.files import documents
 from knotwork.files.documents import Document, validate
 from knotwork.files.foreign import read_trajectory
 from knotwork.files.storage import set_disagreement
-from knotwork.files.storage.sets import stated_scenario
+from knotwork.files.storage.report_digests import stated_scenario
 from knotwork.planning.replanning import SCENE_KEYS
 from knotwork.task import OtherRobot, Task
 from knotwork.task.scenario import Scenario, load_scenario, resolve_task

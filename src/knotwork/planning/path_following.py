@@ -115,12 +115,19 @@ def _path_and_start(
     robot: Robot, path: ToolPath | Curve, start: ArrayLike | None, rotation: ArrayLike | None
 ) -> tuple[ToolPath, FloatArray]:
     """The path of the tool, and the joint positions at its start."""
-    if start is not None:
-        q = checked_array(start, (robot.dof,), "start")
-        return _tool_path(robot, path, q, rotation), q
-    home = robot.configuration("home")
-    tool_path = _tool_path(robot, path, home, rotation)
-    return tool_path, solve_pose_ik(robot, tool_path.pose(0.0), home).q
+    near = robot.configuration("home") if start is None else start
+    near = checked_array(near, (robot.dof,), "start")
+    if not isinstance(path, ToolPath):
+        require_type(path, Curve, "path", "a ToolPath or a curve of kw.tool_paths")
+        constant = robot.forward(near).rotation if rotation is None else rotation
+        path = ToolPath([path], OrientationCurve.constant(constant, path.length))
+    elif rotation is not None:
+        raise InputError(
+            "rotation is given together with a ToolPath, which has its own orientation"
+        )
+    if start is None:
+        near = solve_pose_ik(robot, path.pose(0.0), near).q
+    return path, near
 
 
 def _tolerance(value: float, name: str, unit: str) -> float:
@@ -128,20 +135,6 @@ def _tolerance(value: float, name: str, unit: str) -> float:
     if number < SMALLEST_PATH_TOLERANCE:
         raise InputError(f"{name} is {number:g}; accepted: at least {SMALLEST_PATH_TOLERANCE:g}")
     return number
-
-
-def _tool_path(
-    robot: Robot, path: ToolPath | Curve, start: FloatArray, rotation: ArrayLike | None
-) -> ToolPath:
-    if isinstance(path, ToolPath):
-        if rotation is not None:
-            raise InputError(
-                "rotation is given together with a ToolPath, which has its own orientation"
-            )
-        return path
-    require_type(path, Curve, "path", "a ToolPath or a curve of kw.tool_paths")
-    constant = robot.forward(start).rotation if rotation is None else rotation
-    return ToolPath([path], OrientationCurve.constant(constant, path.length))
 
 
 def _timed_path(path: ToolPath, speed: float, acceleration: float | None) -> TimedPath:

@@ -130,11 +130,11 @@ def task_with_scene_from(
     holds: dict[str, Any] = {}
     objects: dict[str, Any] = {}
 
-    def shift_appearance(item: Any, waypoint: int | None) -> Any:
-        """An object that appears at a waypoint, or `None` if the execution ends before."""
+    def shift_appearance(item: Any, i: int | None) -> Any:
+        """An object that appears at waypoint i, or `None` if the execution ends before."""
         since, appears = first, None
-        if waypoint is not None and first < times[waypoint]:
-            since, appears = times[waypoint], scenario.waypoints[waypoint].name
+        if i is not None and first < times[i]:
+            since, appears = times[i], scenario.waypoints[i].name
         return None if last < since else item.replace(appears=appears)
 
     for item in scenario.scene.objects:
@@ -148,8 +148,8 @@ def task_with_scene_from(
                 leave=grasp.leave if leave <= last else ends[1],
             )
         else:
-            waypoint = held.take if last - SAME_WAYPOINT_TIME <= take else held.leave
-            put_down = _put_down(plan, held, waypoint, span)
+            i = held.take if last - SAME_WAYPOINT_TIME <= take else held.leave
+            put_down = _put_down(plan, held, i, span)
             objects[held.name] = shift_appearance(put_down, held.appears)
     tool = None if task.tool is None else task.tool.replace(holds=holds or None)
     present = {name: item for name, item in objects.items() if item}
@@ -177,7 +177,7 @@ def _frame_of_joints(scenario: Scenario) -> str | None:
 
 
 def _put_down(
-    plan: CheckedMotion, held: GraspedObject, waypoint: int, span: tuple[float, float]
+    plan: CheckedMotion, held: GraspedObject, i: int, span: tuple[float, float]
 ) -> SceneObject:
     """A held object that lies where the tool takes or releases it.
 
@@ -186,19 +186,19 @@ def _put_down(
     Args:
         plan: The planned motion.
         held: The object.
-        waypoint: Index in the scenario of the waypoint where it is taken or released.
+        i: Index in the scenario of the waypoint where it is taken or released.
         span: Time interval of the planned motion that is executed [s].
     """
     scenario, task = plan.scenario, plan.scenario.given
-    at, frame = scenario.waypoints[waypoint], held.frames[waypoint == held.leave]
-    near = [neighbour.time for neighbour in scenario.waypoints[max(waypoint - 1, 0) : waypoint + 2]]
-    robot, q = plan.space.robot, plan.trajectory(at.time)
-    tool = robot.tool_pose(q, in_world_frame=at.in_world_frame)  # type: ignore[union-attr]
+    waypoint, frame = scenario.waypoints[i], held.frames[i == held.leave]
+    near = [neighbour.time for neighbour in scenario.waypoints[max(i - 1, 0) : i + 2]]
+    robot, q = plan.space.robot, plan.trajectory(waypoint.time)
+    tool = robot.tool_pose(q, in_world_frame=waypoint.in_world_frame)  # type: ignore[union-attr]
     placed, parent = tool * held.shape.placement, "base"
     if frame.is_moving:
-        parent = task.frame_of(task.waypoints[scenario.task_index[waypoint]])
-        placed = frame.placement_at(at.time).actInv(placed)
-    elif scenario.pose_frame_link and not at.in_world_frame:
+        parent = task.frame_of(task.waypoints[scenario.task_index[i]])
+        placed = frame.placement_at(waypoint.time).actInv(placed)
+    elif scenario.pose_frame_link and not waypoint.in_world_frame:
         parent = _frame_of_joints(scenario) or "base"
         placed = scenario.frames[parent].actInv(placed)
     grasp = task.tool.holds[held.name]  # type: ignore[union-attr]

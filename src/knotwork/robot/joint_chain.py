@@ -177,7 +177,7 @@ def _find_locked_configuration(
             raise RobotError(
                 robot,
                 f"joint {name!r} is locked at {wanted:g}, outside its limits "
-                f"[{lower:g}, {upper:g}]",
+                f"[{lower:g}, {upper:g}] {'m' if urdf.types[name] == 'prismatic' else 'rad'}",
                 joint=name,
             )
         values[name] = float(wanted)

@@ -14,8 +14,8 @@ from knotwork.errors.arguments import require_type
 from knotwork.files.documents import Document, read, resources, validate
 from knotwork.robot.description import Description, list_limits
 from knotwork.robot.external_axes import Axes
-from knotwork.robot.file import RobotFile
 from knotwork.robot.robot import Robot
+from knotwork.robot.robot_file import RobotFile
 from knotwork.robot.urdf import Urdf, read_urdf
 
 EXAMPLE_ROBOT_DATA = "example-robot-data:"
@@ -168,13 +168,14 @@ def _check_names(content: RobotFile, document: Document, urdf: Urdf) -> None:
 
 def _check_configuration(robot: Robot, name: str) -> None:
     q = robot.configuration(name)
-    limits = zip(robot.lower_position_limit, robot.upper_position_limit, strict=True)
-    for joint, value, (lower, upper) in zip(robot.joint_names, q, limits, strict=True):
+    lower_limits, upper_limits = robot.lower_position_limit, robot.upper_position_limit
+    joints = zip(robot.joint_names, q, lower_limits, upper_limits, robot.joint_units, strict=True)
+    for joint, value, lower, upper, unit in joints:
         if not lower <= value <= upper:
             raise RobotError(
                 robot.name,
                 f"configuration {name!r} has joint {joint!r} at {value:g}, outside its limits "
-                f"[{lower:g}, {upper:g}]",
+                f"[{lower:g}, {upper:g}] {unit}",
                 joint=joint,
             )
 

@@ -27,10 +27,10 @@ from knotwork.robot.joint_tree import (
 )
 from knotwork.scene.bodies import Body
 from knotwork.scene.collision_model import TOOL_BODY, CollisionModel, find_carrier
+from knotwork.scene.excluded_pairs import resolve_rules
 from knotwork.scene.link_bodies import read_link_bodies
 from knotwork.scene.other_robots import are_in_one_cell, load_other_motion
 from knotwork.scene.pairing import Pairing
-from knotwork.scene.rules import resolve_rules
 from knotwork.scene.solids import Solid, make_solid
 from knotwork.task.scenario import (
     GraspedObject,

@@ -8,7 +8,7 @@ import pinocchio as pin
 
 from knotwork.errors import InputError
 from knotwork.robot import Robot
-from knotwork.robot.shapes import UrdfShapes
+from knotwork.robot.urdf_shapes import UrdfShapes
 from knotwork.scene.bodies import Body
 from knotwork.scene.meshes.locating import find_mesh
 from knotwork.scene.solids import make_solid

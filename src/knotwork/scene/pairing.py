@@ -13,7 +13,7 @@ from knotwork.robot.urdf import MAX_URDF_BYTES, parse_root
 from knotwork.robot.urdf_rules import child_elements
 from knotwork.scene.bodies import Body
 from knotwork.scene.collision_model import MOVE_TOGETHER, NEITHER_MOVES, IgnoredPair, Pair
-from knotwork.scene.rules import ALLOWED, Reasons
+from knotwork.scene.excluded_pairs import ALLOWED, Reasons
 from knotwork.task.scenario import Scene
 
 ADJACENT = "a joint joins them"

@@ -29,7 +29,7 @@ MINIMUM_PRECISION = 2e-4
 def check_collisions(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Prove over all time that all pairs of bodies keep their margins."""
     robot, scene = space.robot, scenario.scene
-    if robot is None or not (scene.collisions.itself or scene.has_bodies):
+    if robot is None or not scene.is_checked:
         return
     if exceeded_limit := find_grossly_exceeded_limit(motion.curve, space):
         yield _not_examined(exceeded_limit)

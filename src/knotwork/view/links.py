@@ -13,7 +13,7 @@ import pinocchio as pin
 from knotwork.arrays import FloatArray
 from knotwork.errors import InputError
 from knotwork.robot import Robot
-from knotwork.robot.shapes import LinkShape, UrdfShapes
+from knotwork.robot.urdf_shapes import LinkShape, UrdfShapes
 from knotwork.scene.meshes.locating import find_mesh
 from knotwork.scene.meshes.mesh_files import read_mesh
 from knotwork.view.mesh import GREY, Mesh, drawable, merge_meshes

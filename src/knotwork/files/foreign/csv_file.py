@@ -11,7 +11,7 @@ import numpy as np
 from knotwork.arrays import FloatArray
 from knotwork.errors import DocumentError, Problem
 from knotwork.files.documents.csv_rows import Rows, is_number, read_rows
-from knotwork.files.foreign.header import Column, HeadingError, parse_heading
+from knotwork.files.foreign.headings import Column, HeadingError, parse_heading
 from knotwork.files.foreign.point_table import QUANTITIES, Joints, PointTable
 
 

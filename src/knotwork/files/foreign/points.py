@@ -20,7 +20,7 @@ from knotwork.files.documents import (
     validate,
 )
 from knotwork.files.documents.values import Forms
-from knotwork.files.foreign.header import is_si
+from knotwork.files.foreign.headings import is_si
 from knotwork.files.foreign.point_table import QUANTITIES, Joints, PointTable
 
 QUANTITY_KEYS: dict[str, tuple[str, ...]] = {

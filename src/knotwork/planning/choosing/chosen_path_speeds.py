@@ -108,13 +108,13 @@ def path_speed_error(
         utilisation: Utilisation of the limit, if known.
     """
     path, stretch, limit = fault.path, fault.stretch, fault.limit
-    scenario, waypoint = solved.scenario, path.first + 1 + stretch
+    scenario, i = solved.scenario, path.first + 1 + stretch
     if limit == NOTHING:
         return InputError(
             "nothing bounds the speed along it; accepted: speed: {at_most: a speed}, or limits",
-            where=solved.where(waypoint, "speed"),
+            where=solved.where(i, "speed"),
         )
-    start, end = (scenario.waypoints[i].name for i in (waypoint - 1, waypoint))
+    start, end = (scenario.waypoints[end].name for end in (i - 1, i))
     requested, text = path.requested, scenario.units.text
     chosen, duration = stretch in requested.at_most, requested.durations[stretch]
     given = requested.speeds[stretch] or path.stretches[stretch].speed
@@ -141,11 +141,11 @@ def path_speed_error(
     return InputError(
         f"{speed} along the path from {start!r} to {end!r}: {reason}; accepted: {accepted}, or a "
         "higher limit",
-        where=solved.where(waypoint, _key(solved, waypoint)),
+        where=solved.where(i, _key(solved, i)),
     )
 
 
-def _key(solved: SolvedTask, waypoint: int) -> str:
-    """The key that gives the speed to a waypoint on a path."""
-    step = solved.scenario.given.waypoints[solved.scenario.task_index[waypoint]]
-    return next(key for key in ("speed", "after", "time") if getattr(step, key) is not None)
+def _key(solved: SolvedTask, i: int) -> str:
+    """The key that gives the speed to waypoint i, on a path."""
+    given = solved.scenario.given.waypoints[solved.scenario.task_index[i]]
+    return next(key for key in ("speed", "after", "time") if getattr(given, key) is not None)

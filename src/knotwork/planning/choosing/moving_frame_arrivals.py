@@ -75,13 +75,13 @@ def fix_arrival_times(scenario: Scenario, budget: Budget) -> Scenario:
         if not (scenario.free_values and scenario.free_values.time_dependent):
             return scenario
         chosen = choose_times(scenario, budget)
-    waypoint = max(arrivals, key=lambda i: abs(times[i] - expected[i]))
+    i = max(arrivals, key=lambda k: abs(times[k] - expected[k]))
     raise TimingError(
-        f"{scenario.waypoints[waypoint].name!r} moves, and after {MAX_ARRIVAL_ROUNDS} iterations "
-        f"the arrival at {times[waypoint]:.6g} s is still based on {expected[waypoint]:.6g} s; "
+        f"{scenario.waypoints[i].name!r} moves, and after {MAX_ARRIVAL_ROUNDS} iterations "
+        f"the arrival at {times[i]:.6g} s is still based on {expected[i]:.6g} s; "
         "accepted: time or after [s] here and before",
         limit="rounds",
-        where=scenario.where("waypoints", scenario.task_index[waypoint]),
+        where=scenario.where("waypoints", scenario.task_index[i]),
     )
 
 
@@ -152,19 +152,19 @@ def _times(scenario: Scenario, chosen: ChosenTimes) -> FloatArray:
         InputError: A waypoint is reached later than its given time.
     """
     times = np.array(chosen.scenario.times)
-    for waypoint in scenario.required_free_values.time_dependent:
-        task_index = scenario.task_index[waypoint]
+    for i in scenario.required_free_values.time_dependent:
+        task_index = scenario.task_index[i]
         time = scenario.given.waypoints[task_index].time
-        if time is None or ends_wait(scenario.task_index, waypoint):
+        if time is None or ends_wait(scenario.task_index, i):
             continue
-        if times[waypoint] > time:
+        if times[i] > time:
             with scenario.error_context("waypoints", task_index, "time"):
                 raise InputError(
-                    f"{scenario.waypoints[waypoint].name!r} is reached at "
-                    f"{rounded_up(float(times[waypoint])):.6g} s at the earliest that was found, "
+                    f"{scenario.waypoints[i].name!r} is reached at "
+                    f"{rounded_up(float(times[i])):.6g} s at the earliest that was found, "
                     f"not at {time:g} s; accepted: a later time, or after: fastest"
                 )
-        times[waypoint:] += time - times[waypoint]
+        times[i:] += time - times[i]
     return times
 
 
@@ -174,10 +174,10 @@ def _with_numbers(scenario: Scenario, chosen: ChosenTimes) -> Scenario:
     last, spans = free.time_dependent[-1], np.diff(chosen.scenario.times)
     changes: defaultdict[int, dict[str, Any]] = defaultdict(dict)
     changes.update(_speeds(scenario, chosen))
-    for waypoint in range(1, last + 1):
-        at, task_index = free.waypoints[waypoint], scenario.task_index[waypoint]
+    for i in range(1, last + 1):
+        at, task_index = free.waypoints[i], scenario.task_index[i]
         if at.duration_is_free and task.waypoints[task_index].time is None:
-            span = float(spans[waypoint - 1])
+            span = float(spans[i - 1])
             waits = at.min_duration > span - AGREEMENT
             after = span if waits else LONGER_TIMES * span + AGREEMENT
             changes[task_index]["after"] = rounded_up(after, 6)

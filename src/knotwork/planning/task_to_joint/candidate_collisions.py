@@ -84,7 +84,7 @@ class CandidateCollisions:
             space: The joints of the scenario.
             robot: The robot without virtual joints.
         """
-        if not (scenario.scene.collisions.itself or scenario.scene.has_bodies):
+        if not scenario.scene.is_checked:
             return None
         model = unsolved_collision_model(scenario, space, robot, scenario.expected_times)
         return cls(scenario, robot, model) if model.pairs else None

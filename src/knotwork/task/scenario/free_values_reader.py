@@ -102,14 +102,14 @@ class FreeValues:
         return end.duration_is_free or {start.speed_kind, end.speed_kind} != {"given"}
 
 
-def ends_wait(task_index: Sequence[int], waypoint: int) -> bool:
-    """Whether a waypoint of a scenario is the end of a wait: the second of its two waypoints.
+def ends_wait(task_index: Sequence[int], i: int) -> bool:
+    """Whether waypoint i of a scenario is the end of a wait: the second of its two waypoints.
 
     Args:
         task_index: Index in the task of each waypoint of the scenario.
-        waypoint: Index in the scenario.
+        i: Index in the scenario.
     """
-    return waypoint > 0 and task_index[waypoint] == task_index[waypoint - 1]
+    return i > 0 and task_index[i] == task_index[i - 1]
 
 
 def min_duration(task: ExpandedTask, i: int) -> float | None:
@@ -156,13 +156,13 @@ def read_free_values(
     """
     waypoints: list[FreeWaypoint] = []
     time_dependent: list[int] = []
-    for waypoint, i in enumerate(task_index):
+    for i, k in enumerate(task_index):
         free = FreeWaypoint()
-        if i >= 0 and not ends_wait(task_index, waypoint):  # otherwise the start, or after a wait
-            free = _free_waypoint(task, i)
+        if k >= 0 and not ends_wait(task_index, i):  # otherwise the start, or after a wait
+            free = _free_waypoint(task, k)
             is_unknown = any(before.duration_is_unknown for before in waypoints)
-            if task.waypoints[i].time is not None and is_unknown:
-                time_dependent.append(waypoint)
+            if task.waypoints[k].time is not None and is_unknown:
+                time_dependent.append(i)
                 free = replace(free, duration_is_free=True)
         waypoints.append(free)
     has_free_times = any(free.duration_is_free for free in waypoints)

@@ -239,9 +239,9 @@ class PoseFrames:
             DocumentError: The total duration is given as well.
         """
         in_moving_frames = [
-            waypoint
-            for waypoint in range(free.first_unknown_time, len(task_index))
-            if self[task_index[waypoint]].is_moving
+            i
+            for i in range(free.first_unknown_time, len(task_index))
+            if self[task_index[i]].is_moving
         ]
         if in_moving_frames and free.total_duration is not None:
             name = self.names[task_index[in_moving_frames[0]]]

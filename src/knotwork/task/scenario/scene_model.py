@@ -137,6 +137,11 @@ class Scene:
         return bool(self.robots) or any(frame.is_moving for frame in frames)
 
     @property
+    def is_checked(self) -> bool:
+        """Whether collisions are checked."""
+        return self.collisions.itself or self.has_bodies
+
+    @property
     def has_bodies(self) -> bool:
         """Whether the scenario has bodies to check in addition to the links of the robot."""
         objects = any(not item.visual for item in self.objects)

@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
-from knotwork.files.foreign.header import HeadingError, parse_heading, quantity_named, split_words
+from knotwork.files.foreign.headings import HeadingError, parse_heading, quantity_named, split_words
 
 PREFERRED_TOPIC = "joint_states"
 """Last part of the topic that is read if several topics have all joints, as ROS names it."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.files.documents.csv_rows import Rows, read_rows
-from knotwork.files.foreign.header import HeadingError
+from knotwork.files.foreign.headings import HeadingError
 from knotwork.verification.recording.columns import LogColumns, PositionColumn, log_columns
 
 MIN_SAMPLES = 16
