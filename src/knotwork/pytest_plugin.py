@@ -76,7 +76,8 @@ class Checks:
         from knotwork import planning
         from knotwork.errors import InputError
         from knotwork.files.foreign import is_trajectory
-        from knotwork.planning.check_trajectory import check_with_task, scenario_of_plan
+        from knotwork.files.storage.report_digests import stated_scenario
+        from knotwork.planning.check_trajectory import check_with_task
 
         scenario, robot, scene = (self._resolve(name) for name in (scenario, robot, scene))
         try:
@@ -84,7 +85,7 @@ class Checks:
                 return planning.check_without_task(file, robot, scene, limits).report
             if scenario is None and not is_trajectory(file):
                 return planning.plan(file).report
-            stated, note = scenario_of_plan(Path(file))
+            stated, note = stated_scenario(Path(file))
             if scenario is None and stated is None:
                 raise InputError(note or f"{file} needs its scenario, robot or scene")
             return check_with_task(file, scenario or stated or "")[0].report

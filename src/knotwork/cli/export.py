@@ -46,8 +46,8 @@ Exit codes:
 """
 
 
+# Maximum number of kinds of failures that are listed.
 MAX_EXPORT_FAILURES = 10
-"""Maximum number of kinds of failures that are listed."""
 UNMET_BY_CUBIC_FITS = ("acceleration_jump", "acceleration_change", "joint_acceleration", "jerk")
 """Quantities that fail if cubics join points of a smoother motion, at any density of points.
 

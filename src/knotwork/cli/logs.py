@@ -18,7 +18,7 @@ from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.files.foreign import is_foreign, read_trajectory
 from knotwork.files.storage import load_trajectory
-from knotwork.planning.check_trajectory import scenario_of_plan
+from knotwork.files.storage.report_digests import stated_scenario
 from knotwork.task.scenario import load_scenario
 from knotwork.task.scenario.joint_space import joint_space
 from knotwork.verification.recording import (
@@ -178,7 +178,7 @@ def planned_scenario(log: LogOptions | None) -> str | None:
 
 def read_stated_scenario(plan: str | Path) -> str | None:
     """Name or path of the scenario that a plan's report states; a note is printed if it is lost."""
-    scenario, note = scenario_of_plan(Path(plan))
+    scenario, note = stated_scenario(Path(plan))
     print_note(note)
     return scenario
 

@@ -24,8 +24,8 @@ os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
 # NumPy starts threads in each process; matrices here are too small for them.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+# Exit codes: an internal error, Ctrl-C, and a reader of the output that closed its pipe.
 INTERNAL, INTERRUPTED, UNREAD = 3, 130, 141
-"""Exit codes: an internal error, Ctrl-C, and a reader of the output that closed its pipe."""
 
 # Module and summary by command.
 _COMMANDS = {

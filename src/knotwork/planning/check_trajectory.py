@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import os
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -15,7 +14,6 @@ from knotwork.files import documents
 from knotwork.files.documents import Document, validate
 from knotwork.files.foreign import read_trajectory
 from knotwork.files.storage import set_disagreement
-from knotwork.files.storage.report_digests import stated_scenario
 from knotwork.planning.replanning import SCENE_KEYS
 from knotwork.task import OtherRobot, Task
 from knotwork.task.scenario import Scenario, load_scenario, resolve_task
@@ -25,24 +23,6 @@ from knotwork.verification import Finding, check
 from knotwork.verification.checks import CHECKS_OF_WAYPOINTS
 from knotwork.verification.collisions import clearance_from_robot
 from knotwork.verification.report import CheckedMotion
-
-
-def scenario_of_plan(plan: Path) -> tuple[str | None, str]:
-    """Find the scenario of a saved plan, which the report next to its trajectory states.
-
-    Args:
-        plan: The folder of the plan, or a file in it.
-
-    Returns:
-        A shipped name or a path, or `None`; and a note if the stated file does not exist.
-    """
-    stated = stated_scenario(plan)
-    if stated is None or stated in documents.resources.names("scenarios"):
-        return stated, ""
-    file = (plan if plan.is_dir() else plan.parent) / stated
-    if not file.is_file():
-        return None, f"{plan} is a plan of {file}, which does not exist"
-    return os.path.relpath(file), ""
 
 
 def check_with_task(path: str | Path, scenario: str | Path) -> tuple[CheckedMotion, str]:

@@ -191,13 +191,9 @@ class Report:
         return tuple(sorted(worst, key=lambda finding: -(finding.utilisation or 0.0)))
 
     @property
-    def notable(self) -> tuple[Finding, ...]:
+    def notable(self) -> list[Finding]:
         """The findings of `tightest` that use at least `NOTABLE_UTILISATION` of their limits."""
-        return tuple(
-            finding
-            for finding in self.tightest
-            if (finding.utilisation or 0.0) >= NOTABLE_UTILISATION
-        )
+        return [item for item in self.tightest if (item.utilisation or 0.0) >= NOTABLE_UTILISATION]
 
     @property
     def reservations(self) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -51,17 +52,26 @@ def set_disagreement(path: Path) -> str | None:
     return f"is not the file that {REPORT} next to it was written with: it was changed since"
 
 
-def stated_scenario(path: Path) -> str | None:
-    """Name or path of the scenario, from the report in the folder of a plan; or `None`.
+def stated_scenario(plan: Path) -> tuple[str | None, str]:
+    """Find the scenario of a saved plan, which the report in its folder states.
 
     Args:
-        path: A trajectory, or a folder with a `trajectory.json`.
+        plan: The folder of the plan, or a file in it.
+
+    Returns:
+        A shipped name or a path, or `None`; and a note if the stated file does not exist.
     """
+    folder = plan if plan.is_dir() else plan.parent
     try:
-        stated = _read_report(path if path.is_dir() else path.parent)["scenario_file"]
+        stated = str(_read_report(folder)["scenario_file"] or "")
     except (LookupError, TypeError):
-        return None
-    return stated if isinstance(stated, str) else None
+        stated = ""
+    if not stated or stated in documents.resources.names("scenarios"):
+        return stated or None, ""
+    file = folder / stated
+    if not file.is_file():
+        return None, f"{plan} is a plan of {file}, which does not exist"
+    return os.path.relpath(file), ""
 
 
 def _read_report(folder: Path) -> Any:

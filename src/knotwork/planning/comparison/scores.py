@@ -123,7 +123,7 @@ def best(scores: Sequence[Score]) -> dict[str, set[str]]:
     winners: dict[str, set[str]] = {}
     for column in COLUMNS:
         values = {
-            score.planner: ranked_value(getattr(score, column)) for score in scores if score.passed
+            score.planner: ranking(getattr(score, column)) for score in scores if score.passed
         }
         known = {name: value for name, value in values.items() if value is not None}
         if known:
@@ -133,7 +133,7 @@ def best(scores: Sequence[Score]) -> dict[str, set[str]]:
     return winners
 
 
-def ranked_value(value: metrics.Peak | float | None) -> float | None:
+def ranking(value: metrics.Peak | float | None) -> float | None:
     """The number by which planners are ranked: for a peak its utilisation, if there is one."""
     if isinstance(value, metrics.Peak):
         return value.utilisation if value.utilisation is not None else value.value

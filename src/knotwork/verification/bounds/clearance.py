@@ -38,7 +38,6 @@ from knotwork.verification.bounds.relative_motion import RelativeMotion
 
 CLEARANCE_INTERVALS = 24
 """Approximate number of intervals of the first division, which is also at every break."""
-
 LENGTH_DIGITS = 12
 """Decimals of lengths [m] that decide between times, so that every machine decides equally."""
 
