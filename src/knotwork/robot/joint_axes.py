@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import wraps
-from typing import TypeVar
-from weakref import WeakKeyDictionary
-
 import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.errors import RobotError
 from knotwork.robot import Robot
-from knotwork.robot.joint_tree import joint_tree
+from knotwork.robot.joint_tree import cache_per_robot, joint_tree
 
 
 class JointAxes:
@@ -103,21 +98,6 @@ class JointAxes:
             slides = ~self.revolute
             J[:3, slides], J[3:, slides] = axes[:, slides], 0.0
         return tip, rotation, J
-
-
-T = TypeVar("T")
-
-
-def cache_per_robot(make: Callable[[Robot], T]) -> Callable[[Robot], T]:
-    """Cache the results of a function of a robot for the lifetime of the robot."""
-    results: WeakKeyDictionary[Robot, T] = WeakKeyDictionary()
-
-    def find(robot: Robot) -> T:
-        if robot not in results:
-            results[robot] = make(robot)
-        return results[robot]
-
-    return wraps(make)(find)
 
 
 @cache_per_robot

@@ -5,10 +5,11 @@ All code that places links, bounds their motion, writes their dynamics or draws 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Any
+from functools import cached_property, wraps
+from typing import Any, TypeVar
+from weakref import WeakKeyDictionary
 
 import numpy as np
 import pinocchio as pin
@@ -109,8 +110,25 @@ class JointTree:
         return [int(i) for i in np.flatnonzero(self.carriers[joint])]
 
 
+R = TypeVar("R")
+T = TypeVar("T")
+
+
+def cache_per_robot(make: Callable[[R], T]) -> Callable[[R], T]:
+    """Cache the results of a function of a robot, or of its model, for its lifetime."""
+    results: WeakKeyDictionary[R, T] = WeakKeyDictionary()
+
+    def find(robot: R) -> T:
+        if robot not in results:
+            results[robot] = make(robot)
+        return results[robot]
+
+    return wraps(make)(find)
+
+
+@cache_per_robot
 def joint_tree(model: Any) -> JointTree:
-    """Read the joints of a Pinocchio model.
+    """Read the joints of a Pinocchio model; cached.
 
     Raises:
         InputError: A joint has several degrees of freedom.

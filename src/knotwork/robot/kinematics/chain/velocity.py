@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from knotwork.arrays import FloatArray, checked_array
 from knotwork.errors import FastJoint, SingularityError
 from knotwork.robot import Robot
-from knotwork.robot.joint_axes import cache_per_robot
+from knotwork.robot.joint_tree import cache_per_robot
 from knotwork.robot.kinematics.chain.joint_ranges import position_limits, range_middles
 from knotwork.robot.kinematics.pose_arguments import check_tolerance
 from knotwork.units import SI, Units

@@ -18,7 +18,8 @@ import numpy as np
 
 from knotwork.arrays import BoolArray, FloatArray
 from knotwork.robot import Robot
-from knotwork.robot.joint_axes import cache_per_robot, joint_axes, pose_errors
+from knotwork.robot.joint_axes import joint_axes, pose_errors
+from knotwork.robot.joint_tree import cache_per_robot
 from knotwork.robot.kinematics.chain.batch import Targets
 from knotwork.robot.kinematics.geometry.configuration_flags import find_axis_geometry
 

@@ -21,7 +21,8 @@ import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.robot import Robot
-from knotwork.robot.joint_axes import JointAxes, cache_per_robot, joint_axes
+from knotwork.robot.joint_axes import JointAxes, joint_axes
+from knotwork.robot.joint_tree import cache_per_robot
 from knotwork.robot.kinematics.chain.joint_ranges import low_discrepancy_points
 
 FLAGS = {"shoulder": ("left", "right"), "elbow": ("up", "down"), "wrist": ("no flip", "flip")}
