@@ -37,7 +37,7 @@ def plan(
         planner: Planner in place of the scenario's; a rule may follow after a colon, as in
             `"quintic:estimated"`. Options that it does not support are left out, and
             `Plan.unsupported_options` names them.
-        budget: Computing time for free times [s], by default unlimited. Segments that are not
+        budget: Computing time for free times [s], by default unlimited. Sections that are not
             solved within it rest at each waypoint.
         progress: Callback of the solver for free times.
 

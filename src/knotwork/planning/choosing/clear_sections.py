@@ -131,7 +131,9 @@ def _bodies(section: FreeSection) -> CollisionModel:
         InputError: The bodies change during the section, or an obstacle moves.
     """
     solved = section.solved
-    first, *later = (bodies_at(solved.collision_model, i + 0.5) for i in section.waypoints[:-1])
+    first, *later = (
+        bodies_at(solved.collision_model_by_index, i + 0.5) for i in section.waypoints[:-1]
+    )
     for model, i in zip(later, section.waypoints[1:-1], strict=True):
         if model.pairs != first.pairs:
             raise InputError(

@@ -105,8 +105,8 @@ class SolvedTask:
         }
 
     @cached_property
-    def collision_model(self) -> CollisionModel:
-        """Bodies of the robot and the scene, in which the index of a waypoint is its time."""
+    def collision_model_by_index(self) -> CollisionModel:
+        """Bodies of the robot and the scene over the index of the waypoint in place of time."""
         from knotwork.planning.task_to_joint.candidate_collisions import unsolved_collision_model
 
         if self.space.robot is None:

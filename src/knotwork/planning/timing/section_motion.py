@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.planning.timing.long_intervals import guessed_states
+from knotwork.planning.timing.long_intervals import guessed_states, stop_times
 from knotwork.planning.timing.motion_curves import concatenate
 from knotwork.planning.timing.motion_states import States
 from knotwork.planning.timing.nonlinear_program import Solution
@@ -83,7 +83,8 @@ def resting_motion(problem: TimingProblem, status: Status) -> SectionMotion | No
 
 def _optimised_motion(problem: TimingProblem, budget: Budget) -> SectionMotion | None:
     """Solve a section with more tightening whenever the exact check finds an excess."""
-    guess, tightening = plain_guess(problem), first_tightening(problem)
+    tightening = first_tightening(problem)
+    guess = plain_guess(problem, slow_middle=tightening.slow_middle)
     last: Solution | None = None
     for _ in range(MAX_TIGHTENINGS):
         seconds = budget.remaining()
@@ -93,8 +94,11 @@ def _optimised_motion(problem: TimingProblem, budget: Budget) -> SectionMotion |
         solution = program.solve(last, seconds)
         budget.step(solution.iterations)
         if not solution.solved:
-            if last is None:
+            if last is None and not tightening.slow_middle:
                 return None
+            if last is None:  # efforts may not allow stops that are so short
+                tightening = replace(tightening, slow_middle=False)
+                guess = plain_guess(problem, slow_middle=False)
             last = None  # the previous solution is too far away
             continue
         time, curve = program.motion_of(solution.x)
@@ -109,10 +113,11 @@ def _optimised_motion(problem: TimingProblem, budget: Budget) -> SectionMotion |
     return None
 
 
-def plain_guess(problem: TimingProblem) -> States:
+def plain_guess(problem: TimingProblem, *, slow_middle: bool) -> States:
     """An initial guess of plain cubics, by the states at the breaks of the solver's pieces.
 
-    Joints pass waypoints without a stop where they may.
+    Joints pass waypoints without a stop where they may. In the middle of long intervals they are
+    slow if `slow_middle` is true.
     """
     velocity = first_velocities(problem)
     duration = first_durations(problem, velocity)
@@ -121,7 +126,8 @@ def plain_guess(problem: TimingProblem) -> States:
     duration = np.where(np.isnan(short), duration, np.minimum(short, duration))
     if problem.total is not None:
         duration = duration * (problem.total / duration.sum())
-    return guessed_states(problem, duration, velocity)
+    stops = stop_times(problem) if slow_middle else np.full(duration.shape, np.nan)
+    return guessed_states(problem.position, duration, velocity, stops)
 
 
 def first_durations(problem: TimingProblem, velocity: FloatArray) -> FloatArray:

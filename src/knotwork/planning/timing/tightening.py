@@ -10,6 +10,7 @@ import numpy as np
 from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.joint_quantities import RATE_QUANTITIES
+from knotwork.planning.timing.long_intervals import stop_times
 from knotwork.planning.timing.robot_limits import (
     robot_limits,
     sampled_utilisation,
@@ -34,12 +35,14 @@ class Tightening:
 
     Attributes:
         margin: Relative margin to each limit.
+        slow_middle: Whether velocities in the middle of long intervals are bounded.
         position: Whether positions between the breaks are limited.
         fractions: Allowed fractions of the limits of `ROBOT_LIMITS` that the solver has, by name:
             see `robot_limit_blocks`.
     """
 
     margin: float = SOLVER_MARGIN
+    slow_middle: bool = False
     position: bool = False
     fractions: Mapping[str, FloatArray] = field(default_factory=dict)
 
@@ -56,13 +59,14 @@ def first_tightening(problem: TimingProblem) -> Tightening:
 
     It includes efforts only if no other quantity limits a joint.
     """
-    limits = problem.limits
+    limits, slow_middle = problem.limits, bool(np.isfinite(stop_times(problem)).any())
     unlimited = np.isinf(limits.acceleration) & np.isinf(limits.jerk) & np.isfinite(limits.effort)
     if problem.objective.time and problem.free.any() and unlimited.any():
         intervals = len(problem.position) - 1
         utilisation = np.zeros((pieces_each(intervals) * intervals, len(unlimited)))
-        return Tightening(fractions={"effort": _allowed_fractions(None, utilisation)})
-    return Tightening()
+        fractions = {"effort": _allowed_fractions(None, utilisation)}
+        return Tightening(slow_middle=slow_middle, fractions=fractions)
+    return Tightening(slow_middle=slow_middle)
 
 
 def tighten(
