@@ -43,7 +43,7 @@ LENGTH_DIGITS = 12
 
 CLEARANCE_PRECISION = 1e-3
 """Precision of a pair's minimum clearance [m], unless a fraction of the clearance is larger."""
-RELATIVE_PRECISION = 0.2
+RELATIVE_PRECISION = 0.05
 """Fraction of the clearance that is precise enough."""
 
 INTERVAL_BLOCK = 2000
