@@ -91,7 +91,7 @@ class StretchTimeError(PathError):
 
 
 class FollowingObstruction(NamedTuple):
-    """What prevents an arm from following a path.
+    """The first obstruction of an arm that follows a path.
 
     Attributes:
         cause: `"joint limit"`, `"velocity limit"`, `"collision"` or `"singularity"`; the last means

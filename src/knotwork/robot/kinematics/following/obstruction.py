@@ -1,4 +1,4 @@
-"""What keeps an arm from following a tool path."""
+"""Obstructions of an arm that follows a tool path."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ def make_following_error(
 
     Args:
         path: The path.
-        obstruction: What prevents it.
+        obstruction: Its first obstruction.
         beginning: Beginning of the message.
         remedy: Remedy, as a sentence.
         since: Time from which distance is counted [s]; by default the start of the path.
