@@ -157,6 +157,7 @@ def _is_model(kind: Any) -> bool:
 
 def _fields(model: type[BaseModel]) -> dict[str | int, FieldInfo]:
     """Fields of a model by their keys in a file."""
+    model.model_rebuild()  # resolves types that are defined below the model
     return {
         str(key): info
         for name, info in model.model_fields.items()
