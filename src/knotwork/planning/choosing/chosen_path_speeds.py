@@ -12,7 +12,7 @@ import numpy as np
 from knotwork.errors import FollowingError, InputError, PathError
 from knotwork.planning.choosing.chosen_values import solutions_near
 from knotwork.planning.choosing.free_sections import SolvedTask
-from knotwork.planning.choosing.path_limit_utilisation import LimitUtilisation
+from knotwork.planning.choosing.path_limit_utilisation import planned_utilisation, state_limits
 from knotwork.planning.choosing.path_speed_problem import (
     MAX_SLOWDOWN,
     NOTHING,
@@ -88,10 +88,10 @@ def given_speeds_beyond_limits(
     for number, path in enumerate(solved.scenario.paths):
         if number in chosen:
             continue
-        limits = LimitUtilisation(solved, path)
-        utilisations = limits.of_motion(solved, path).max(axis=1)
+        limits = state_limits(solved, path)
+        utilisations = planned_utilisation(solved, path, limits).max(axis=1)
         for stretch in np.flatnonzero((utilisations > 1.0 + LIMIT_SLACK).any(axis=1)).tolist():
-            limit = limits.limits[int(utilisations[stretch].argmax())]
+            limit = limits.names[int(utilisations[stretch].argmax())]
             worst = float(utilisations[stretch].max())
             errors.append(path_speed_error(solved, NoSpeedsError(path, stretch, limit), worst))
     return errors

@@ -18,10 +18,11 @@ from knotwork.errors import PathError
 from knotwork.planning.choosing.free_sections import SolvedTask
 from knotwork.planning.choosing.path_limit_utilisation import (
     CONSTANT_SPEED_PART,
-    LimitUtilisation,
     PathUtilisation,
-    SpeedBound,
+    planned_utilisation,
+    state_limits,
 )
+from knotwork.planning.timing.state_limits import LimitName
 from knotwork.task.scenario import ScenarioPath
 
 SPEED_DIGITS = 4
@@ -39,19 +40,19 @@ SIGNIFICANT_UTILISATION = 0.3
 MIN_SLOWDOWN, MAX_SLOWDOWN = 0.995, 0.8
 """Factors on a speed that is lowered in one step."""
 
-RAMPS = SpeedBound("", "path acceleration")
+RAMPS = LimitName("", "path acceleration")
 """The acceleration along the path, with which speeds change."""
 
-ADJACENT_MOTION = SpeedBound("", "adjacent motion")
+ADJACENT_MOTION = LimitName("", "adjacent motion")
 """The motion before or after the path."""
 
-AT_MOST = SpeedBound("", "at_most")
+AT_MOST = LimitName("", "at_most")
 """The upper bound of a speed in the task."""
 
-TOLERANCES = SpeedBound("", "path tolerance")
+TOLERANCES = LimitName("", "path tolerance")
 """The tolerances of the path."""
 
-NOTHING = SpeedBound("", "nothing")
+NOTHING = LimitName("", "nothing")
 """Nothing bounds a speed."""
 
 
@@ -64,7 +65,7 @@ class NoSpeedsError(Exception):
         limit: The exceeded limit.
     """
 
-    def __init__(self, path: ScenarioPath, stretch: int, limit: SpeedBound) -> None:
+    def __init__(self, path: ScenarioPath, stretch: int, limit: LimitName) -> None:
         super().__init__()
         self.path, self.stretch, self.limit = path, stretch, limit
 
@@ -90,11 +91,11 @@ class PathSpeedProblem:
         self.requested = self.path.requested
         self.caps = {k: (bound, AT_MOST) for k, bound in self.requested.at_most.items()}
         self.unit = solved.scenario.shown_length[0]
-        self.utilisation = LimitUtilisation(solved, self.path)
-        self.along = PathUtilisation(solved, self.path, self.utilisation)
-        self._ratio = np.ones((len(self.path.stretches), 3, len(self.utilisation.limits)))
+        self.limits = state_limits(solved, self.path)
+        self.along = PathUtilisation(solved, self.path, self.limits)
+        self._ratio = np.ones((len(self.path.stretches), 3, len(self.limits.names)))
         self.speeds: dict[int, float] = {}
-        self.limiting: dict[int, SpeedBound] = {}
+        self.limiting: dict[int, LimitName] = {}
 
     def choose(self) -> float:
         """Choose maximum speeds that are expected to keep the limits.
@@ -111,7 +112,7 @@ class PathSpeedProblem:
             column = int(bounds[k].argmin())
             speed = max(float(bounds[k, column]), MIN_SPEED)
             self.speeds[k] = min(speed, cap)
-            self.limiting[k] = bound if cap <= speed else self.utilisation.limits[column]
+            self.limiting[k] = bound if cap <= speed else self.limits.names[column]
             if math.isinf(self.speeds[k]):
                 raise NoSpeedsError(self.path, k, NOTHING)
         while True:
@@ -173,16 +174,16 @@ class PathSpeedProblem:
             self.speeds[j] = max((v for v in neighbours if lower <= v < speeds[j]), default=lower)
             self.limiting[j] = limit
 
-    def _required_slowdown(self, utilisation: FloatArray) -> tuple[float, SpeedBound]:
+    def _required_slowdown(self, utilisation: FloatArray) -> tuple[float, LimitName]:
         """Factor on a speed that brings limits from their utilisation, shape (m,), to 1.
 
         A step lowers a speed at most by `MAX_SLOWDOWN`. The limit is the one with that factor.
         """
-        factors = np.maximum(utilisation, 1e-9) ** (-1.0 / self.utilisation.orders)
+        factors = np.maximum(utilisation, 1e-9) ** (-1.0 / self.limits.orders)
         column = int(factors.argmin())
-        return max(float(factors[column]), MAX_SLOWDOWN), self.utilisation.limits[column]
+        return max(float(factors[column]), MAX_SLOWDOWN), self.limits.names[column]
 
-    def lower_caps(self, factor: float, reason: SpeedBound) -> None:
+    def lower_caps(self, factor: float, reason: LimitName) -> None:
         """Cap each speed at a fraction of its present value."""
         self.caps = {k: (factor * speed, reason) for k, speed in self.speeds.items()}
 
@@ -198,7 +199,7 @@ class PathSpeedProblem:
             The error for the limit that the motion exceeds, or `None`.
         """
         path = solved.scenario.paths[self.number]
-        planned = self.utilisation.of_motion(solved, path)
+        planned = planned_utilisation(solved, path, self.limits)
         expected = self.along.with_timing(path.motion.timing)
         ratio = np.clip(planned / np.maximum(expected, 1e-9), 0.1, 1e3)
         compared = np.maximum(planned, self._ratio * expected) > SIGNIFICANT_UTILISATION
@@ -211,7 +212,7 @@ class PathSpeedProblem:
         k, column = divmod(int(largest.argmax()), largest.shape[1])
         if largest[k, column] <= PLANNED_UTILISATION:
             return None
-        return NoSpeedsError(self.path, k, self.utilisation.limits[column])
+        return NoSpeedsError(self.path, k, self.limits.names[column])
 
 
 def round_speed(speed: float) -> float:

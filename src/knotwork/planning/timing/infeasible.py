@@ -267,11 +267,10 @@ def _beyond_tool_speed(problem: TimingProblem) -> Iterator[tuple[str, TimingErro
     limit = problem.tool_speed
     if np.isinf(limit):
         return
-    rows = np.flatnonzero(problem.velocity_known)
-    speeds = problem.required_dynamics.tool_speed(problem.position[rows], problem.velocity[rows])
-    bound = (1.0 - TOOL_SPEED_MARGIN) * limit
-    for i, speed in zip(rows.tolist(), speeds.tolist(), strict=True):
-        if speed > bound:
+    robot, bound = problem.required_dynamics.robot, (1.0 - TOOL_SPEED_MARGIN) * limit
+    for i in np.flatnonzero(problem.velocity_known).tolist():
+        twist = robot.twist(problem.position[i], problem.velocity[i])
+        if (speed := float(np.linalg.norm(twist.linear))) > bound:
             message = (
                 f"{waypoint_text(problem.names[i])}: the given speed of the tool is "
                 f"{problem.units.text(speed, 'm/s')}, and tool_speed is "

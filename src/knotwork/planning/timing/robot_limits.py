@@ -27,7 +27,7 @@ SAMPLES_EACH = 16
 
 ROBOT_LIMITS: dict[str, tuple[float, ...]] = {
     "effort": (0.5,),
-    "tool_speed": (0.25, 0.5, 0.75),
+    "tool speed": (0.25, 0.5, 0.75),
 }
 """Limits, with the positions in each piece at which the solver applies them.
 
@@ -142,40 +142,23 @@ def work_kernel(dynamics: Dynamics) -> Kernel:
     return _inside_kernel(dynamics.robot.dof, (0.0, 0.5, 1.0), weight, cost)
 
 
-def robot_limits(problem: TimingProblem) -> list[str]:
-    """Names of those of `ROBOT_LIMITS` that a problem has."""
-    return [name for name in ROBOT_LIMITS if np.isfinite(problem.limit(name)).any()]
-
-
-def utilisation(
-    problem: TimingProblem, name: str, q: FloatArray, v: FloatArray, a: FloatArray
-) -> FloatArray:
-    """Utilisation of a limit of `ROBOT_LIMITS` in many states.
-
-    Args:
-        problem: The problem.
-        name: Name of the limit.
-        q: Joint positions, shape (..., d).
-        v: Joint velocities, shape (..., d).
-        a: Joint accelerations, shape (..., d).
-
-    Returns:
-        Fractions, shape (..., d) for efforts and (..., 1) for the tool.
-    """
-    dynamics = problem.required_dynamics
-    values = dynamics.effort(q, v, a) if name == "effort" else dynamics.tool_speed(q, v)[..., None]
-    return np.asarray(np.abs(values) / problem.limit(name))
-
-
 def sampled_utilisation(
-    problem: TimingProblem, curve: PiecewisePolynomial, name: str
-) -> FloatArray:
-    """Largest utilisation of a limit at samples of each piece, shape (pieces, d or 1)."""
+    problem: TimingProblem, curve: PiecewisePolynomial
+) -> Mapping[str, FloatArray]:
+    """Largest utilisation at samples of each piece, shape (pieces, d or 1).
+
+    Its keys are the names of those of `ROBOT_LIMITS` that the problem has.
+    """
+    names = [name for name in ROBOT_LIMITS if np.isfinite(problem.limit(name)).any()]
+    if not names:
+        return {}
     span = np.diff(curve.x)[:, None]
     inside = curve.x[:-1, None] + np.arange(SAMPLES_EACH) / SAMPLES_EACH * span
     times = np.minimum(np.hstack((inside, curve.x[1:, None])), curve.x[-1])
-    states = (curve(times, order) for order in range(3))
-    return np.asarray(utilisation(problem, name, *states).max(axis=1))
+    limits = problem.state_limits
+    utilisation = limits.motion_utilisation(curve, times).max(axis=1)
+    quantities = np.array([limit.quantity for limit in limits.names])
+    return {name: utilisation[:, quantities == name] for name in names}
 
 
 def unproved_utilisation(

@@ -12,12 +12,11 @@ from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import TimingError, merge_errors
-from knotwork.joint_quantities import RATE_QUANTITIES
 from knotwork.planning.timing.bounds import lower_bound
 from knotwork.planning.timing.infeasible import infeasible_values, unsolved_errors
 from knotwork.planning.timing.motion_curves import concatenate
-from knotwork.planning.timing.robot_limits import robot_limits, utilisation
 from knotwork.planning.timing.section_motion import SectionMotion, solve_section
+from knotwork.planning.timing.state_limits import LimitName
 from knotwork.planning.timing.timed_motion import (
     ActiveLimit,
     Budget,
@@ -241,38 +240,25 @@ def binding_limits(
     """
     fractions = (np.arange(BINDING_SAMPLES) + 0.5) / BINDING_SAMPLES
     times = time[:-1, None] + fractions * np.diff(time)[:, None]
-    limits = problem.limits
-    active: list[ActiveLimit] = []
-    q, v, a = (curve(times, order) for order in range(3))
-    utilisations = {
-        name: np.abs(curve(times, order)) / limits[name]
-        for order, name in enumerate(RATE_QUANTITIES, 1)
-    }
-    for name in robot_limits(problem):
-        utilisations[name] = utilisation(problem, name, q, v, a)
+    limits, q = problem.limits, curve(times)
     width = limits.upper - limits.lower
     slack = np.where(np.isfinite(width), ACTIVE_LIMIT_DISTANCE * width, 0.0)
     at_end = (q <= limits.lower + slack) | (q >= limits.upper - slack)
-    utilisations["position"] = at_end.astype(float)
-    peaks = {name: values.max(axis=1) for name, values in utilisations.items()}
-    shares = {
-        name: np.mean(values >= 1.0 - ACTIVE_LIMIT_DISTANCE, axis=1)
-        for name, values in utilisations.items()
-    }
-    for i in range(len(problem.position) - 1):
-        at_limit = [
-            (float(share[i, k]), name, int(k))
-            for name, share in shares.items()
-            for k in np.flatnonzero(share[i] >= MIN_ACTIVE_SHARE)
+    utilisation = problem.state_limits.motion_utilisation(curve, times)
+    utilisation = np.concatenate((utilisation, at_end), axis=-1)
+    names = problem.state_limits.names
+    names += [LimitName(joint, "position") for joint in problem.joint_names]
+    peaks = utilisation.max(axis=1)
+    shares = np.mean(utilisation >= 1.0 - ACTIVE_LIMIT_DISTANCE, axis=1)
+    active: list[ActiveLimit] = []
+    for i, (start, end) in enumerate(pairwise(problem.names)):
+        longest_first = np.argsort(-shares[i], kind="stable")
+        at_limit = longest_first[shares[i, longest_first] >= MIN_ACTIVE_SHARE]
+        if not at_limit.size and (problem.free[i] or problem.total is not None):
+            at_limit = peaks[i].argmax(keepdims=True)
+            at_limit = at_limit[peaks[i, at_limit] >= 1.0 - TOUCH_DISTANCE]
+        active += [
+            ActiveLimit(start, end, *names[k], share=round(float(shares[i, k]), 2))
+            for k in at_limit
         ]
-        at_limit.sort(key=lambda entry: -entry[0])
-        if not at_limit and (problem.free[i] or problem.total is not None):
-            name = max(peaks, key=lambda name: float(peaks[name][i].max()))
-            k = int(peaks[name][i].argmax())
-            if peaks[name][i, k] >= 1.0 - TOUCH_DISTANCE:
-                at_limit = [(float(shares[name][i, k]), name, k)]
-        for part, name, k in at_limit:
-            joint = "" if name == "tool_speed" else problem.joint_names[k]
-            ends = problem.names[i], problem.names[i + 1]
-            active.append(ActiveLimit(*ends, joint, name.replace("_", " "), round(part, 2)))
     return tuple(active)

@@ -51,13 +51,6 @@ class Dynamics:
         rows = zip(*(np.reshape(x, (-1, shape[-1])) for x in (q, v, a)), strict=True)
         return np.array([pin.rnea(model, data, *row) for row in rows]).reshape(shape)
 
-    def tool_speed(self, q: FloatArray, v: FloatArray) -> FloatArray:
-        """Speed of the tool centre point [m/s] in many states, shape (...) for (..., d)."""
-        shape = np.shape(q)
-        rows = zip(*(np.reshape(x, (-1, shape[-1])) for x in (q, v)), strict=True)
-        speeds = [float(np.linalg.norm(self.robot.twist(*row).linear)) for row in rows]
-        return np.array(speeds).reshape(shape[:-1])
-
     def symbolic_effort(self, q: Any, v: Any, a: Any) -> Any:
         """Joint efforts of a state as CasADi symbols, a column."""
         import casadi as ca

@@ -11,11 +11,7 @@ from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.joint_quantities import RATE_QUANTITIES
 from knotwork.planning.timing.long_intervals import stop_times
-from knotwork.planning.timing.robot_limits import (
-    robot_limits,
-    sampled_utilisation,
-    unproved_utilisation,
-)
+from knotwork.planning.timing.robot_limits import sampled_utilisation, unproved_utilisation
 from knotwork.planning.timing.spline import pieces_each
 from knotwork.planning.timing.timing_problem import TimingProblem
 
@@ -128,13 +124,13 @@ def exceeded_limit(
         utilisation = curve.extrema(order).peak / problem.limits[name]
         if (utilisation > 1.0 + CURVE_SLACK).any():
             return name, utilisation[None]
-    for name in robot_limits(problem):
-        utilisation = sampled_utilisation(problem, curve, name)
+    for name, utilisation in sampled_utilisation(problem, curve).items():
         if utilisation.max() <= 1.0 - 0.5 * SAMPLE_MARGIN:
-            utilisation = unproved_utilisation(problem, curve, name)
-            if utilisation.max() <= 1.0:
-                continue
-        return name, utilisation
+            unproved = unproved_utilisation(problem, curve, name)
+            if unproved.max() > 1.0:
+                return name, unproved
+        else:
+            return name, utilisation
     return None
 
 

@@ -20,6 +20,7 @@ from knotwork.curves.polynomial.joint_durations import feasible_durations
 from knotwork.errors import InputError, WaypointDataError
 from knotwork.errors.arguments import require_number
 from knotwork.joint_quantities import JointLimits
+from knotwork.planning.timing.state_limits import FrameLimit, StateLimits
 from knotwork.units import SI, Units
 
 if TYPE_CHECKING:
@@ -208,7 +209,15 @@ class TimingProblem(ReadOnlyArrays):
 
     def limit(self, name: str) -> FloatArray:
         """Limits of effort, shape (d,), or of tool speed, shape (1,)."""
-        return np.array([self.tool_speed]) if name == "tool_speed" else self.limits[name]
+        return np.array([self.tool_speed]) if name == "tool speed" else self.limits[name]
+
+    @property
+    def state_limits(self) -> StateLimits:
+        """All limits but those of positions."""
+        robot = None if self.dynamics is None else self.dynamics.robot
+        limited = np.isfinite(self.tool_speed)
+        frames = [FrameLimit("", "tool speed", 1, self.tool_speed)] if limited else []
+        return StateLimits(self.joint_names, self.limits, robot, frames)
 
     def feasible_durations(self, i: int) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Feasible durations of each joint for an interval; see `feasible_durations`."""
