@@ -91,7 +91,7 @@ def given_speeds_beyond_limits(
         limits = state_limits(solved, path)
         utilisations = planned_utilisation(solved, path, limits).max(axis=1)
         for stretch in np.flatnonzero((utilisations > 1.0 + LIMIT_SLACK).any(axis=1)).tolist():
-            limit = limits.names[int(utilisations[stretch].argmax())]
+            limit = limits.quantities[int(utilisations[stretch].argmax())]
             worst = float(utilisations[stretch].max())
             errors.append(path_speed_error(solved, NoSpeedsError(path, stretch, limit), worst))
     return errors

@@ -14,7 +14,7 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.tool_paths import TimedPath, Timing, speed_profile
 from knotwork.planning.choosing.free_sections import SolvedTask
 from knotwork.planning.task_to_joint import knots_of
-from knotwork.planning.timing.state_limits import FrameLimit, StateLimits
+from knotwork.planning.timing.state_limits import TOOL_SPEED, LimitedQuantity, StateLimits
 from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
 from knotwork.task.scenario import ScenarioPath
 
@@ -39,12 +39,11 @@ CONSTANT_SPEED_PART = 1
 def state_limits(solved: SolvedTask, path: ScenarioPath) -> StateLimits:
     """The limits of joint states on a path, whose load the efforts depend on."""
     space, motion = solved.space, solved.scenario.motion_limits
-    frames = [FrameLimit(frame.frame, "speed", 1, frame.speed) for frame in motion.frame_speeds]
+    frames = {LimitedQuantity(at.frame, "speed", 1): at.speed for at in motion.frame_speeds}
     if motion.tool_speed is not None:
-        speed = (1.0 - TOOL_MARGIN) * motion.tool_speed
-        frames.append(FrameLimit("", "tool speed", 1, speed))
+        frames[TOOL_SPEED] = (1.0 - TOOL_MARGIN) * motion.tool_speed
     if motion.tool_acceleration is not None:
-        frames.append(FrameLimit("", "tool acceleration", 2, motion.tool_acceleration))
+        frames[LimitedQuantity("", "tool acceleration", 2)] = motion.tool_acceleration
     dynamics = solved.dynamics(path.first)
     robot = space.robot if dynamics is None else dynamics.robot
     return StateLimits(space.joint_names, space.limits, robot, frames)
@@ -65,15 +64,14 @@ def planned_utilisation(solved: SolvedTask, path: ScenarioPath, limits: StateLim
         for values in (points.time, points.position, points.velocity, points.acceleration)
     )
     curve = ModifiedHermiteSpline(time, q, v, knots=knots_of(solved.scenario), acceleration=a)
-    t, *states = _states(curve)
+    t = _sample_points(curve)
     ends = path.motion.start_time + _parts(path.motion.timing)
-    return _largest_by_part(limits.utilisation(*states), t, ends)
+    return _largest_by_part(limits.utilisation(curve, t), t, ends)
 
 
-def _states(curve: PiecewisePolynomial) -> tuple[FloatArray, ...]:
-    """Sample a curve: parameters, and the value and three derivatives there."""
-    x = (curve.x[:-1, None] + np.diff(curve.x)[:, None] * PIECE_FRACTIONS).ravel()
-    return x, *(curve(x, order) for order in range(4))
+def _sample_points(curve: PiecewisePolynomial) -> FloatArray:
+    """Parameters of a curve at `PIECE_FRACTIONS` of its pieces, shape (n,)."""
+    return np.ravel(curve.x[:-1, None] + np.diff(curve.x)[:, None] * PIECE_FRACTIONS)
 
 
 def _parts(timing: Timing) -> FloatArray:
@@ -107,16 +105,21 @@ class PathUtilisation:
         solved: The scenario and its IK solutions.
         path: One of its paths.
         limits: Its limits.
+
+    Attributes:
+        orders: Powers of the speed with which the limited quantities grow, shape (m,).
     """
 
     def __init__(self, solved: SolvedTask, path: ScenarioPath, limits: StateLimits) -> None:
-        self._orders, lengths = limits.orders, path.requested.lengths
+        self.orders = np.array([limited.order for limited in limits.quantities])
+        lengths = path.requested.lengths
         # at 1 m/s time is the arc length
         timing = speed_profile(lengths, np.ones(len(lengths)), acceleration=1.0)
         unit = TimedPath(path.motion.path, timing)
         robot, start, pull = solved.solution.starts[path.first]
-        self._s, *states = _states(JointsOnPath(robot, unit, start, pull).curve)
-        q, d1, d2, d3 = (values[:, : len(limits.joint_names)] for values in states)
+        curve, joints = JointsOnPath(robot, unit, start, pull).curve, len(limits.joint_names)
+        self._s = _sample_points(curve)
+        q, d1, d2, d3 = (curve(self._s, order)[:, :joints] for order in range(4))
         zero = np.zeros_like(q)
         at_rest = limits.fractions(q, zero, zero, zero)
         # the factors of 1, ṡ to the power of the order, s̈, ṡ s̈ and s⃛
@@ -136,7 +139,7 @@ class PathUtilisation:
         low, high = self._s[after - 1], self._s[after]
         weight = np.clip((s - low) / (high - low), 0.0, 1.0)[:, None, None, None]
         terms = (1.0 - weight) * self._terms[after - 1] + weight * self._terms[after]
-        fractions = terms[:, 0] + terms[:, 1] * v ** self._orders[:, None]
+        fractions = terms[:, 0] + terms[:, 1] * v ** self.orders[:, None]
         fractions += terms[:, 2] * a + terms[:, 3] * v * a + terms[:, 4] * j
         return _largest_by_part(np.linalg.norm(fractions, axis=-1), t, _parts(timing))
 
@@ -157,7 +160,7 @@ class PathUtilisation:
         index = np.clip(np.searchsorted(self._ends, self._s) - 1, 0, len(allowed) - 1)
         with np.errstate(divide="ignore", invalid="ignore"):
             unused = np.maximum(allowed[index] - at_rest, 0.0)
-            speeds = np.where(sizes > 0.0, unused / sizes, np.inf) ** (1.0 / self._orders)
+            speeds = np.where(sizes > 0.0, unused / sizes, np.inf) ** (1.0 / self.orders)
         fraction = (self._s - self._ends[index]) / np.diff(self._ends)[index]
         index[np.abs(fraction - 0.5) > MIDDLE_HALF_WIDTH] = -1
         return np.array([speeds[index == k].min(axis=0) for k in range(len(allowed))])

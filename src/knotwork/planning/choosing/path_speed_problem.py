@@ -22,7 +22,7 @@ from knotwork.planning.choosing.path_limit_utilisation import (
     planned_utilisation,
     state_limits,
 )
-from knotwork.planning.timing.state_limits import LimitName
+from knotwork.planning.timing.state_limits import LimitedQuantity
 from knotwork.task.scenario import ScenarioPath
 
 SPEED_DIGITS = 4
@@ -40,19 +40,19 @@ SIGNIFICANT_UTILISATION = 0.3
 MIN_SLOWDOWN, MAX_SLOWDOWN = 0.995, 0.8
 """Factors on a speed that is lowered in one step."""
 
-RAMPS = LimitName("", "path acceleration")
+RAMPS = LimitedQuantity("", "path acceleration")
 """The acceleration along the path, with which speeds change."""
 
-ADJACENT_MOTION = LimitName("", "adjacent motion")
+ADJACENT_MOTION = LimitedQuantity("", "adjacent motion")
 """The motion before or after the path."""
 
-AT_MOST = LimitName("", "at_most")
+AT_MOST = LimitedQuantity("", "at_most")
 """The upper bound of a speed in the task."""
 
-TOLERANCES = LimitName("", "path tolerance")
+TOLERANCES = LimitedQuantity("", "path tolerance")
 """The tolerances of the path."""
 
-NOTHING = LimitName("", "nothing")
+NOTHING = LimitedQuantity("", "nothing")
 """Nothing bounds a speed."""
 
 
@@ -65,7 +65,7 @@ class NoSpeedsError(Exception):
         limit: The exceeded limit.
     """
 
-    def __init__(self, path: ScenarioPath, stretch: int, limit: LimitName) -> None:
+    def __init__(self, path: ScenarioPath, stretch: int, limit: LimitedQuantity) -> None:
         super().__init__()
         self.path, self.stretch, self.limit = path, stretch, limit
 
@@ -93,9 +93,9 @@ class PathSpeedProblem:
         self.unit = solved.scenario.shown_length[0]
         self.limits = state_limits(solved, self.path)
         self.along = PathUtilisation(solved, self.path, self.limits)
-        self._ratio = np.ones((len(self.path.stretches), 3, len(self.limits.names)))
+        self._ratio = np.ones((len(self.path.stretches), 3, len(self.limits.quantities)))
         self.speeds: dict[int, float] = {}
-        self.limiting: dict[int, LimitName] = {}
+        self.limiting: dict[int, LimitedQuantity] = {}
 
     def choose(self) -> float:
         """Choose maximum speeds that are expected to keep the limits.
@@ -112,7 +112,7 @@ class PathSpeedProblem:
             column = int(bounds[k].argmin())
             speed = max(float(bounds[k, column]), MIN_SPEED)
             self.speeds[k] = min(speed, cap)
-            self.limiting[k] = bound if cap <= speed else self.limits.names[column]
+            self.limiting[k] = bound if cap <= speed else self.limits.quantities[column]
             if math.isinf(self.speeds[k]):
                 raise NoSpeedsError(self.path, k, NOTHING)
         while True:
@@ -174,16 +174,16 @@ class PathSpeedProblem:
             self.speeds[j] = max((v for v in neighbours if lower <= v < speeds[j]), default=lower)
             self.limiting[j] = limit
 
-    def _required_slowdown(self, utilisation: FloatArray) -> tuple[float, LimitName]:
+    def _required_slowdown(self, utilisation: FloatArray) -> tuple[float, LimitedQuantity]:
         """Factor on a speed that brings limits from their utilisation, shape (m,), to 1.
 
         A step lowers a speed at most by `MAX_SLOWDOWN`. The limit is the one with that factor.
         """
-        factors = np.maximum(utilisation, 1e-9) ** (-1.0 / self.limits.orders)
+        factors = np.maximum(utilisation, 1e-9) ** (-1.0 / self.along.orders)
         column = int(factors.argmin())
-        return max(float(factors[column]), MAX_SLOWDOWN), self.limits.names[column]
+        return max(float(factors[column]), MAX_SLOWDOWN), self.limits.quantities[column]
 
-    def lower_caps(self, factor: float, reason: LimitName) -> None:
+    def lower_caps(self, factor: float, reason: LimitedQuantity) -> None:
         """Cap each speed at a fraction of its present value."""
         self.caps = {k: (factor * speed, reason) for k, speed in self.speeds.items()}
 
@@ -212,7 +212,7 @@ class PathSpeedProblem:
         k, column = divmod(int(largest.argmax()), largest.shape[1])
         if largest[k, column] <= PLANNED_UTILISATION:
             return None
-        return NoSpeedsError(self.path, k, self.limits.names[column])
+        return NoSpeedsError(self.path, k, self.limits.quantities[column])
 
 
 def round_speed(speed: float) -> float:

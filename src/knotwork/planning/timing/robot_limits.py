@@ -156,8 +156,8 @@ def sampled_utilisation(
     inside = curve.x[:-1, None] + np.arange(SAMPLES_EACH) / SAMPLES_EACH * span
     times = np.minimum(np.hstack((inside, curve.x[1:, None])), curve.x[-1])
     limits = problem.state_limits
-    utilisation = limits.motion_utilisation(curve, times).max(axis=1)
-    quantities = np.array([limit.quantity for limit in limits.names])
+    utilisation = limits.utilisation(curve, times).max(axis=1)
+    quantities = np.array([limited.quantity for limited in limits.quantities])
     return {name: utilisation[:, quantities == name] for name in names}
 
 

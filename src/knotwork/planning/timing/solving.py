@@ -16,7 +16,7 @@ from knotwork.planning.timing.bounds import lower_bound
 from knotwork.planning.timing.infeasible import infeasible_values, unsolved_errors
 from knotwork.planning.timing.motion_curves import concatenate
 from knotwork.planning.timing.section_motion import SectionMotion, solve_section
-from knotwork.planning.timing.state_limits import LimitName
+from knotwork.planning.timing.state_limits import LimitedQuantity
 from knotwork.planning.timing.timed_motion import (
     ActiveLimit,
     Budget,
@@ -244,10 +244,10 @@ def binding_limits(
     width = limits.upper - limits.lower
     slack = np.where(np.isfinite(width), ACTIVE_LIMIT_DISTANCE * width, 0.0)
     at_end = (q <= limits.lower + slack) | (q >= limits.upper - slack)
-    utilisation = problem.state_limits.motion_utilisation(curve, times)
+    utilisation = problem.state_limits.utilisation(curve, times)
     utilisation = np.concatenate((utilisation, at_end), axis=-1)
-    names = problem.state_limits.names
-    names += [LimitName(joint, "position") for joint in problem.joint_names]
+    quantities = problem.state_limits.quantities
+    quantities += [LimitedQuantity(joint, "position") for joint in problem.joint_names]
     peaks = utilisation.max(axis=1)
     shares = np.mean(utilisation >= 1.0 - ACTIVE_LIMIT_DISTANCE, axis=1)
     active: list[ActiveLimit] = []
@@ -257,8 +257,8 @@ def binding_limits(
         if not at_limit.size and (problem.free[i] or problem.total is not None):
             at_limit = peaks[i].argmax(keepdims=True)
             at_limit = at_limit[peaks[i, at_limit] >= 1.0 - TOUCH_DISTANCE]
-        active += [
-            ActiveLimit(start, end, *names[k], share=round(float(shares[i, k]), 2))
-            for k in at_limit
-        ]
+        for k in at_limit.tolist():
+            share = round(float(shares[i, k]), 2)
+            joint, quantity, _ = quantities[k]
+            active.append(ActiveLimit(start, end, joint, quantity, share))
     return tuple(active)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -19,32 +19,21 @@ EFFORT_ORDER = 2
 """Order of the highest derivative of positions that efforts depend on."""
 
 
-class LimitName(NamedTuple):
-    """Name of a limit, or of another bound of a speed along a path.
+class LimitedQuantity(NamedTuple):
+    """A limited quantity, or another bound of a speed along a path.
 
     Attributes:
         joint: Name of a joint or a frame; empty for the tool and for other bounds.
-        quantity: Limited quantity, or name of the bound.
+        quantity: Name of the quantity or the bound.
+        order: Order of the highest derivative of positions in it; 0 for other bounds.
     """
 
     joint: str
     quantity: str
+    order: int = 0
 
 
-class FrameLimit(NamedTuple):
-    """Limit of the speed or the acceleration of a frame's origin.
-
-    Attributes:
-        frame: Name of a link; empty for the tool.
-        quantity: Name of the limited quantity.
-        order: 1 for a speed, 2 for an acceleration.
-        limit: The limit [m/s or m/s²].
-    """
-
-    frame: str
-    quantity: str
-    order: int
-    limit: float
+TOOL_SPEED = LimitedQuantity("", "tool speed", 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,26 +44,23 @@ class StateLimits:
         joint_names: Names of the joints, length d.
         joints: Their limits.
         robot: The arm with its load; needed for limits of efforts and of frames.
-        frames: Limits of frames.
+        frames: Limits of the speed or acceleration of links' origins and the tool [m/s or m/s²].
     """
 
     joint_names: Sequence[str]
     joints: JointLimits
     robot: Robot | None
-    frames: Sequence[FrameLimit] = ()
+    frames: Mapping[LimitedQuantity, float]
 
     @property
-    def names(self) -> list[LimitName]:
-        """Names of the limits, length m."""
-        of_joints = [LimitName(joint, name) for name in MAGNITUDES for joint in self.joint_names]
-        return of_joints + [LimitName(limit.frame, limit.quantity) for limit in self.frames]
-
-    @property
-    def orders(self) -> FloatArray:
-        """Order of the highest derivative of positions in each quantity, shape (m,)."""
-        of_joints = [JOINT_QUANTITIES[name].order or EFFORT_ORDER for name in MAGNITUDES]
-        of_frames = [limit.order for limit in self.frames]
-        return np.append(np.repeat(of_joints, len(self.joint_names)), of_frames)
+    def quantities(self) -> list[LimitedQuantity]:
+        """The limited quantities, length m."""
+        of_joints = [
+            LimitedQuantity(joint, name, JOINT_QUANTITIES[name].order or EFFORT_ORDER)
+            for name in MAGNITUDES
+            for joint in self.joint_names
+        ]
+        return [*of_joints, *self.frames]
 
     def fractions(self, q: FloatArray, v: FloatArray, a: FloatArray, j: FloatArray) -> FloatArray:
         """Quantities divided by their limits, as vectors; those of joints have one component.
@@ -105,25 +91,20 @@ class StateLimits:
         import pinocchio as pin
 
         robot, axes = self.robot, pin.LOCAL_WORLD_ALIGNED
-        quantities = [
-            (
-                robot.frame_index(limit.frame) if limit.frame else robot.require_tool(),
-                pin.getFrameVelocity if limit.order == 1 else pin.getFrameClassicalAcceleration,
-                limit.limit,
-            )
-            for limit in self.frames
+        read = {1: pin.getFrameVelocity, 2: pin.getFrameClassicalAcceleration}
+        frames = [
+            robot.frame_index(limited.joint) if limited.joint else robot.require_tool()
+            for limited in self.frames
         ]
         for row, state in zip(fractions, zip(q, v, a, strict=True), strict=True):
             pin.forwardKinematics(robot.model, robot.data, *state)
-            for k, (frame, read, limit) in enumerate(quantities):
-                row[k] = read(robot.model, robot.data, frame, axes).linear / limit
+            for k, (limited, limit) in enumerate(self.frames.items()):
+                motion = read[limited.order](robot.model, robot.data, frames[k], axes)
+                row[k] = motion.linear / limit
         return fractions
 
-    def utilisation(self, *states: FloatArray) -> FloatArray:
-        """Utilisation of each limit, shape (n, m), by states as for `fractions`."""
-        return np.asarray(np.linalg.norm(self.fractions(*states), axis=-1))
-
-    def motion_utilisation(self, curve: PiecewisePolynomial, times: FloatArray) -> FloatArray:
+    def utilisation(self, curve: PiecewisePolynomial, times: FloatArray) -> FloatArray:
         """Utilisation of each limit by a motion at times of any shape, shape (..., m)."""
         states = (curve(times.ravel(), order) for order in range(4))
-        return self.utilisation(*states).reshape(*times.shape, -1)
+        sizes = np.linalg.norm(self.fractions(*states), axis=-1)
+        return np.asarray(sizes.reshape(*times.shape, -1))

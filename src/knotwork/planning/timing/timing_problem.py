@@ -20,7 +20,7 @@ from knotwork.curves.polynomial.joint_durations import feasible_durations
 from knotwork.errors import InputError, WaypointDataError
 from knotwork.errors.arguments import require_number
 from knotwork.joint_quantities import JointLimits
-from knotwork.planning.timing.state_limits import FrameLimit, StateLimits
+from knotwork.planning.timing.state_limits import TOOL_SPEED, StateLimits
 from knotwork.units import SI, Units
 
 if TYPE_CHECKING:
@@ -215,8 +215,7 @@ class TimingProblem(ReadOnlyArrays):
     def state_limits(self) -> StateLimits:
         """All limits but those of positions."""
         robot = None if self.dynamics is None else self.dynamics.robot
-        limited = np.isfinite(self.tool_speed)
-        frames = [FrameLimit("", "tool speed", 1, self.tool_speed)] if limited else []
+        frames = {TOOL_SPEED: self.tool_speed} if np.isfinite(self.tool_speed) else {}
         return StateLimits(self.joint_names, self.limits, robot, frames)
 
     def feasible_durations(self, i: int) -> tuple[FloatArray, FloatArray, FloatArray]:
