@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 import knotwork as kw
 from judged import judged, judged_along
 from knotwork.errors import FollowingError, PathError
-from knotwork.verification.bounds.path_criteria import PathLimits
+from knotwork.verification.bounds.path_criteria import PathLimits, SpeedLimit
 from knotwork.verification.bounds.stretch_bounds import path_bounds
 from seams import ON, task
 from sweeps import examples, first_of
@@ -170,9 +170,7 @@ def unproved(path: Any, motion: kw.JointTrajectory, speed: float, allowed: dict[
     limits = PathLimits(
         allowed["tolerance"],
         allowed["orientation_tolerance"],
-        allowed["speed_tolerance"] * speed,
-        speed,
-        whole,
+        SpeedLimit(speed, allowed["speed_tolerance"] * speed, whole),
     )
     found = path_bounds(ARM, motion.polynomial, timed, whole, limits).bounds
     assert {"path_deviation", "path_orientation", "path_speed"} <= found.keys()

@@ -16,7 +16,7 @@ import seams
 from judged import judged, with_bump
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.trajectory import JointTrajectory
-from knotwork.verification.bounds.path_criteria import PathBound, PathLimits
+from knotwork.verification.bounds.path_criteria import PathBound, PathLimits, SpeedLimit
 from knotwork.verification.bounds.stretch_bounds import path_bounds
 from plans import arm
 from sweeps import examples, mostly_exhaustive
@@ -120,7 +120,8 @@ def test_tolerance_equal_to_deviation_stays_unproved(line: kw.Plan) -> None:
     stretch = path.stretches[0]
 
     def bound(tolerance: float) -> PathBound:
-        limits = PathLimits(tolerance, 0.01, 0.01, stretch.speed, stretch.full_speed_interval)
+        speed = SpeedLimit(stretch.speed, 0.01, stretch.full_speed_interval)
+        limits = PathLimits(tolerance, 0.01, speed)
         interval, robot = (stretch.start, stretch.end), arm(line)
         found = path_bounds(robot, line.trajectory.polynomial, path.motion, interval, limits)
         return found.bounds["path_deviation"]

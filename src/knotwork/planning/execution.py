@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from knotwork.errors import InputError
 from knotwork.planning.replanning import SCENE_KEYS, on_moving_frames, task_with_scene_from
 from knotwork.planning.speed_override import PATH_TOLERANCE, TIME_TOLERANCE, change_speed
 from knotwork.task import Task
-from knotwork.task.scenario import Scenario, resolve_task
+from knotwork.task.scenario import JointTarget, Scenario, ScenarioWaypoint, resolve_task
 from knotwork.task.scenario.event_reader import action_of
 from knotwork.task.scenario.joint_space import by_joint, joint_space
 from knotwork.task.scenario.motion_segments import motion_segments
@@ -27,16 +27,61 @@ from knotwork.task.scenario.waypoint_reader import START
 from knotwork.task.task_source import with_moved_paths
 from knotwork.verification import Finding, Motion, check
 from knotwork.verification.finding import Group
-from knotwork.verification.motion import Arrival, Execution
-from knotwork.verification.path_checks import check_path_geometry
+from knotwork.verification.path_checks import check_tool_paths
 from knotwork.verification.report import CheckedMotion
-from knotwork.verification.waypoint_checks import check_tool_at_arrivals
-from knotwork.waypoints import JointWaypoints
+from knotwork.verification.waypoint_checks import check_tool_at_waypoints
+from knotwork.waypoints import CartesianWaypoint, JointWaypoints
 
 EXECUTED_KEYS = {*SCENE_KEYS, "name", "joint_units", "frame", "outputs", "rate", "description"}
 """Keys of a task that apply to an executed motion; the others are for planning."""
 
 MotionT = TypeVar("MotionT", bound=CheckedMotion)
+
+
+class Arrival(NamedTuple):
+    """A waypoint that an executed motion reaches, or an end of that motion.
+
+    Attributes:
+        time: Time in the executed motion [s].
+        name: Name of the waypoint or the end.
+        waypoint: Index of the waypoint in the scenario; -1 for an end between waypoints.
+    """
+
+    time: float
+    name: str
+    waypoint: int = -1
+
+
+@dataclass(frozen=True, eq=False)
+class Execution:
+    """A planned motion executed with another clock, or left early by a stop.
+
+    Attributes:
+        motion: The executed motion of the joints.
+        clock: Time in the planned motion as a function of time in the executed one; constant if the
+            executed motion leaves the planned path.
+        arrivals: Ends of the executed motion and the waypoints that it passes, in order of time.
+    """
+
+    motion: PiecewisePolynomial
+    clock: PiecewisePolynomial
+    arrivals: Sequence[Arrival]
+
+    @property
+    def ends(self) -> tuple[str, str]:
+        """Names of the two ends of the executed motion."""
+        return self.arrivals[0].name, self.arrivals[-1].name
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """The interval of the planned motion that is executed [s]."""
+        start, end = self.clock(self.clock.x[[0, -1]]).tolist()
+        return start, end
+
+    @property
+    def is_on_path(self) -> bool:
+        """Whether the executed motion follows the planned path."""
+        return self.span[0] < self.span[1]
 
 
 def scaled_motion(plan: MotionT, profile: Mapping[float, float]) -> MotionT:
@@ -105,7 +150,7 @@ def _checked(plan: MotionT, executed: Execution, warnings: Sequence[Finding] = (
     known = [
         *warnings,
         *_misplaced_objects(plan.scenario, executed),
-        *_geometry(plan, executed, Motion(trajectory, plan.space)),
+        *_tool_findings(plan, executed, Motion(trajectory, plan.space)),
     ]
     waypoints = JointWaypoints(
         space.joint_names, times, motion(times), motion(times, 1), joint_units=space.joint_units
@@ -114,24 +159,48 @@ def _checked(plan: MotionT, executed: Execution, warnings: Sequence[Finding] = (
     return type(plan)(scenario, space, waypoints, trajectory, report)
 
 
-def _geometry(plan: CheckedMotion, executed: Execution, motion: Motion) -> list[Finding]:
+def _tool_findings(plan: CheckedMotion, executed: Execution, motion: Motion) -> list[Finding]:
     """Findings on the plan's tool paths and poses, where the executed motion passes them."""
-    scenario = plan.scenario
-    if not executed.is_on_path:
-        fact = "the motion leaves the tool paths of the task, which are not checked"
-        warning = Finding.of_motion(Group.WARNINGS, "path", fact, "warning")
-        return [warning] if scenario.paths else []
-    moving = on_moving_frames(scenario.given)
-    # waypoints in moving frames, and the paths between them, have their own clock
-    arrivals = [
-        arrival
-        for arrival in executed.arrivals
-        if arrival.waypoint < 0 or scenario.task_index[arrival.waypoint] not in moving
-    ]
-    return [
-        *check_tool_at_arrivals(motion, scenario, plan.space, replace(executed, arrivals=arrivals)),
-        *check_path_geometry(motion, scenario, plan.space, executed),
-    ]
+    if executed.is_on_path:
+        passed = _passed_scenario(plan.scenario, executed)
+        checks = check_tool_at_waypoints, check_tool_paths
+        return [finding for judge in checks for finding in judge(motion, passed, plan.space)]
+    fact = "the motion leaves the tool paths of the task, which are not checked"
+    warning = Finding.of_motion(Group.WARNINGS, "path", fact, "warning")
+    return [warning] if plan.scenario.paths else []
+
+
+def _passed_scenario(scenario: Scenario, executed: Execution) -> Scenario:
+    """The poses and tool paths that an executed motion passes, at its times and speeds.
+
+    Its waypoints are the arrivals. Those in moving frames, which keep their own clock, and ends
+    between waypoints have no pose.
+    """
+    arrivals, moving = executed.arrivals, on_moving_frames(scenario.given)
+    waypoints: list[ScenarioWaypoint] = []
+    for time, name, i in arrivals:
+        planned = JointTarget(name, time) if i < 0 else scenario.waypoints[i]
+        if isinstance(planned, CartesianWaypoint) and scenario.task_index[i] not in moving:
+            twist = planned.twist * float(executed.clock(time, 1))
+            waypoints.append(replace(planned, time=time, twist=twist))
+        else:
+            waypoints.append(JointTarget(name, time))
+    first = bisect_right(scenario.times.tolist(), executed.span[0]) - 1
+    intervals = [first if arrival.waypoint < 0 else arrival.waypoint for arrival in arrivals[:-1]]
+    paths = []
+    for path in scenario.paths:
+        passed = [k for k, i in enumerate(intervals) if path.first <= i < path.last]
+        stretches = tuple(
+            replace(
+                path.stretches[intervals[k] - path.first],
+                start=arrivals[k].time,
+                end=arrivals[k + 1].time,
+            )
+            for k in passed
+        )
+        if passed:
+            paths.append(replace(path, first=passed[0], stretches=stretches, clock=executed.clock))
+    return replace(scenario, waypoints=tuple(waypoints), paths=tuple(paths))
 
 
 def _misplaced_objects(scenario: Scenario, executed: Execution) -> Iterator[Finding]:

@@ -11,11 +11,10 @@ import numpy as np
 from knotwork.task.scenario import Scenario, ScenarioPath, Stretch
 from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.verification.finding import Finding, Group, verdict_on
-from knotwork.verification.motion import Execution, Motion
+from knotwork.verification.motion import Motion
 from knotwork.waypoints import CartesianWaypoint, PoseFreedom
 
 if TYPE_CHECKING:
-    from knotwork.curves.polynomial import PiecewisePolynomial
     from knotwork.curves.tool_paths import ThroughPoints
     from knotwork.robot import Robot
     from knotwork.units import Units
@@ -40,23 +39,21 @@ Even a circle through five points is below it.
 """
 
 
-def check_tool_paths(
-    motion: Motion, scenario: Scenario, space: JointSpace, execution: Execution | None = None
-) -> Iterator[Finding]:
-    """Compare the motion of the tool with each stretch of each path of the scenario.
-
-    Args:
-        motion: The motion.
-        scenario: The task.
-        space: The joints and their robot.
-        execution: The clock of the motion if it is not that of the task. Speeds are then not
-            compared.
-    """
+def check_tool_paths(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+    """Compare the motion of the tool with each stretch of each path of the scenario."""
     if space.robot is None:
         return
     for group in group_paths_by_turn(scenario):
-        paths = [path for path in group if execution is None or not path.motion.has_own_clock]
-        for followed in _follow_paths(motion, scenario, space.robot, paths, execution):
+        comparable = []
+        for path in group:
+            if path.clock is None or not path.motion.has_own_clock:
+                comparable.append(path)
+                continue
+            begin, end = (scenario.waypoints[i].name for i in (path.first, path.last))
+            kind = "in a moving frame" if path.motion.frame.is_moving else "woven"
+            fact = f"the tool path from {begin!r} to {end!r} is {kind} and is not checked"
+            yield Finding.of_motion(Group.WARNINGS, "path", fact, "warning")
+        for followed in _follow_paths(motion, scenario, space.robot, comparable):
             yield from _stretch_findings(scenario, followed)
 
 
@@ -85,31 +82,6 @@ def check_curve_between_points(
                     f"{scale * bulges[i]:.4g} {unit}: add points there, or leave out points that "
                     "are much nearer to one another", time=last.time,
                 )  # fmt: skip
-
-
-def check_path_geometry(
-    motion: Motion, scenario: Scenario, space: JointSpace, execution: Execution
-) -> Iterator[Finding]:
-    """Compare the tool with the paths of the scenario at any speed: positions, turns and progress.
-
-    Args:
-        motion: A motion that executes the task, or a part of it, with another clock.
-        scenario: The task, with its own times.
-        space: The joints and their robot.
-        execution: The clock of the motion.
-    """
-    start, end = execution.span
-    own_clock = [
-        path
-        for path in scenario.paths
-        if path.motion.has_own_clock and path.times[0] < end and start < path.times[-1]
-    ]
-    for path in own_clock:
-        names = scenario.waypoints[path.first].name, scenario.waypoints[path.last].name
-        kind = "in a moving frame" if path.motion.frame.is_moving else "woven"
-        fact = f"the tool path from {names[0]!r} to {names[1]!r} is {kind} and is not checked"
-        yield Finding.of_motion(Group.WARNINGS, "path", fact, "warning")
-    yield from check_tool_paths(motion, scenario, space, execution)
 
 
 def group_paths_by_turn(scenario: Scenario) -> list[list[ScenarioPath]]:
@@ -162,20 +134,14 @@ class _FollowedStretch(NamedTuple):
 
 
 def _follow_paths(
-    motion: Motion,
-    scenario: Scenario,
-    robot: Robot,
-    paths: Sequence[ScenarioPath],
-    execution: Execution | None,
+    motion: Motion, scenario: Scenario, robot: Robot, paths: Sequence[ScenarioPath]
 ) -> list[_FollowedStretch]:
     """Follow the tool along adjoining paths; its turn is continuous and counts whole turns.
 
     If the turn at the beginning is ambiguous by whole turns, one is taken that keeps the turn
     within its range along all paths, if there is one.
     """
-    stretches = list(_executed_stretches(motion, scenario, paths, execution))
-    clock = None if execution is None else execution.clock
-    first = _follow_stretches(motion, scenario, robot, stretches, clock, 0.0)
+    first = _follow_stretches(motion, scenario, robot, paths, 0.0)
     freedom = paths[0].freedom if first else None
     if freedom is None or not math.isfinite(freedom.turn[1] - freedom.turn[0]):
         return first
@@ -186,53 +152,45 @@ def _follow_paths(
         attempt = first
         if count:
             turn = start + math.tau * count
-            attempt = _follow_stretches(motion, scenario, robot, stretches, clock, turn)
+            attempt = _follow_stretches(motion, scenario, robot, paths, turn)
         if all(stretch.keeps_turn for stretch in attempt):
             return attempt
     return first
 
 
 def _follow_stretches(
-    motion: Motion,
-    scenario: Scenario,
-    robot: Robot,
-    stretches: Sequence[tuple[ScenarioPath, tuple[str, str], Stretch]],
-    clock: PiecewisePolynomial | None,
-    turn: float,
+    motion: Motion, scenario: Scenario, robot: Robot, paths: Sequence[ScenarioPath], turn: float
 ) -> list[_FollowedStretch]:
-    """Bound the errors on each stretch; `turn` is the approximate turn at the beginning [rad]."""
-    from knotwork.verification.bounds.path_criteria import PathLimits
+    """Bound the errors on each stretch within the time of the motion.
+
+    Args:
+        motion: The motion.
+        scenario: The task.
+        robot: The arm.
+        paths: Adjoining paths.
+        turn: Approximate turn of the tool at the beginning [rad].
+    """
+    from knotwork.verification.bounds.path_criteria import PathLimits, SpeedLimit
     from knotwork.verification.bounds.stretch_bounds import path_bounds
 
     allowed, followed = scenario.tolerances, []
-    for path, ends, stretch in stretches:
-        limits = PathLimits(
-            position=allowed.path,
-            orientation=allowed.path_orientation,
-            speed=allowed.path_speed * stretch.speed,
-            full_speed=stretch.speed,
-            full_speed_interval=stretch.full_speed_interval,
-        )
-        interval = stretch.start, stretch.end
-        result = path_bounds(
-            robot, motion.curve, path.motion, interval, limits, path.freedom, turn, clock
-        )
-        turn = result.errors.turns[1]
-        followed.append(_FollowedStretch(path, ends, stretch, result))
-    return followed
-
-
-def _executed_stretches(
-    motion: Motion, scenario: Scenario, paths: Sequence[ScenarioPath], execution: Execution | None
-) -> Iterator[tuple[ScenarioPath, tuple[str, str], Stretch]]:
-    """The stretches within the time of a motion, with their paths and the names of their ends."""
     for path in paths:
-        for waypoint, stretch in enumerate(path.stretches, path.first):
-            ends = scenario.waypoints[waypoint].name, scenario.waypoints[waypoint + 1].name
-            if execution is not None:
-                ends, stretch = execution.executed_stretch(stretch, waypoint, ends)
-            if max(stretch.start, motion.start_time) < min(stretch.end, motion.end_time):
-                yield path, ends, stretch
+        for i, stretch in enumerate(path.stretches, path.first):
+            interval = stretch.start, stretch.end
+            if max(stretch.start, motion.start_time) >= min(stretch.end, motion.end_time):
+                continue
+            tolerance = allowed.path_speed * stretch.speed
+            speed = SpeedLimit(stretch.speed, tolerance, stretch.full_speed_interval)
+            limits = PathLimits(
+                allowed.path, allowed.path_orientation, speed if path.clock is None else None
+            )
+            result = path_bounds(
+                robot, motion.curve, path.motion, interval, limits, path.freedom, turn, path.clock
+            )
+            turn = result.errors.turns[1]
+            ends = scenario.waypoints[i].name, scenario.waypoints[i + 1].name
+            followed.append(_FollowedStretch(path, ends, stretch, result))
+    return followed
 
 
 def _stretch_findings(scenario: Scenario, followed: _FollowedStretch) -> Iterator[Finding]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,7 +18,7 @@ from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.units import Units
 from knotwork.verification.bounds.free_turn import turned_beyond
 from knotwork.verification.finding import Finding, Group, verdict_on
-from knotwork.verification.motion import Execution, Motion
+from knotwork.verification.motion import Motion
 from knotwork.waypoints import CartesianWaypoint, PoseFreedom
 
 if TYPE_CHECKING:
@@ -66,24 +65,6 @@ def check_tool_at_waypoints(
     """Compare the tool's pose and velocity, by forward kinematics (eq 1), with the waypoints."""
     for i, time in _passing_times(motion, scenario).items():
         yield from _tool_findings(i, scenario.waypoints[i], time, motion, scenario, space)
-
-
-def check_tool_at_arrivals(
-    motion: Motion, scenario: Scenario, space: JointSpace, execution: Execution
-) -> Iterator[Finding]:
-    """Compare the tool with waypoints that a motion with another clock passes.
-
-    Args:
-        motion: The motion.
-        scenario: The task, with its own times.
-        space: The joints and their robot.
-        execution: The clock of the motion and the waypoints that it passes.
-    """
-    for i, time in execution.waypoint_times.items():
-        waypoint, rate = scenario.waypoints[i], float(execution.clock(time, 1))
-        if isinstance(waypoint, CartesianWaypoint):
-            passed = replace(waypoint, time=time, twist=waypoint.twist * rate)
-            yield from _tool_findings(i, passed, time, motion, scenario, space)
 
 
 def check_joints_at_waypoints(
@@ -142,10 +123,7 @@ def _tool_findings(
     scenario: Scenario,
     space: JointSpace,
 ) -> Iterator[Finding]:
-    """Compare the tool at a time [s] with waypoint i, if it is given by a pose.
-
-    Its speeds may be those of another clock.
-    """
+    """Compare the tool at a time [s] with waypoint i, if it is given by a pose."""
     if space.robot is None or not isinstance(waypoint, CartesianWaypoint):
         return
     import pinocchio as pin

@@ -24,6 +24,7 @@ from knotwork.waypoints import CartesianWaypoint, PoseFreedom
 if TYPE_CHECKING:
     import pinocchio as pin
 
+    from knotwork.curves.polynomial import PiecewisePolynomial
     from knotwork.curves.tool_paths import TimedPath
     from knotwork.curves.tool_paths.weave import WeavePattern
     from knotwork.curves.trajectory import JointTrajectory
@@ -64,7 +65,7 @@ class Stretch:
         kind: `"line"`, `"arc"` or `"points"`, prefixed by `"woven "` if a weave is added, or
             `"place"` for a wait in a moving frame.
         start, end: Time interval [s].
-        speed: Speed of the TCP along it [m/s]; infinite if any speed is accepted.
+        speed: Speed of the TCP along it [m/s].
         full_speed_interval: Time interval of that speed [s]; outside, the speed changes.
         weave: The added weave, or `None`.
     """
@@ -87,6 +88,8 @@ class ScenarioPath:
         stretches: Stretches from waypoint to waypoint.
         requested: Requirements on their speeds.
         freedom: Freedom of its poses, or `None`.
+        clock: Time in `motion` as a function of the time of the stretches, if it is executed at
+            another speed; `None` in a task.
     """
 
     first: int
@@ -94,6 +97,7 @@ class ScenarioPath:
     stretches: tuple[Stretch, ...]
     requested: RequestedTiming
     freedom: PoseFreedom | None = None
+    clock: PiecewisePolynomial | None = None
 
     @property
     def last(self) -> int:

@@ -21,22 +21,32 @@ if TYPE_CHECKING:
     from knotwork.curves.tool_paths import ToolPath
 
 
+class SpeedLimit(NamedTuple):
+    """The speed of a stretch.
+
+    Attributes:
+        full_speed: Required speed [m/s].
+        tolerance: Its tolerance [m/s].
+        interval: Interval in which it is required [s]; outside, the speed changes.
+    """
+
+    full_speed: float
+    tolerance: float
+    interval: tuple[float, float]
+
+
 class PathLimits(NamedTuple):
     """Tolerances of a stretch, and its speed.
 
     Attributes:
         position: Tolerance of the distance from the path [m].
         orientation: Tolerance of the angle from its orientation [rad].
-        speed: Tolerance of the speed [m/s].
-        full_speed: Speed of the stretch [m/s]; infinite if any speed is accepted.
-        full_speed_interval: Interval in which this speed is required [s]; outside, it changes.
+        speed: The speed, or `None` if any speed is accepted.
     """
 
     position: float
     orientation: float
-    speed: float
-    full_speed: float
-    full_speed_interval: tuple[float, float]
+    speed: SpeedLimit | None
 
 
 class PathBound(NamedTuple):
@@ -174,25 +184,25 @@ def bounded_path_errors(
         excess, upper, turns = _follow_turn(path, samples, t, sizes, freedom, start_turn)
         limited = np.isfinite(_worse_end(excess))
         criteria["path_turn"] = _criterion(limits.orientation, excess, upper, limited)
-    speed = np.linalg.norm(samples.velocity, axis=1)
-    velocity_error = square * sizes.jerk / 8.0 + sizes.rounding
-    slowest = _least_velocity(samples, bend, velocity_error)
-    fastest = _worse_end(speed) + velocity_error
-    in_full = (t[:-1] >= limits.full_speed_interval[0]) & (t[1:] <= limits.full_speed_interval[1])
-    if np.isfinite(limits.full_speed):
+    lowest, highest = np.inf, -np.inf
+    if limits.speed is not None:
+        full_speed, tolerance, (begin, end) = limits.speed
+        speed = np.linalg.norm(samples.velocity, axis=1)
+        velocity_error = square * sizes.jerk / 8.0 + sizes.rounding
+        slowest = _least_velocity(samples, bend, velocity_error)
+        fastest = _worse_end(speed) + velocity_error
+        in_full = (t[:-1] >= begin) & (t[1:] <= end)
         for quantity, minimum, judged in (
-            ("path_speed", limits.full_speed, in_full),
+            ("path_speed", full_speed, in_full),
             ("path_ramp", 0.0, ~in_full),
         ):
-            errors = np.maximum(speed - limits.full_speed, minimum - samples.along)
-            upper = np.maximum(fastest - limits.full_speed, minimum - slowest)
-            criteria[quantity] = _criterion(limits.speed, errors, upper, judged)
-    return PathErrors(
-        {name: criterion for name, criterion in criteria.items() if criterion is not None},
-        float(slowest[in_full].min(initial=np.inf)),
-        float(fastest[in_full].max(initial=-np.inf)),
-        turns,
-    )
+            errors = np.maximum(speed - full_speed, minimum - samples.along)
+            upper = np.maximum(fastest - full_speed, minimum - slowest)
+            criteria[quantity] = _criterion(tolerance, errors, upper, judged)
+        lowest = float(slowest[in_full].min(initial=np.inf))
+        highest = float(fastest[in_full].max(initial=-np.inf))
+    judged_criteria = {name: errors for name, errors in criteria.items() if errors is not None}
+    return PathErrors(judged_criteria, lowest, highest, turns)
 
 
 def _worse_end(errors: FloatArray) -> FloatArray:

@@ -10,6 +10,7 @@ an angle φ they differ by √8 sin(φ/2) in the Frobenius norm.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -122,7 +123,7 @@ def path_bounds(
         clock: See `PathStretch`.
     """
     stretch = PathStretch(robot, curve, motion, *interval, freedom, clock)
-    t = _first_times(curve, interval, limits.full_speed_interval)
+    t = _first_times(curve, interval, limits.speed.interval if limits.speed else ())
     inside = (curve.x > interval[0]) & (curve.x < interval[1])
     budget = max(SAMPLE_BUDGET, SAMPLES_PER_PIECE * int(inside.sum()))
     # the bounds alone give the required density of samples
@@ -130,7 +131,8 @@ def path_bounds(
     for _ in range(4):
         angle = rotation_gap(limits.orientation + (0.0 if freedom is None else freedom.tilt))
         utilisations = np.maximum(sizes.acceleration / limits.position, sizes.rotation / angle)
-        utilisations = np.maximum(utilisations, sizes.jerk / limits.speed)
+        if limits.speed:
+            utilisations = np.maximum(utilisations, sizes.jerk / limits.speed.tolerance)
         needed = np.diff(t) * np.sqrt(utilisations / (8.0 * BOUND_SHARE))
         finer = _divide(t, np.clip(np.ceil(needed), 1, MAX_DIVISION), needed, budget // 4)
         if len(finer) == len(t):
@@ -151,7 +153,7 @@ def path_bounds(
 
 
 def _first_times(
-    curve: PiecewisePolynomial, interval: tuple[float, float], full: tuple[float, float]
+    curve: PiecewisePolynomial, interval: tuple[float, float], full: Sequence[float]
 ) -> FloatArray:
     low, high = max(interval[0], float(curve.x[0])), min(interval[1], float(curve.x[-1]))
     inner = curve.x[(curve.x > low) & (curve.x < high)]
