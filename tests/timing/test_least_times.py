@@ -233,4 +233,4 @@ def test_sufficient_duration_is_not_for_the_speed_of_a_longer_interval() -> None
     problem = replace(swing(tool_speed=0.8), position=position, duration=[0.03, 20.0])
     with pytest.raises(TimingError, match="is enough for a motion that stops") as caught:
         solve(problem)
-    assert caught.value.bound < 0.11
+    assert caught.value.feasible_value < 0.11

@@ -318,10 +318,13 @@ class _Builder:
         explains = reach / 200 <= size * factor <= WRONG_UNIT_RATIO * reach
         if excess > WRONG_UNIT_RATIO and explains:
             kind = "mesh" if shape.kind == "mesh" else "point cloud"
+            size_text, reach_text, scaled_text = (
+                shape.units.text(length, "m", ".4g") for length in (size, reach, size * factor)
+            )
             raise InputError(
-                f"{kind} {shape.path} is {size:.4g} m across, and the arm reaches {reach:.2g} m: "
-                f"it is plausibly in another unit; a scale {factor:g} times as large makes it "
-                f"{size * factor:.4g} m"
+                f"{kind} {shape.path} is {size_text} across, and the arm reaches {reach_text}: it "
+                f"is plausibly in another unit; a scale {factor:g} times as large makes it "
+                f"{scaled_text}"
             )
 
     @cached_property

@@ -252,7 +252,7 @@ def _located_error(
         f"no collision-free motion from {names[0]!r} to {names[-1]!r}{reason}; "
         f"accepted: {accepted}",
         end=end,
-        names=bodies,
+        bodies=bodies,
         depth=fault.depth,
         waypoints=section.waypoints if single else None,
         where=solved.where(section.waypoints[-1 if k is None else k]),

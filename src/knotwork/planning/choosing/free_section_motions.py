@@ -128,6 +128,6 @@ def _total_too_short(solved: FreeTask, shortest: float, *, stopped: bool) -> Tim
         f"the limits, {rounded_up(shortest):.6g} s; accepted: "
         f"{sufficient_duration(shortest):.6g} s or more"
         f"{', or a larger budget' if stopped else ''}",
-        limit="budget" if stopped else "duration",
+        cause="budget" if stopped else "duration",
         where=solved.scenario.where("duration"),
     )

@@ -171,7 +171,7 @@ class FreeSection:
         for error in errors:
             error.where = self.solved.scenario.name
             if error.waypoint is not None:
-                error.where = self.solved.where(self.waypoints[error.waypoint + error.interval])
+                error.where = self.solved.where(self.waypoints[error.waypoint + error.in_interval])
         return errors
 
     def timing_problem(self, objective: Objective, total: float | None = None) -> TimingProblem:

@@ -80,7 +80,7 @@ def fix_arrival_times(scenario: Scenario, budget: Budget) -> Scenario:
         f"{scenario.waypoints[i].name!r} moves, and after {MAX_ARRIVAL_ROUNDS} iterations "
         f"the arrival at {times[i]:.6g} s is still based on {expected[i]:.6g} s; "
         "accepted: time or after [s] here and before",
-        limit="rounds",
+        cause="rounds",
         where=scenario.where("waypoints", scenario.task_index[i]),
     )
 

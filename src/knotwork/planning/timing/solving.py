@@ -105,7 +105,7 @@ def solve_within(problem: TimingProblem, budget: Budget) -> TimedMotion:
                 "no motion that keeps every limit was found within the budget of "
                 f"{budget.seconds:g} s; allow more time, or none, for a search to its end"
             )
-            raise TimingError(message, limit="budget")
+            raise TimingError(message, cause="budget")
         else:
             for error in unsolved_errors(part):
                 if error.waypoint is not None:

@@ -284,7 +284,7 @@ def _misused(
     if isinstance(task.knots, tuple) and free.has_any:
         yield ("knots",), "knot times are given, but waypoint times are free", "leave out knots"
     if task.planner != "modified-hermite" and free.has_any:
-        accepted = "modified-hermite; plan --freeze writes a scenario with numbers for any planner"
+        accepted = "modified-hermite; its plan.freeze (--freeze) writes numbers for any planner"
         yield ("planner",), f"{task.planner!r} needs given times, and some are free", accepted
     if free.objective.effort > 0.0 and task.robot is None:
         yield ("objective",), "effort needs a robot, and the file names none", ""

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from knotwork.task.scene_shapes import Collisions
+from knotwork.units import SI, Units
 
 if TYPE_CHECKING:
     import pinocchio as pin
@@ -31,6 +32,7 @@ class PlacedShape:
         exact: Whether the exact mesh is checked, not its convex hull.
         resolution: Edge length of the cells of a point cloud [m].
         location: Location in the scenario.
+        units: Units of its file, for messages.
     """
 
     kind: str
@@ -41,6 +43,7 @@ class PlacedShape:
     exact: bool = False
     resolution: float = 0.0
     location: tuple[str | int, ...] = ()
+    units: Units = SI
 
 
 @dataclass(frozen=True, eq=False)
