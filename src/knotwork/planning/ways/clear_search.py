@@ -13,7 +13,7 @@ from knotwork.arrays import FloatArray, IndexArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.retiming.stops import stop_joints
 from knotwork.planning.timing.motion_curves import concatenate, reverse, slow_down
-from knotwork.planning.timing.section_motion import resting_motion
+from knotwork.planning.timing.part_motion import resting_motion
 from knotwork.planning.timing.tightening import exceeded_limit, keeps_limits
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.planning.ways.clear_motion_problem import (

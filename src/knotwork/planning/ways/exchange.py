@@ -18,8 +18,8 @@ from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.planning.timing.motion_states import States, states_of
 from knotwork.planning.timing.nonlinear_program import Block, Kernel, solve_program
+from knotwork.planning.timing.part_program import PartProgram
 from knotwork.planning.timing.robot_limits import inner_state
-from knotwork.planning.timing.section import SectionProgram
 from knotwork.planning.timing.tightening import Tightening, tighten
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.planning.ways.configuration_space import ConfigurationSpace
@@ -176,7 +176,7 @@ class Exchange:
             options: IPOPT options.
         """
         near = self._reference
-        program = SectionProgram(self.problem, near, self.tightening)
+        program = PartProgram(self.problem, near, self.tightening)
         scale, at, d = program.scale, program.layout, program.layout.joints
         low, high = program.bounds()
         nearest = (near.q - radius) / scale.unit(0), (near.q + radius) / scale.unit(0)
