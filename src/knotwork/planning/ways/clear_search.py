@@ -24,7 +24,7 @@ from knotwork.planning.ways.clear_motion_problem import (
 )
 from knotwork.planning.ways.clearance_proof import polyline_curve, unproved_pairs
 from knotwork.planning.ways.configuration_space import ConfigurationSpace
-from knotwork.planning.ways.exchange import Exchange
+from knotwork.planning.ways.exchange import ExchangeSearch
 from knotwork.planning.ways.rrt import connect, shorten_polyline
 from knotwork.verification.bounds.clearance import Clearance
 
@@ -123,9 +123,9 @@ def _with_extra_clearance(problem: ClearMotionProblem, extra: float) -> ClearMot
     """The problem with margins increased by a clearance [m]."""
     model, limits = problem.collision_model, problem.timing.limits
     space = ConfigurationSpace(problem.arm_model, model, limits)
-    clearance = dict.fromkeys(space.bodies, extra)
+    clearance = dict.fromkeys(space.pair_names, extra)
     passed = (problem.starts[0], *problem.timing.position[1:-1], problem.goals[0])
-    for names, kept in zip(space.bodies, space.extra_clearance(extra, passed), strict=True):
+    for names, kept in zip(space.pair_names, space.extra_clearance(extra, passed), strict=True):
         clearance[names] = min(clearance[names], float(kept))
     pairs = []
     for pair in model.pairs:
@@ -264,7 +264,7 @@ class _ClearSearch:
             self.space.keep_away(extra, (*starts[few], *goals[few]))
             for k in range(POLYLINE_SEEDS):
                 rng = np.random.default_rng([*seed, k])
-                max_checks = checks * FULL_PAIRS // max(FULL_PAIRS, len(self.space.bodies))
+                max_checks = checks * FULL_PAIRS // max(FULL_PAIRS, len(self.space.pair_names))
                 line = connect(self.space, starts[few], goals[few], rng, step, max_checks)
                 if line is None:
                     break
@@ -295,7 +295,7 @@ class _ClearSearch:
         if best is None:
             self.report(number, motion)
         pieces = min(max(PIECES_AN_EDGE * max(edges), MIN_PIECES), MAX_PIECES)
-        exchange = Exchange(
+        exchange = ExchangeSearch(
             self.space, ends, first=curve, times=times, pieces=pieces, resolution=problem.resolution
         )
         max_duration = np.inf if best is None else best.duration
