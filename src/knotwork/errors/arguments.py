@@ -46,11 +46,11 @@ def require_count(value: Any, subject: str, minimum: int) -> int:
     Raises:
         InputError: The value is not a whole number, or below the minimum.
     """
-    if not isinstance(value, int) or isinstance(value, bool):
+    if not isinstance(value, int | np.integer) or isinstance(value, bool):
         raise InputError(f"{subject} is {format_value(value)}; it must be a whole number")
     if value < minimum:
         raise InputError(f"{subject} is {value}; it must be at least {minimum}")
-    return value
+    return int(value)
 
 
 def require_type(value: Any, types: Any, subject: str, accepted: str) -> None:

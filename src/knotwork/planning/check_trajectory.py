@@ -13,7 +13,7 @@ from knotwork.errors import InputError
 from knotwork.files import documents
 from knotwork.files.documents import Document, validate
 from knotwork.files.foreign import read_trajectory
-from knotwork.files.storage import set_disagreement
+from knotwork.files.storage import changed_since_report
 from knotwork.planning.replanning import SCENE_KEYS
 from knotwork.task import OtherRobot, Task
 from knotwork.task.scenario import Scenario, load_scenario, resolve_task
@@ -42,7 +42,7 @@ def check_with_task(path: str | Path, scenario: str | Path) -> tuple[CheckedMoti
     space, span = joint_space(task), (float(task.times[0]), float(task.times[-1]))
     motion, defects = read_trajectory(path, space.joint_names, space.joint_units, span=span)
     report = check(motion, task, space=space, defects=defects)
-    fault = set_disagreement(Path(path))
+    fault = changed_since_report(Path(path))
     return CheckedMotion(task, space, None, motion, report), f"{path} {fault}" if fault else ""
 
 
@@ -82,7 +82,7 @@ def check_without_task(
     locations = surroundings.locations
     # held objects need waypoints, which this task does not have
     data["waypoints"] = [{"joints": "home"}, {"joints": "home", "after": 1}]
-    task = validate(Task, Document(data, locations.file, locations.lines)).replace(
+    task = validate(Task, Document(data, file=locations.file, lines=locations.lines)).replace(
         name=Path(path).name
     )
     moved = moved_robot(resolve_task(task, locations))

@@ -50,7 +50,7 @@ def check_continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> I
             text = f"jumps by {scenario.units.text(value, unit, '.3g')} at {time:.6g} s"
             yield Finding.at_most(
                 Group.CONTINUITY, "joint", space.joint_names[joint], f"{quantity}_jump",
-                f"joint {space.joint_names[joint]!r}: {quantity} {text}", value, limit,
+                f"joint {space.joint_names[joint]!r}: {quantity} {text}", value=value, limit=limit,
                 required=required, unit=unit, time=time,
             )  # fmt: skip
         rates, limit = motion.curve.extrema(order + 1), FASTEST_CHANGES[order]
@@ -61,7 +61,7 @@ def check_continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> I
             yield Finding.at_most(
                 Group.CONTINUITY, "joint", space.joint_names[joint], f"{quantity}_change",
                 f"joint {space.joint_names[joint]!r}: {quantity} changes at {rate} at {time:.6g} "
-                f"s, which is a jump for any drive (at most {fastest})", value, limit,
+                f"s, which is a jump for any drive (at most {fastest})", value=value, limit=limit,
                 required=required, unit=unit, time=time,
             )  # fmt: skip
 
@@ -81,5 +81,5 @@ def check_resolution(motion: Motion, scenario: Scenario, space: JointSpace) -> I
                 Group.MOTION, "joint", name, ROUNDING_QUANTITIES[order],
                 f"joint {name!r}: the terms of its polynomials cancel, so {quantity} has a "
                 f"rounding error of {scenario.units.text(value, unit, '.3g')}, tolerance "
-                f"{scenario.units.text(limit, unit, 'g')}", value, limit, unit=unit,
+                f"{scenario.units.text(limit, unit, 'g')}", value=value, limit=limit, unit=unit,
             )  # fmt: skip

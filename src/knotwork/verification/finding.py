@@ -160,9 +160,9 @@ class Finding:
         name: str,
         quantity: str,
         fact: str,
+        *,
         value: float,
         limit: float,
-        *,
         required: bool = True,
         **more: Any,
     ) -> Finding:

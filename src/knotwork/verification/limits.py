@@ -202,7 +202,7 @@ def limit_finding(
     text = compare_text(worst, unit, units) if required else "has no limit given"
     ok = keeps_limit(worst.margin, worst.limit) if ok is None else ok
     return Finding(
-        *subject, quantity, verdict_on(ok, required=required), f"{label} {text}", worst.value,
+        *subject, quantity, verdict_on(ok, required=required), f"{label} {text}", value=worst.value,
         limit=worst.limit if required else None, margin=worst.margin if required else None,
         unit=unit, time=worst.time, proof=worst.proof, proof_gap=worst.proof_gap,
     )  # fmt: skip
@@ -293,5 +293,5 @@ def check_acceleration_spike(
             Group.CONTINUITY, "joint", name, "acceleration_spike",
             f"joint {name!r}: acceleration peaks at {reached} at {time:.6g} s, "
             f"{describe_time(scenario, time)}; without a limit, no more than {allowed} is accepted",
-            value, MAX_ACCELERATION, unit=unit, time=time,
+            value=value, limit=MAX_ACCELERATION, unit=unit, time=time,
         )  # fmt: skip

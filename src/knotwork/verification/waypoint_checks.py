@@ -223,8 +223,8 @@ def _error_finding(
         f"{units.text(error, unit, '.3g')}, tolerance {units.text(tolerance, unit, '.3g')}"
     )
     return Finding.at_most(
-        group, "waypoint", waypoint, quantity, fact, error, tolerance, unit=unit, time=time,
-        requested=tuple(requested.tolist()), achieved=tuple(achieved.tolist()),
+        group, "waypoint", waypoint, quantity, fact, value=error, limit=tolerance, unit=unit,
+        time=time, requested=tuple(requested.tolist()), achieved=tuple(achieved.tolist()),
     )  # fmt: skip
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.curves.tool_paths.moving_frame import MovingFrame
+from knotwork.curves.tool_paths.task_frame import TaskFrame
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.joint_quantities import MOTION_QUANTITIES, JointLimits
@@ -227,7 +227,7 @@ class ShownMotion:
         """No joint, and the base frame in the axes of the URDF's root."""
         return None, self.robot.base_placement
 
-    def carrier_of(self, frame: MovingFrame, time: float | None = None) -> tuple[int | None, Any]:
+    def carrier_of(self, frame: TaskFrame, time: float | None = None) -> tuple[int | None, Any]:
         """The joint that carries a frame, and the transform from base axes to the joint's.
 
         The frame is at rest, or where it is at a time [s]. If it is fixed relative to the URDF's

@@ -204,7 +204,7 @@ def _lossy(
         f"{off[piece, joint]:.3g} {unit} (joint {name!r}, between {times[piece]:.6g} s and "
         f"{times[piece + 1]:.6g} s): choose a planner of cubics; or give fit (--fit), a "
         "tolerance in rad or m; or, where the format has them and the planner makes quintics, "
-        "send accelerations too (accelerations=True, --accelerations)",
+        "send accelerations too, by accelerations=True (--accelerations)",
         joint=name,
         error=float(off[piece, joint]),
         time=float(times[piece]),

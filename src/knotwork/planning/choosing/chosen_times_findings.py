@@ -11,7 +11,7 @@ import numpy as np
 from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.joint_quantities import rate_unit
-from knotwork.planning.choosing.chosen_times import ChosenTimes
+from knotwork.planning.choosing.chosen_times import ChosenValues
 from knotwork.planning.choosing.path_speed_problem import ADJACENT_MOTION, RAMPS, TOLERANCES
 from knotwork.task import ChosenSectionFields
 from knotwork.task.scenario import Scenario
@@ -35,7 +35,7 @@ _Shares = list[tuple[str, float | None]]
 """Texts of limiting constraints, each with its share of the time."""
 
 
-def chosen_times_findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Finding]:
+def chosen_times_findings(chosen: ChosenValues, space: JointSpace) -> Iterator[Finding]:
     """Report the duration, its gap to the lower bound, and the limiting constraints.
 
     Args:
@@ -48,14 +48,9 @@ def chosen_times_findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Fi
     brief = _duration(chosen, given=given)
     verdict: Verdict = "warning" if chosen.status != "optimal" else "information"
     group = Group.CHOSEN_TIMES if timed else Group.CHOSEN_MOTION
+    fact = f"{group.removeprefix('Chosen ')} chosen: {brief}"
     yield Finding.of_motion(
-        group,
-        "duration",
-        f"{group.removeprefix('Chosen ')} chosen: {brief}",
-        verdict,
-        value=chosen.duration,
-        unit="s",
-        brief=brief,
+        group, "duration", fact, verdict, value=chosen.duration, unit="s", brief=brief
     )
     if not given:
         shortest = f"{chosen.lower_bound:.6g} s{_conditions(chosen)}"
@@ -84,7 +79,7 @@ def chosen_times_findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Fi
         )
 
 
-def _duration(chosen: ChosenTimes, *, given: bool) -> str:
+def _duration(chosen: ChosenValues, *, given: bool) -> str:
     """Text of the duration, and whether it is given or the minimum."""
     text, conditions = f"{chosen.duration:.6g} s", _conditions(chosen)
     bound = f"lower bound {chosen.lower_bound:.6g} s{conditions}"
@@ -102,7 +97,7 @@ def _duration(chosen: ChosenTimes, *, given: bool) -> str:
     return f"{text}, {100 * chosen.gap:.1f} % above the {bound}"
 
 
-def _conditions(chosen: ChosenTimes) -> str:
+def _conditions(chosen: ChosenValues) -> str:
     """Text of the chosen speeds along paths and fixed arrivals, on which the bound depends."""
     times = {waypoint.name: waypoint.time for waypoint in chosen.scenario.waypoints}
     conditions = [f"{name!r} met at {times[name]:.6g} s" for name in chosen.fixed_arrivals]
@@ -124,7 +119,7 @@ def _unlimited_note(space: JointSpace) -> str:
     )
 
 
-def _assumed_jerk_note(chosen: ChosenTimes) -> str:
+def _assumed_jerk_note(chosen: ChosenValues) -> str:
     """Text of the assumed jerk limits."""
     motion = chosen.sections[0].trajectory
     units = dict(zip(motion.joint_names, motion.joint_units, strict=True))
@@ -142,7 +137,7 @@ def _share_text(share: float | None) -> str:
     return f"{100 * share:.0f} % of the time" if share else "at its peak"
 
 
-def _limits_by_interval(chosen: ChosenTimes) -> dict[tuple[str, str], _Shares]:
+def _limits_by_interval(chosen: ChosenValues) -> dict[tuple[str, str], _Shares]:
     """Limiting constraints by interval, each with its share of the time."""
     limits: defaultdict[tuple[str, str], _Shares] = defaultdict(list)
     for limit in chosen.binding:

@@ -45,7 +45,7 @@ def bodies_at(model: CollisionModel, time: float) -> CollisionModel:
 class ConfigurationSpace:
     """The configuration space of an arm: collision tests and distances at configurations.
 
-    Only single configurations are tested. `clearance_proof` proves the motions between them. A
+    Only single configurations are tested; `ClearMotionProblem.unproved_pairs` proves motions. A
     configuration that the arm can't hold against gravity counts as a collision.
 
     Args:
@@ -65,7 +65,7 @@ class ConfigurationSpace:
         limits: JointLimits,
         loaded_arm_model: Any = None,
     ) -> None:
-        self.arm_model, self.model, self.loaded_arm_model = (arm_model, model, loaded_arm_model)
+        self.arm_model, self.loaded_arm_model = arm_model, loaded_arm_model
         self.lower, self.upper, self.effort = limits.lower, limits.upper, limits.effort
         self.checks = 0
         self._data = arm_model.createData()

@@ -18,11 +18,10 @@ from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.planning.timing.motion_states import States, states_of
 from knotwork.planning.timing.nonlinear_program import Block, Kernel, solve_program
+from knotwork.planning.timing.part_program import PartProgram
 from knotwork.planning.timing.robot_limits import inner_state
-from knotwork.planning.timing.section import SectionProgram
 from knotwork.planning.timing.tightening import Tightening, tighten
 from knotwork.planning.timing.timing_problem import TimingProblem
-from knotwork.planning.ways.clearance_proof import unproved_pairs
 from knotwork.planning.ways.configuration_space import ConfigurationSpace
 from knotwork.verification.bounds.clearance import Clearance
 
@@ -95,7 +94,7 @@ class ExchangeSearch:
         first: A motion within the limits that is proved clear.
         times: Times at which it passes the waypoints of the problem [s].
         pieces: Number of pieces of the new motions between consecutive waypoints.
-        resolution: Distance to the margin within which a clearance may be undecided [m].
+        unproved_pairs: Finds the pairs that a motion is not proved to keep apart.
 
     Attributes:
         best: The shortest motion so far.
@@ -108,9 +107,9 @@ class ExchangeSearch:
         first: PiecewisePolynomial,
         times: FloatArray,
         pieces: int,
-        resolution: float,
+        unproved_pairs: Callable[[PiecewisePolynomial], list[Clearance]],
     ) -> None:
-        self.space, self.resolution = space, resolution
+        self.space, self.unproved_pairs = space, unproved_pairs
         velocity, acceleration = np.array(problem.velocity), np.array(problem.acceleration)
         velocity[1:-1] = acceleration[1:-1] = np.nan
         self.problem = replace(problem, velocity=velocity, acceleration=acceleration)
@@ -145,7 +144,7 @@ class ExchangeSearch:
             tighter = tighten(self.problem, self.tightening, solution.curve)
             if tighter is not None:
                 self.tightening = tighter
-            unproved = unproved_pairs(self.space.model, solution.curve, self.resolution)
+            unproved = self.unproved_pairs(solution.curve)
             if unproved or tighter is not None:
                 planes_found = self._planes_at_contacts(solution, unproved)
                 rejected += bool(unproved)
@@ -176,7 +175,7 @@ class ExchangeSearch:
             options: IPOPT options.
         """
         near = self._reference
-        program = SectionProgram(self.problem, near, self.tightening)
+        program = PartProgram(self.problem, near, self.tightening)
         scale, at, d = program.scale, program.layout, program.layout.joints
         low, high = program.bounds()
         nearest = (near.q - radius) / scale.unit(0), (near.q + radius) / scale.unit(0)

@@ -240,7 +240,7 @@ def _residual_findings(
             if not curve.noise.stated:
                 fact += f"; if such errors are expected, give a noise of {float(sizes.max()):.0e}"
         yield Finding.at_most(
-            Group.CONTINUITY, "joint", name, "sample_off_the_curve", fact, value, limit,
+            Group.CONTINUITY, "joint", name, "sample_off_the_curve", fact, value=value, limit=limit,
             unit=unit, time=time,
         )  # fmt: skip
 
