@@ -11,7 +11,7 @@ from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.errors.plain_text import waypoint_text
-from knotwork.joint_quantities import DERIVATIVES, rate_unit
+from knotwork.joint_quantities import MOTION_QUANTITIES, rate_unit
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_reader import JointState
 from knotwork.task.scenario.joint_space import JointSpace
@@ -185,7 +185,7 @@ def _joint_finding(
     space: JointSpace,
 ) -> Finding:
     """Compare joint values, and report the joint with the largest error relative to tolerance."""
-    quantity = f"joint_{DERIVATIVES[order]}"
+    quantity = f"joint_{MOTION_QUANTITIES[order]}"
     tolerances = space.tolerances[quantity]
     errors = np.abs(achieved - requested)
     worst = worst_joint(errors, tolerances)

@@ -14,12 +14,12 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.two_point import two_point_coefficients
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import DocumentError
-from knotwork.joint_quantities import DERIVATIVES
+from knotwork.joint_quantities import MOTION_QUANTITIES
 
 ErrorAt = Callable[[int, str, str, str], DocumentError]
 """Makes the error for a row and quantity of a file, from a message and the accepted input."""
 
-QUANTITIES = DERIVATIVES[:3]
+QUANTITIES = MOTION_QUANTITIES[:3]
 """Quantities by which a controller interpolates points."""
 
 _CURVES = ("straight lines", "cubics", "quintics")
