@@ -85,11 +85,7 @@ def _task_from(
         for event in signals_on_at(motion.events, at)
         if task.outputs.get(event.name, event.signal) not in switched
     ]
-    state: dict[str, Any] = {
-        "name": name,
-        "time": 0.0,
-        **joint_state(motion, at, task),
-    }
+    state: dict[str, Any] = {"name": name, "time": 0.0, **joint_state(motion, at, task)}
     if kept_on or actions:
         state["do"] = [*kept_on, *actions]
     ends = {"start": by_joint(motion, motion(at, 2), task.units)}
