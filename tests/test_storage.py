@@ -275,6 +275,6 @@ def test_report_names_its_files(paper_case: Plan, tmp_path: Path, knotwork: Comm
         assert "is not the file that report.json next to it was written with" in ran.err
     assert "was changed since" in knotwork("plot", tmp_path, "-o", tmp_path / "a.png").refused()
     storage.load_trajectory(tmp_path)
-    assert "was changed since" in str(storage.set_disagreement(tmp_path))
+    assert "was changed since" in str(storage.changed_since_report(tmp_path))
     (tmp_path / "report.json").unlink()
-    assert storage.set_disagreement(tmp_path) is None
+    assert storage.changed_since_report(tmp_path) is None

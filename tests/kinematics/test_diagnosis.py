@@ -268,13 +268,13 @@ NO_COUNTS = [-1, 2.5, "3", None, True]
 REFUSED: list[tuple[Callable[..., Any], str, list[Any], str]] = [
     (batch, "poses", [None, 5, UR5.forward(HOME)], r"poses must be a sequence of pin\.SE3"),
     (batch, "start", [[[1, 2, 3, 4, 5, 6], [1, 2]]], "start must be numbers"),
-    (batch, "tolerance", NO_TOLERANCES, "^tolerance must be positive"),
-    (nearest, "orientation_tolerance", NO_TOLERANCES, "^orientation_tolerance must be positive"),
-    (every, "orientation_tolerance", NO_TOLERANCES, "^orientation_tolerance must be positive"),
-    (velocity, "linear_tolerance", [float("nan")], "must be positive and finite, not nan"),
-    (velocity, "angular_tolerance", [float("nan")], "must be positive and finite, not nan"),
-    (batch, "max_restarts", NO_COUNTS, "max_restarts must be an integer, 0 or more"),
-    (every, "spread", [0, -3, 1.5], "spread must be an integer, 1 or more"),
+    (batch, "tolerance", NO_TOLERANCES, "^tolerance is .*must be a positive"),
+    (nearest, "orientation_tolerance", NO_TOLERANCES, "^orientation_tolerance is .*a positive"),
+    (every, "orientation_tolerance", NO_TOLERANCES, "^orientation_tolerance is .*a positive"),
+    (velocity, "linear_tolerance", [float("nan")], "must be a positive and finite number"),
+    (velocity, "angular_tolerance", [float("nan")], "must be a positive and finite number"),
+    (batch, "max_restarts", NO_COUNTS, "max_restarts is .*must be (a whole|at least 0)"),
+    (every, "spread", [0, -3, 1.5], "spread is .*must be (a whole|at least 1)"),
     (pull, "rate", [float("nan"), float("inf"), None], "rate is (nan|inf); every value must"),
     (pull, "rate", ["a"], "rate must be numbers, not 'a'"),
 ]
@@ -285,5 +285,5 @@ def test_refuses_invalid_option(
     solve: Callable[..., Any], option: str, values: list[Any], message: str
 ) -> None:
     for value in values:
-        with pytest.raises(WaypointDataError, match=message):
+        with pytest.raises(kw.InputError, match=message):
             solve(**{option: value})

@@ -198,7 +198,7 @@ def test_finds_configuration_by_name() -> None:
     home = PLANAR.configuration("home")
     np.testing.assert_array_equal(home, [0.5, 1.2])
     assert not home.flags.writeable
-    for find in (PLANAR.configuration, PLANAR.with_rest):
+    for find in (PLANAR.configuration, PLANAR.with_unplanned_at):
         with pytest.raises(UnknownNameError, match="did you mean 'home'"):
             find("hom")
 

@@ -70,8 +70,8 @@ def test_names_infeasible_values(
     problem: TimingProblem, place: tuple[Any, str], values: tuple[Any, Any], message: str
 ) -> None:
     error = failure(problem)
-    assert (error.waypoint, error.limit) == place
-    assert (error.value, error.bound) == pytest.approx(values)
+    assert (error.waypoint, error.cause) == place
+    assert (error.value, error.feasible_value) == pytest.approx(values)
     assert re.search(message, str(error))
 
 
@@ -125,10 +125,10 @@ def test_names_nearest_feasible_value(
     message: str,
 ) -> None:
     error = failure(problem(given))
-    assert (error.waypoint, error.interval, error.limit) == place
-    assert least < error.bound < 1.02 * least
+    assert (error.waypoint, error.in_interval, error.cause) == place
+    assert least < error.feasible_value < 1.02 * least
     assert message in str(error)
-    solve(problem(0.98 * error.bound if place[2] == "position" else error.bound))
+    solve(problem(0.98 * error.feasible_value if place[2] == "position" else error.feasible_value))
 
 
 def test_reports_all_infeasible_waypoints_at_once() -> None:
@@ -145,8 +145,8 @@ def test_reports_duration_beyond_gap_of_feasible_ones() -> None:
     """At these velocities the joint arrives early, or it stops and goes back."""
     limits = JointLimits([2.0], [0.1], [100.0])
     error = failure(one_joint([0, 1], [1, 1], limits, duration=[20.0]))
-    assert error.bound > 38.98
-    for possible in (0.98, error.bound):
+    assert error.feasible_value > 38.98
+    for possible in (0.98, error.feasible_value):
         solve(one_joint([0, 1], [1, 1], limits, duration=[possible]))
 
 
@@ -215,12 +215,12 @@ def test_reports_overloaded_static_hold() -> None:
     message = "no motion keeps all limits: to hold the arm still at 'flat', joint 'shoulder' needs"
     with pytest.raises(TimingError, match=message) as heavy:
         planned(5.0)
-    assert heavy.value.limit == "effort"
+    assert heavy.value.cause == "effort"
     robot = kw.load_robot("planar2")
     robot.model.gravity.linear = np.array([0.0, -9.81, 0.0])
     held = pin.rnea(robot.model, robot.model.createData(), *np.zeros((3, 2)))
-    assert heavy.value.bound == pytest.approx(held[0])
-    assert planned(1.5 * heavy.value.bound).report.ok
+    assert heavy.value.feasible_value == pytest.approx(held[0])
+    assert planned(1.5 * heavy.value.feasible_value).report.ok
 
 
 def over_the_top(effort: float, **more: Any) -> kw.Plan:
@@ -248,7 +248,7 @@ def test_reports_overloaded_passage_with_sufficient_effort() -> None:
     ) as heavy:
         over_the_top(4.0)
     error = heavy.value
-    assert (error.waypoint, error.joint, error.limit) == (1, "shoulder", "effort")
+    assert (error.waypoint, error.joint, error.cause) == (1, "shoulder", "effort")
     assert "waypoints[1]: " in str(error)
     assert "it is 4 N m" in str(error)
-    over_the_top(error.bound).report.raise_if_failed()
+    over_the_top(error.feasible_value).report.raise_if_failed()

@@ -219,7 +219,7 @@ def test_refuses_wrong_values(change: dict[str, Any], message: str) -> None:
         kw.follow_path(**given)
 
 
-def test_reports_limiting_constraint() -> None:
+def test_reports_obstruction() -> None:
     with pytest.raises(FollowingError, match=r"0 m along it shoulder_pan_joint would have to move"):
         kw.follow_path(ARM, LINE, 5.0, start=HOME)
     far = tp.Line(AT.translation, AT.translation + np.array([0, 1.5, 0]))
@@ -248,10 +248,10 @@ def test_reports_arc_length_of_velocity_limit() -> None:
     v = np.linalg.solve(ARM.jacobian(q), [0, 1.0, 0, 0, 0, 0])
     j = ARM.joint_names.index(one.joint)
     assert abs(v[j]) == pytest.approx(ARM.velocity_limit[j], rel=1e-3)
-    assert one.bound == ARM.velocity_limit[j]
-    kw.follow_path(ARM, straight, 0.98 * one.bound / one.value, start=HOME)
+    assert one.limit == ARM.velocity_limit[j]
+    kw.follow_path(ARM, straight, 0.98 * one.limit / one.value, start=HOME)
     with pytest.raises(FollowingError):
-        kw.follow_path(ARM, straight, 1.02 * one.bound / one.value, start=HOME)
+        kw.follow_path(ARM, straight, 1.02 * one.limit / one.value, start=HOME)
 
 
 def test_error_falls_with_fourth_power_of_interval() -> None:

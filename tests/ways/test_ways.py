@@ -116,7 +116,7 @@ def test_refuses_passed_pose_in_collision() -> None:
     given["waypoints"][1]["pose"]["position"] = [450, 0, 600]
     with pytest.raises(NoWayFoundError, match=r"at .above., ") as caught:
         kw.plan(given)
-    assert "beam" in caught.value.names
+    assert "beam" in caught.value.bodies
 
 
 def test_refuses_passed_pose_where_bodies_change() -> None:
@@ -346,7 +346,7 @@ def test_released_object_blocks_next_motion() -> None:
     with pytest.raises(NoWayFoundError) as caught:
         kw.plan(given)
     assert caught.value.end == "goal"
-    assert "bar" in caught.value.names
+    assert "bar" in caught.value.bodies
 
 
 @pytest.mark.parametrize(
@@ -388,7 +388,7 @@ def test_reports_that_no_motion_was_found() -> None:
     ]
     with pytest.raises(NoWayFoundError, match=r"waypoints\[1\].*may exist all the same") as caught:
         kw.plan(given)
-    assert caught.value.names == ()
+    assert caught.value.bodies == ()
 
 
 def test_reports_colliding_end_with_depth() -> None:
@@ -396,7 +396,7 @@ def test_reports_colliding_end_with_depth() -> None:
     with pytest.raises(NoWayFoundError) as caught:
         kw.plan(past(block))
     assert caught.value.end == "goal"
-    assert "block" in caught.value.names
+    assert "block" in caught.value.bodies
     assert caught.value.depth > 0.02
     assert " mm too close to " in str(caught.value)
     assert ", and none of 12 solutions is clear;" in str(caught.value)

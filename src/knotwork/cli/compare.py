@@ -78,7 +78,7 @@ def planners(as_json: bool) -> int:
     """List the planners: their guarantees, limitations, options and rules."""
     rows = [asdict(spec) for spec in PLANNER_SPECS.values()]
     for row in rows:
-        del row["makes"]
+        del row["entry_point"]
         row["rules"] = rules(row["name"])
     if as_json:
         echo_json(rows)

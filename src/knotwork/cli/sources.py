@@ -23,7 +23,7 @@ from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.files.documents import resources
 from knotwork.files.foreign import is_foreign, is_trajectory, read_trajectory
-from knotwork.files.storage import set_disagreement
+from knotwork.files.storage import changed_since_report
 from knotwork.planning import Plan
 from knotwork.planning.check_trajectory import check_with_task
 from knotwork.robot import Robot
@@ -116,7 +116,7 @@ def read_unchecked(path: str, robot: Robot | None) -> JointTrajectory:
     trajectory, defects = read_trajectory(path, names, units, owner=owner)
     if defects:
         raise InputError(f"{path}: {defects[0]}")
-    fault = set_disagreement(Path(path))
+    fault = changed_since_report(Path(path))
     if fault is not None:
         accepted = "the files of one plan, or --scenario in a command that checks"
         raise InputError(f"{path} {fault}; accepted: {accepted}")

@@ -16,7 +16,7 @@ from .base import merge_errors as merge_errors
 from .base import suggest_name as suggest_name
 from .path_errors import CornerError as CornerError
 from .path_errors import FollowingError as FollowingError
-from .path_errors import LimitingConstraint as LimitingConstraint
+from .path_errors import FollowingObstruction as FollowingObstruction
 from .path_errors import PathError as PathError
 from .path_errors import RampError as RampError
 from .path_errors import StretchTimeError as StretchTimeError

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -24,10 +25,8 @@ def require_number(value: Any, subject: str, unit: str = "", *, positive: bool =
     """
     number = math.nan
     if isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool):
-        try:
+        with suppress(OverflowError):  # an integer beyond the range of floats
             number = float(value)
-        except OverflowError:  # an integer beyond the range of floats
-            number = math.nan
     if not math.isfinite(number) or (positive and number <= 0.0):
         kind = "positive and finite number" if positive else "finite number"
         in_unit = f" [{unit}]" if unit else ""
@@ -46,11 +45,11 @@ def require_count(value: Any, subject: str, minimum: int) -> int:
     Raises:
         InputError: The value is not a whole number, or below the minimum.
     """
-    if not isinstance(value, int) or isinstance(value, bool):
+    if not isinstance(value, int | np.integer) or isinstance(value, bool):
         raise InputError(f"{subject} is {format_value(value)}; it must be a whole number")
     if value < minimum:
         raise InputError(f"{subject} is {value}; it must be at least {minimum}")
-    return value
+    return int(value)
 
 
 def require_type(value: Any, types: Any, subject: str, accepted: str) -> None:

@@ -302,11 +302,11 @@ class CollisionError(InputError):
     """A collision of the robot with its surroundings at the start.
 
     Attributes:
-        names: Names of the object and of the link.
+        bodies: Names of the object and of the link.
         depth: Missing distance between them, from the required clearance [m].
     """
 
-    names: Sequence[str] = ()
+    bodies: Sequence[str] = ()
     depth: float = 0.0
 
 

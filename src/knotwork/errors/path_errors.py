@@ -11,7 +11,7 @@ from knotwork.errors.base import InputError
 from knotwork.errors.tasks import TaskError
 from knotwork.units import SI, Units
 
-ConstraintKind = Literal["joint limit", "velocity limit", "collision", "singularity"]
+ObstructionCause = Literal["joint limit", "velocity limit", "collision", "singularity"]
 
 NEARLY_SINGULAR = 0.05
 """Smallest singular value below which a singularity explains high joint speeds."""
@@ -90,44 +90,44 @@ class StretchTimeError(PathError):
     longest: float = 0.0
 
 
-class LimitingConstraint(NamedTuple):
-    """The constraint that prevents an arm from following a path.
+class FollowingObstruction(NamedTuple):
+    """The first obstruction of an arm that follows a path.
 
     Attributes:
-        kind: `"joint limit"`, `"velocity limit"`, `"collision"` or `"singularity"`; the last means
+        cause: `"joint limit"`, `"velocity limit"`, `"collision"` or `"singularity"`; the last means
             that the tool can't stay on the path with any joint motion.
         time: Time from which the path can't be followed [s].
         joint: Name of the joint that exceeds its limit; empty for other kinds.
         unit: Unit of its position, `"rad"` or `"m"`.
         value: Worst position or speed of the joint [rad or m, or per second].
-        bound: Limit that this value exceeds [rad or m, or per second].
+        limit: Limit that this value exceeds [rad or m, or per second].
         smallest_singular_value: Smallest singular value of the Jacobian at the worst time.
         bodies: Names of two bodies that collide.
     """
 
-    kind: ConstraintKind
+    cause: ObstructionCause
     time: float
     joint: str = ""
     unit: str = "rad"
     value: float = 0.0
-    bound: float = 0.0
+    limit: float = 0.0
     smallest_singular_value: float = math.nan
     bodies: tuple[str, str] = ("", "")
 
     def text(self, units: Units) -> str:
-        """Write the constraint as a clause of a message."""
+        """Write it as a clause of a message."""
         smallest = f"smallest singular value {self.smallest_singular_value:.3g}"
-        if self.kind == "singularity":
+        if self.cause == "singularity":
             return f"the arm is stretched out or singular and can't continue ({smallest})"
-        if self.kind == "collision":
+        if self.cause == "collision":
             return "{} comes too near to {}".format(*self.bodies)
-        unit = self.unit if self.kind == "joint limit" else f"{self.unit}/s"
-        value, bound = (units.text(number, unit, ".4g") for number in (self.value, self.bound))
-        if self.kind == "joint limit":
-            return f"{self.joint} reaches its limit {bound}; it would have to move to {value}"
+        unit = self.unit if self.cause == "joint limit" else f"{self.unit}/s"
+        value, limit = (units.text(number, unit, ".4g") for number in (self.value, self.limit))
+        if self.cause == "joint limit":
+            return f"{self.joint} reaches its limit {limit}; it would have to move to {value}"
         is_near = self.smallest_singular_value < NEARLY_SINGULAR
         near = f" (close to a singularity, {smallest})" if is_near else ""
-        return f"{self.joint} would have to move at {value}, and its limit is {bound}{near}"
+        return f"{self.joint} would have to move at {value}, and its limit is {limit}{near}"
 
 
 class FollowingError(TaskError):
@@ -138,21 +138,21 @@ class FollowingError(TaskError):
         cause: `"joint limit"`, `"velocity limit"`, `"singularity"` or `"collision"`.
         joint: Name of the joint that would be beyond its limit; empty if no limit is the cause.
         value: Position or speed that the joint would have [rad or m, or per second], or `None`.
-        bound: Limit that this value exceeds [rad or m, or per second], or `None`.
+        limit: Limit that this value exceeds [rad or m, or per second], or `None`.
         path_start: Index of the waypoint of a scenario where the path begins, if known.
     """
 
     arc_length: float = 0.0
-    cause: ConstraintKind | Literal[""] = ""
+    cause: ObstructionCause | Literal[""] = ""
     joint: str = ""
     value: float | None = None
-    bound: float | None = None
+    limit: float | None = None
     path_start: int | None = None
 
     def __init__(
         self,
         waypoint: str,
-        constraint: LimitingConstraint,
+        obstruction: FollowingObstruction,
         *,
         beginning: str,
         remedy: str,
@@ -163,10 +163,10 @@ class FollowingError(TaskError):
         along = units.text(distance, "m", ".4g")
         super().__init__(
             waypoint,
-            f"{beginning} {along} along it {constraint.text(units)}. {remedy}",
-            cause=constraint.kind,
-            joint=constraint.joint,
-            value=constraint.value if constraint.joint else None,
-            bound=constraint.bound if constraint.joint else None,
+            f"{beginning} {along} along it {obstruction.text(units)}. {remedy}",
+            cause=obstruction.cause,
+            joint=obstruction.joint,
+            value=obstruction.value if obstruction.joint else None,
+            limit=obstruction.limit if obstruction.joint else None,
             **data,
         )

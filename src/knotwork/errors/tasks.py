@@ -44,8 +44,8 @@ class OutOfReachError(TaskError):
 class UnreachablePoseError(OutOfReachError):
     """No configuration of the arm brings the tool to the pose.
 
-    Of all poses found within the limits, the closest one differs least from the pose, where a metre
-    counts as 1000 radians. Thus its point is the nearest, and there it is turned least.
+    `closest` is the configuration found within the limits that brings the TCP nearest to the point;
+    among equal ones, that with the smallest angle from the pose, for 1 mm counts as 1 rad.
 
     >>> import pinocchio as pin
     >>> far = pin.SE3(np.eye(3), np.array([2.0, 0.0, 0.0]))
@@ -56,9 +56,9 @@ class UnreachablePoseError(OutOfReachError):
     1.052
 
     Attributes:
-        closest: Joint positions of the closest pose [rad or m].
-        closest_distance: Distance of the closest pose [m].
-        closest_angle: Angle of the closest pose from the pose [rad].
+        closest: Its joint positions [rad or m].
+        closest_distance: Distance of its TCP from the point [m].
+        closest_angle: Its angle from the pose [rad].
     """
 
     closest: Sequence[float] = ()
@@ -233,14 +233,14 @@ class NoWayFoundError(InputError):
     Attributes:
         end: `"start"`, `"goal"` or the number of a waypoint between them (`"1"`, ...), if the
             fault is known to be there; else empty.
-        names: Names of two bodies that are too close there.
+        bodies: Names of two bodies that are too close there.
         depth: Missing distance between them, from the required clearance [m].
         waypoints: Indices of the two waypoints between which no motion was found, if only one
             solution of each was a candidate; else `None`.
     """
 
     end: str = ""
-    names: Sequence[str] = ()
+    bodies: Sequence[str] = ()
     depth: float = 0.0
     waypoints: Sequence[int] | None = None
 
@@ -255,24 +255,24 @@ class TimingError(InputError):
     >>> try:
     ...     kw.plan({"limits": {"velocity": 1, "acceleration": 2}, "waypoints": ends})
     ... except TimingError as error:
-    ...     print(error.joint, error.limit, error.value)
+    ...     print(error.joint, error.cause, error.value)
     lift velocity 3.0
 
     Attributes:
         waypoint: Index of the waypoint at fault, or of the first waypoint of the interval at fault;
             `None` without a particular one.
-        interval: Whether the fault is in the interval from that waypoint to the next one.
+        in_interval: Whether the fault is in the interval from that waypoint to the next one.
         joint: Name of the joint at fault; empty without a particular one.
-        limit: `"velocity"`, `"acceleration"`, `"jerk"`, `"position"`, `"effort"`, `"tool speed"`,
+        cause: `"velocity"`, `"acceleration"`, `"jerk"`, `"position"`, `"effort"`, `"tool speed"`,
             `"duration"`, `"budget"` or `"rounds"`; empty without a particular one.
         value: The requested value, in SI units, or `None`.
-        bound: The nearest feasible value, in SI units, or `None` if unknown.
+        feasible_value: The nearest feasible value, in SI units, or `None` if unknown.
     """
 
     others: Sequence[TimingError] = ()
     waypoint: int | None = None
-    interval: bool = False
+    in_interval: bool = False
     joint: str = ""
-    limit: str = ""
+    cause: str = ""
     value: float | None = None
-    bound: float | None = None
+    feasible_value: float | None = None

@@ -13,7 +13,7 @@ from knotwork.errors import InputError
 from knotwork.files import documents
 from knotwork.files.documents import Document, validate
 from knotwork.files.foreign import read_trajectory
-from knotwork.files.storage import set_disagreement
+from knotwork.files.storage import changed_since_report
 from knotwork.planning.replanning import SCENE_KEYS, joint_state
 from knotwork.task import OtherRobot, Task
 from knotwork.task.scenario import Scenario, load_scenario, resolve_task
@@ -42,7 +42,7 @@ def check_with_task(path: str | Path, scenario: str | Path) -> tuple[CheckedMoti
     space, span = joint_space(task), (float(task.times[0]), float(task.times[-1]))
     motion, defects = read_trajectory(path, space.joint_names, space.joint_units, span=span)
     report = check(motion, task, space=space, defects=defects)
-    fault = set_disagreement(Path(path))
+    fault = changed_since_report(Path(path))
     return CheckedMotion(task, space, None, motion, report), f"{path} {fault}" if fault else ""
 
 
@@ -79,13 +79,10 @@ def check_without_task(
         data["robot"] = Path(robot).resolve().as_posix() if Path(robot).is_file() else str(robot)
     if not data.get("robot"):
         raise InputError(f"{path} needs its robot: give the robot, or a scene that names it")
-    locations = surroundings.locations
     # held objects need waypoints, which this task does not have
     data["waypoints"] = [{"joints": "home"}, {"joints": "home", "after": 1}]
-    task = validate(Task, Document(data, locations.file, locations.lines)).replace(
-        name=Path(path).name
-    )
-    moved = moved_robot(resolve_task(task, locations))
+    task = validate(Task, replace(surroundings, data=data)).replace(name=Path(path).name)
+    moved = moved_robot(resolve_task(task, surroundings))
     motion, defects = read_trajectory(
         path, moved.joint_names, moved.joint_units, owner=f"robot {moved.name!r}"
     )
@@ -94,7 +91,7 @@ def check_without_task(
             f"{path} moves {', '.join(motion.joint_names)}; robot {moved.name!r} has "
             f"{', '.join(moved.joint_names)}"
         )
-    scenario = resolve_task(task.replace(waypoints=_ends(motion, task)), locations)
+    scenario = resolve_task(task.replace(waypoints=_ends(motion, task)), surroundings)
     space = joint_space(scenario)
     # the ends of the motion are its own waypoints
     report = check(motion, scenario, space=space, defects=defects, without=CHECKS_OF_WAYPOINTS)

@@ -62,8 +62,8 @@ class Description:
         gravity: Gravity in the axes of the base frame [m/s²], or `None` for 9.81 along -z of the
             root.
         locked: Positions of the joints that the description locks [rad or m].
-        rest: Positions of other joints that are not planned [rad or m]; by default the position
-            within the limits that is nearest to 0.
+        unplanned: Positions of other joints that are not planned [rad or m]; by default the
+            position within the limits that is nearest to 0.
         configurations: Name to joint to position [rad or m].
         limits: Limits that override the URDF's.
         limit_margin: Fraction of the limits of magnitudes that is used.
@@ -86,7 +86,7 @@ class Description:
     held: tuple[Payload, ...] = ()
     gravity: FloatArray | None = None
     locked: Mapping[str, float] = field(default_factory=dict)
-    rest: Mapping[str, float] = field(default_factory=dict)
+    unplanned: Mapping[str, float] = field(default_factory=dict)
     configurations: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     limits: LimitTables = field(default_factory=dict)
     limit_margin: float = 1.0
@@ -126,21 +126,21 @@ class Description:
             raise UnknownNameError("configuration", name, self.configurations, where=where)
         return self.configurations[name]
 
-    def with_rest(self, name: str, planned: Sequence[str]) -> Description:
-        """Set the joints that are not planned to a named configuration; see `Robot.with_rest`."""
-        rest = dict(self.rest)
+    def with_unplanned_at(self, name: str, planned: Sequence[str]) -> Description:
+        """Set the joints that are not planned to a named configuration, as `Robot` does."""
+        unplanned = dict(self.unplanned)
         for joint, value in self.configuration(name).items():
             if joint in planned or joint in self.locked or joint in self.urdf.mimics:
                 continue
-            if rest.setdefault(joint, value) != value:
+            if unplanned.setdefault(joint, value) != value:
                 raise RobotError(
                     self.name,
                     f"configuration {name!r} has joint {joint!r} at {value:g}, another one of the "
-                    f"task has it at {rest[joint]:g}, and nothing in the task moves it; accepted: "
-                    "the same position in both, or a pose on what it carries",
+                    f"task has it at {unplanned[joint]:g}, and nothing in the task moves it; "
+                    "accepted: the same position in both, or a pose on what it carries",
                     joint=joint,
                 )
-        return replace(self, rest=rest)
+        return replace(self, unplanned=unplanned)
 
     def with_weights(
         self, weights: Mapping[str, float], planned: Sequence[str], locked: Mapping[str, float]

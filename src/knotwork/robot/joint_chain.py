@@ -66,7 +66,7 @@ def select_chain(description: Description) -> JointChain:
     planned = set(moving)
     still = [i for i in range(1, full.njoints) if i not in planned]
     reference, values = _find_locked_configuration(
-        urdf, robot, still, {**description.rest, **locked}
+        urdf, robot, still, {**description.unplanned, **locked}
     )
     names = tuple(full.names[i] for i in moving)
     mimicked = {full.names[i]: _list_mimicked(urdf, full.names[i], locked) for i in still}

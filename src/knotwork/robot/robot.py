@@ -133,7 +133,7 @@ class Robot(ChainModel):
         """
         return Robot(self._description.with_weights(weights, self.joint_names, self.locked))
 
-    def with_rest(self, name: str) -> Robot:
+    def with_unplanned_at(self, name: str) -> Robot:
         """Set the joints that are not planned to a named configuration.
 
         Joints under `locked` in its file, and joints that mimic others, are unchanged.
@@ -142,8 +142,8 @@ class Robot(ChainModel):
             UnknownNameError: No configuration has this name.
             RobotError: A joint is outside its limits, or an earlier configuration has it elsewhere.
         """
-        changed = self._description.with_rest(name, self.joint_names)
-        return self if changed.rest == self._description.rest else Robot(changed)
+        changed = self._description.with_unplanned_at(name, self.joint_names)
+        return self if changed.unplanned == self._description.unplanned else Robot(changed)
 
     def with_gravity(self, gravity: ArrayLike) -> Robot:
         """Mount the robot differently: on a wall, on a ceiling, or without gravity.

@@ -12,7 +12,7 @@ from knotwork.errors import DocumentError, Problem
 Location = tuple[str | int, ...]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Locations:
     """Location of each part of the data in its file, for messages.
 
@@ -78,10 +78,10 @@ class Locations:
         line = self.line(location)
         if line is not None:
             lines.setdefault((), line)
-        return Document(data, self.file, lines, self.prefix + location)
+        return Document(data, file=self.file, lines=lines, prefix=self.prefix + location)
 
 
-@dataclass(frozen=True, init=False)
+@dataclass(frozen=True)
 class Document(Locations):
     """Plain data, and the location of each part in its file.
 
@@ -89,23 +89,7 @@ class Document(Locations):
         data: Mappings, lists, text, numbers, booleans and `None`.
     """
 
-    data: Any = None
-
-    def __init__(
-        self,
-        data: Any,
-        file: Path | None = None,
-        lines: Mapping[Location, int] | None = None,
-        prefix: Location = (),
-        origins: Mapping[Location, Location] | None = None,
-    ) -> None:
-        super().__init__(file, lines or {}, prefix, origins or {})
-        object.__setattr__(self, "data", data)
-
-    @property
-    def locations(self) -> Locations:
-        """Locations of the parts, without the data."""
-        return Locations(self.file, self.lines, self.prefix, self.origins)
+    data: Any
 
     def part(self, location: Location) -> Document:
         """Make a part a document, with locations in the same file."""

@@ -181,7 +181,7 @@ def parse(text: str, file: Path | None = None) -> Document:
         data = reader.read(node, (), first)
     if reader.problems:
         raise DocumentError(file, reader.problems)
-    return Document(data, file, reader.lines)
+    return Document(data, file=file, lines=reader.lines)
 
 
 @contextmanager

@@ -156,7 +156,7 @@ def _arrays(path: Path) -> Document:
             if sizes > MAX_CSV_BYTES:
                 problem = Problem(None, "", f"has {sizes} bytes", f"at most {MAX_CSV_BYTES}")
                 raise DocumentError(path, [problem])
-            return Document({name: file[name].tolist() for name in file.files}, path)
+            return Document({name: file[name].tolist() for name in file.files}, file=path)
     except (OSError, ValueError, KeyError, zipfile.BadZipFile, AttributeError) as error:
         raise DocumentError(path, [Problem(None, "", "is not an npz of NumPy arrays")]) from error
 

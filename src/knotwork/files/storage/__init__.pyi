@@ -1,7 +1,7 @@
 from .files import write_file as write_file
 from .files import write_files as write_files
+from .report_digests import changed_since_report as changed_since_report
 from .report_digests import digests as digests
-from .report_digests import set_disagreement as set_disagreement
 from .trajectory_file import knot_disagreement as knot_disagreement
 from .trajectory_file import load_trajectory as load_trajectory
 from .trajectory_file import read_trajectory_document as read_trajectory_document

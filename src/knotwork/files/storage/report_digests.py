@@ -28,14 +28,14 @@ def _digest(content: bytes) -> str:
     return f"sha256:{hashlib.sha256(content).hexdigest()}"
 
 
-def set_disagreement(path: Path) -> str | None:
+def changed_since_report(path: Path) -> str | None:
     """Describe a file that was changed since the report in its folder; `None` if it was not.
 
     >>> paths = kw.plan("paper_case").save("motion")
-    >>> set_disagreement(Path("motion")) is None
+    >>> changed_since_report(Path("motion")) is None
     True
     >>> characters = Path("motion/trajectory.json").write_text("{}")
-    >>> set_disagreement(Path("motion"))
+    >>> changed_since_report(Path("motion"))
     'is not the file that report.json next to it was written with: it was changed since'
 
     Args:

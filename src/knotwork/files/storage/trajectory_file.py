@@ -181,7 +181,7 @@ def read_trajectory_document(path: Path | str) -> Document:
     if text.count(",") + text.count("[") > MAX_STORED_VALUES:
         raise DocumentError(path, [Problem(None, "", f"has more than {MAX_STORED_VALUES} values")])
     try:
-        return Document(json.loads(text, object_pairs_hook=_mapping_of), path)
+        return Document(json.loads(text, object_pairs_hook=_mapping_of), file=path)
     except json.JSONDecodeError as error:
         problem = Problem(
             error.lineno, "", f"is not valid JSON: {error.msg} (column {error.colno})"
@@ -206,7 +206,7 @@ def _mapping_of(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 def load_trajectory(path: Path | str) -> JointTrajectory:
     """Read a stored trajectory: a file, or a folder with a `trajectory.json`.
 
-    `set_disagreement` reports whether it belongs to the `report.json` in its folder.
+    `changed_since_report` reports whether it belongs to the `report.json` in its folder.
 
     >>> import tempfile, knotwork as kw
     >>> with tempfile.TemporaryDirectory() as folder:

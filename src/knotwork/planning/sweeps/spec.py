@@ -122,7 +122,7 @@ def spec_from_dict(data: Mapping[str, Any], file: str | None) -> StudySpec:
     axes = tuple(
         Axis(tuple(axis), tuple(tuple(column) for column in axis.values())) for axis in data["vary"]
     )
-    document = Document(data["scenario"], Path(file) if file is not None else None)
+    document = Document(data["scenario"], file=Path(file) if file is not None else None)
     return StudySpec(document, axes, float(data["time_limit"]))
 
 
@@ -138,4 +138,4 @@ def scenario_document(scenario: str | Path | Mapping[str, Any] | Task | Scenario
         return read(path.absolute())
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
-    return Document(scenario.given.to_dict(), scenario.source)
+    return Document(scenario.given.to_dict(), file=scenario.source)

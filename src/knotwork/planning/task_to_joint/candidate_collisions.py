@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial.distinct import sort_distinct
-from knotwork.errors import CollisionError, LimitingConstraint
+from knotwork.errors import CollisionError, FollowingObstruction
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.following.continuation import Continuation
 from knotwork.robot.kinematics.sequence.candidates import Candidates
@@ -74,7 +74,7 @@ class CandidateCollisions:
         self._pairs = SolidPairs(model)
 
     @classmethod
-    def read(
+    def for_scenario(
         cls, scenario: Scenario, space: JointSpace, robot: Robot
     ) -> CandidateCollisions | None:
         """The tests of a scenario; `None` if nothing in it can collide.
@@ -111,7 +111,7 @@ class CandidateCollisions:
                 raise CollisionError(
                     f"touches {second.name} where the robot starts, by {depth}; move the object, "
                     f"or allow the contact: `allow: [{second.name}]`",
-                    names=(first.name, second.name),
+                    bodies=(first.name, second.name),
                     depth=-(distance + margin),
                     where=self.scenario.where(*location, first.name),
                 )
@@ -160,7 +160,7 @@ class CandidateCollisions:
 
     def find_collision_start(
         self, path: Continuation, start: int, colliding: int
-    ) -> LimitingConstraint:
+    ) -> FollowingObstruction:
         """Find the beginning of the first collision along a path.
 
         Args:
@@ -171,7 +171,7 @@ class CandidateCollisions:
         q, time = path.position[:, start], path.time.tolist()
         step = next((i for i in range(colliding) if not self._is_clear(q[i], time[i])), colliding)
         _, first, second = min(self._gaps(q[step], time[step]), key=lambda gap: gap[0])
-        begins = LimitingConstraint("collision", time[step], bodies=(second.name, first.name))
+        begins = FollowingObstruction("collision", time[step], bodies=(second.name, first.name))
         if step == 0 or not time[step - 1] < time[step]:
             return begins
         from scipy.interpolate import CubicHermiteSpline

@@ -14,7 +14,7 @@ from knotwork.planning.task_to_joint.candidate_collisions import CandidateCollis
 from knotwork.planning.task_to_joint.free_poses import FreedomChains
 from knotwork.planning.task_to_joint.path_track import CandidateMotions, PathTrack
 from knotwork.planning.task_to_joint.requested_branch import allowed_rows, is_in_branch
-from knotwork.robot.kinematics.following.limiting_constraint import make_following_error
+from knotwork.robot.kinematics.following.obstruction import make_following_error
 from knotwork.robot.kinematics.sequence.candidates import Candidates
 from knotwork.task.scenario import Scenario
 
@@ -171,11 +171,11 @@ class GroupSolver:
         It names the start that gets farthest. One that is only too fast counts as farther.
         """
         path = blocked.motions.track.path
-        constraints = [blocked.motions.constraint(row) for row in blocked.rows.tolist()]
-        best = max(constraints, key=lambda c: (c.kind == "velocity limit", c.time))
+        obstructions = [blocked.motions.obstruction(row) for row in blocked.rows.tolist()]
+        best = max(obstructions, key=lambda it: (it.cause == "velocity limit", it.time))
         k = next(k for k, part in enumerate(path.stretches) if best.time <= part.end)
         begin, end = (self.scenario.waypoints[path.first + k + j] for j in (0, 1))
-        solution = f"the best of {len(constraints)} solutions"
+        solution = f"the best of {len(obstructions)} solutions"
         remedy = "begin a new path at a stop, before which the arm may change its branch"
         if not isinstance(self.scenario.branch, str):
             solution += " in the requested branch"

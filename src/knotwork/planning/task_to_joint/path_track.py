@@ -11,7 +11,7 @@ import numpy as np
 
 from knotwork.arrays import BoolArray, FloatArray, IndexArray
 from knotwork.curves.polynomial.distinct import sort_distinct
-from knotwork.errors import LimitingConstraint
+from knotwork.errors import FollowingObstruction
 from knotwork.planning.task_to_joint.candidate_collisions import (
     COLLISION_SAMPLES,
     CandidateCollisions,
@@ -147,18 +147,18 @@ class CandidateMotions:
             result.append(candidates)
         return result
 
-    def constraint(self, row: int) -> LimitingConstraint:
-        """The earliest constraint of a candidate that does not reach the end.
+    def obstruction(self, row: int) -> FollowingObstruction:
+        """The first obstruction of a candidate that does not reach the end.
 
         A velocity limit comes last, because it has a remedy.
         """
         branch, motion = int(self.branch[row]), self.continuation
-        limits = motion.limiting_constraint(self.track.chain.robot, branch, self.turns[row])
-        constraints = [] if limits is None else [limits]
+        first = motion.obstruction(self.track.chain.robot, branch, self.turns[row])
+        obstructions = [] if first is None else [first]
         step = self._colliding_step(branch)
         if self.collisions is not None and step is not None:
-            constraints.append(self.collisions.find_collision_start(motion, branch, step))
-        return min(constraints, key=lambda c: (c.kind == "velocity limit", c.time))
+            obstructions.append(self.collisions.find_collision_start(motion, branch, step))
+        return min(obstructions, key=lambda it: (it.cause == "velocity limit", it.time))
 
     def _colliding_step(self, branch: int) -> int | None:
         """Step at which the motion of a branch first collides, or `None`; tested once."""

@@ -22,7 +22,7 @@ from knotwork.planning.timing.bounds import (
     slowest_text,
     sufficient_duration,
 )
-from knotwork.planning.timing.section_motion import resting_motion
+from knotwork.planning.timing.part_motion import resting_motion
 from knotwork.planning.timing.stop_to_stop import with_longer
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.units import rounded_down, rounded_up
@@ -52,7 +52,7 @@ def infeasible_values(problem: TimingProblem, *, direct: bool = True) -> list[Ti
     return (
         [*_overloads(problem, certain=True), *value_errors(problem)]
         or list(_unlimited_errors(problem))
-        or list(_imfeasible_durations(problem, direct))
+        or list(_infeasible_durations(problem, direct))
     )
 
 
@@ -66,7 +66,7 @@ def unsolved_errors(problem: TimingProblem) -> list[TimingError]:
                 f"between {problem.names[0]!r} and {problem.names[-1]!r} {NO_MOTION}: allow longer "
                 "durations, lower speeds or higher limits",
                 waypoint=0,
-                interval=len(problem.position) == 2,
+                in_interval=len(problem.position) == 2,
             )
         ]
     )
@@ -101,9 +101,9 @@ def _overloads(problem: TimingProblem, *, certain: bool) -> Iterator[TimingError
             f"limit above {needed_text}; it is {limit_text}{limits.margin_note}",
             waypoint=i,
             joint=problem.joint_names[k],
-            limit="effort",
+            cause="effort",
             value=float(limit),
-            bound=float(effort),
+            feasible_value=float(effort),
         )
 
 
@@ -117,11 +117,11 @@ def _unlimited_errors(problem: TimingProblem) -> Iterator[TimingError]:
             f"joint {', '.join(map(repr, joints))}: no limit of acceleration, jerk or effort, so "
             "there is no minimum time; give one",
             joint=joints[0],
-            limit="acceleration",
+            cause="acceleration",
         )
 
 
-def _imfeasible_durations(problem: TimingProblem, direct: bool) -> Iterator[TimingError]:
+def _infeasible_durations(problem: TimingProblem, direct: bool) -> Iterator[TimingError]:
     """Infeasible durations: too short, excluded since a joint can't stop, or without a minimum."""
     speeds = np.where(problem.velocity_known[:, None], problem.velocity, 0.0)
     moves = np.abs(np.diff(problem.position, axis=0)) + np.abs(speeds[:-1]) + np.abs(speeds[1:])
@@ -131,8 +131,8 @@ def _imfeasible_durations(problem: TimingProblem, direct: bool) -> Iterator[Timi
             f"from {problem.names[i]!r} to {problem.names[i + 1]!r} no joint moves, so there is no "
             "minimum duration; give one, or a lower bound",
             waypoint=i,
-            interval=True,
-            limit="duration",
+            in_interval=True,
+            cause="duration",
         )
     if problem.total is not None:
         shortest = float(interval_bounds(problem).sum())
@@ -148,7 +148,7 @@ def _imfeasible_durations(problem: TimingProblem, direct: bool) -> Iterator[Timi
 
 def _short_total(total: float, reason: str, bound: float) -> TimingError:
     message = f"the motion must last {total:.6g} s; {reason}"
-    return TimingError(message, limit="duration", value=total, bound=bound)
+    return TimingError(message, cause="duration", value=total, feasible_value=bound)
 
 
 def _given_durations(
@@ -179,10 +179,10 @@ def _given_durations(
             f"from {problem.names[i]!r} to {problem.names[i + 1]!r} {problem.duration[i]:.6g} s "
             f"are given; {prefix}{reason}",
             waypoint=i,
-            interval=True,
-            limit="duration",
+            in_interval=True,
+            cause="duration",
             value=float(problem.duration[i]),
-            bound=bound,
+            feasible_value=bound,
         )
 
 
@@ -218,20 +218,20 @@ def value_errors(problem: TimingProblem) -> list[TimingError]:
 
 def _feasible_fraction(error: TimingError) -> float:
     """The feasible fraction of the given value."""
-    return (error.bound or 0.0) / (error.value or 1.0)
+    return (error.feasible_value or 0.0) / (error.value or 1.0)
 
 
 def _fault(
-    problem: TimingProblem, i: int, k: int, limit: str, value: float, bound: float, text: str
+    problem: TimingProblem, i: int, k: int, cause: str, value: float, bound: float, text: str
 ) -> TimingError:
     """Make the error for a value of joint k at waypoint i; the text follows the joint's name."""
     return TimingError(
         f"{waypoint_text(problem.names[i])}: joint {problem.joint_names[k]!r} {text}",
         waypoint=int(i),
         joint=problem.joint_names[k],
-        limit=limit,
+        cause=cause,
         value=value,
-        bound=bound,
+        feasible_value=bound,
     )
 
 
@@ -278,8 +278,8 @@ def _beyond_tool_speed(problem: TimingProblem) -> Iterator[tuple[str, TimingErro
                 f"{problem.limits.text(limit, 'm/s', problem.units)}"
                 f"{_advice('velocity', bound / speed)}"
             )
-            kind = "tool speed"
-            yield kind, TimingError(message, waypoint=i, limit=kind, value=speed, bound=bound)
+            data = {"cause": "tool speed", "value": speed, "feasible_value": bound}
+            yield "tool speed", TimingError(message, waypoint=i, **data)
 
 
 def _outside_limits(problem: TimingProblem) -> Iterator[TimingError]:

@@ -12,6 +12,7 @@ from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.scene.collision_model import CollisionModel
+from knotwork.verification.bounds.clearance import Clearance, clearances
 
 MotionParts = tuple[
     PiecewisePolynomial | None, PiecewisePolynomial | None, PiecewisePolynomial | None
@@ -57,7 +58,7 @@ class ClearMotionProblem:
             has the first of each. There are several only if the arm is at rest there.
         arm_model: Pinocchio model of the arm.
         collision_model: Bodies and their pairs.
-        resolution: Distance to the margin within which a clearance may be undecided [m].
+        resolution: Distance to the margin within which a clearance may count as a violation [m].
         stop: Makes a motion from the first state to rest, or `None`. It is used if independent
             stops of the joints collide.
     """
@@ -76,6 +77,11 @@ class ClearMotionProblem:
         dynamics = self.timing.dynamics
         limited = dynamics is not None and np.isfinite(self.timing.limits.effort).any()
         return dynamics.robot.model if dynamics is not None and limited else None
+
+    def unproved_pairs(self, curve: PiecewisePolynomial) -> list[Clearance]:
+        """Pairs that collide over a motion, or are not proved to keep their margin."""
+        results = clearances(self.collision_model, curve, self.resolution, precision=np.inf)
+        return [clearance for clearance in results if clearance.verdict != "clear"]
 
 
 @dataclass(eq=False)

@@ -13,7 +13,7 @@ from knotwork.arrays import FloatArray, IndexArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.retiming.stops import stop_joints
 from knotwork.planning.timing.motion_curves import concatenate, reverse, slow_down
-from knotwork.planning.timing.section_motion import resting_motion
+from knotwork.planning.timing.part_motion import resting_motion
 from knotwork.planning.timing.tightening import exceeded_limit, keeps_limits
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.planning.ways.clear_motion_problem import (
@@ -22,11 +22,9 @@ from knotwork.planning.ways.clear_motion_problem import (
     MotionParts,
     NoClearMotionError,
 )
-from knotwork.planning.ways.clearance_proof import polyline_curve, unproved_pairs
 from knotwork.planning.ways.configuration_space import ConfigurationSpace
-from knotwork.planning.ways.exchange import Exchange
-from knotwork.planning.ways.rrt import connect, shorten_polyline
-from knotwork.verification.bounds.clearance import Clearance
+from knotwork.planning.ways.exchange import ExchangeSearch
+from knotwork.planning.ways.rrt import connect, polyline_curve, shorten_polyline
 
 
 class Stage(NamedTuple):
@@ -123,9 +121,9 @@ def _with_extra_clearance(problem: ClearMotionProblem, extra: float) -> ClearMot
     """The problem with margins increased by a clearance [m]."""
     model, limits = problem.collision_model, problem.timing.limits
     space = ConfigurationSpace(problem.arm_model, model, limits)
-    clearance = dict.fromkeys(space.bodies, extra)
+    clearance = dict.fromkeys(space.pair_names, extra)
     passed = (problem.starts[0], *problem.timing.position[1:-1], problem.goals[0])
-    for names, kept in zip(space.bodies, space.extra_clearance(extra, passed), strict=True):
+    for names, kept in zip(space.pair_names, space.extra_clearance(extra, passed), strict=True):
         clearance[names] = min(clearance[names], float(kept))
     pairs = []
     for pair in model.pairs:
@@ -213,7 +211,7 @@ class _ClearSearch:
         if beyond.max() > 0.0:
             k = int(beyond.argmax())
             return NoClearMotionError(end, depth=float(beyond[k]), limit="position", joint=k)
-        if unproved := self._unproved_pairs(motion):
+        if unproved := self.problem.unproved_pairs(motion):
             worst = max(unproved, key=lambda pair: pair.margin - pair.distance)
             names, depth = (worst.first.name, worst.second.name), worst.margin - worst.distance
             return NoClearMotionError(end, names, max(depth, 0.0), moving=True)
@@ -264,18 +262,16 @@ class _ClearSearch:
             self.space.keep_away(extra, (*starts[few], *goals[few]))
             for k in range(POLYLINE_SEEDS):
                 rng = np.random.default_rng([*seed, k])
-                max_checks = checks * FULL_PAIRS // max(FULL_PAIRS, len(self.space.bodies))
+                max_checks = checks * FULL_PAIRS // max(FULL_PAIRS, len(self.space.pair_names))
                 line = connect(self.space, starts[few], goals[few], rng, step, max_checks)
                 if line is None:
                     break
                 for candidate in (shorten_polyline(self.space, line, rng, step, weights), line):
-                    if len(candidate) == 1 or not self._unproved_pairs(polyline_curve(candidate)):
+                    curve = polyline_curve(candidate)
+                    if len(candidate) == 1 or not self.problem.unproved_pairs(curve):
                         return candidate
             self.stage += 1
         return None
-
-    def _unproved_pairs(self, curve: PiecewisePolynomial) -> list[Clearance]:
-        return unproved_pairs(self.problem.collision_model, curve, self.problem.resolution)
 
     def _optimised_motion(
         self, lines: list[FloatArray], best: ClearMotion | None, number: int
@@ -289,15 +285,13 @@ class _ClearSearch:
             return None
         curve, times, parts = first
         ends = self._timing_problem(line[passed], moving=True)
-        if self._unproved_pairs(curve) or not keeps_limits(ends, curve):
+        if problem.unproved_pairs(curve) or not keeps_limits(ends, curve):
             return None
         motion = ClearMotion(curve, times, line, parts, rests=len(line) > len(passed))
         if best is None:
             self.report(number, motion)
         pieces = min(max(PIECES_AN_EDGE * max(edges), MIN_PIECES), MAX_PIECES)
-        exchange = Exchange(
-            self.space, ends, first=curve, times=times, pieces=pieces, resolution=problem.resolution
-        )
+        exchange = ExchangeSearch(self.space, ends, curve, times, pieces, problem.unproved_pairs)
         max_duration = np.inf if best is None else best.duration
         faster = exchange.run(self.is_out_of_time, max_duration)
         if faster is curve:

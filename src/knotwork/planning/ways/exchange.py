@@ -18,11 +18,10 @@ from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.planning.timing.motion_states import States, states_of
 from knotwork.planning.timing.nonlinear_program import Block, Kernel, solve_program
+from knotwork.planning.timing.part_program import PartProgram
 from knotwork.planning.timing.robot_limits import inner_state
-from knotwork.planning.timing.section import SectionProgram
 from knotwork.planning.timing.tightening import Tightening, tighten
 from knotwork.planning.timing.timing_problem import TimingProblem
-from knotwork.planning.ways.clearance_proof import unproved_pairs
 from knotwork.planning.ways.configuration_space import ConfigurationSpace
 from knotwork.verification.bounds.clearance import Clearance
 
@@ -55,11 +54,10 @@ CLEARANCE_RESERVE = 1e-3
 may be smaller between them.
 """
 
-MAX_EXCHANGES = 25
+MAX_ROUNDS = 25
+"""Maximum number of rounds, so that the time of the search is bounded."""
 MAX_CONTACT_TIMES = 30
-"""Maximum numbers of rounds, and of contact times per round that become constraints, so that the
-time of the search is bounded.
-"""
+"""Maximum number of contact times per round that become constraints, for the same reason."""
 
 MAX_REJECTED = 3
 """Number of solutions in contact after which the trust radius is halved."""
@@ -87,7 +85,7 @@ PROGRAM_MARGIN = 3e-5
 """Relative margin to each limit, larger than the solver's tolerance."""
 
 
-class Exchange:
+class ExchangeSearch:
     """Search for the minimum-time motion near a collision-free one.
 
     Args:
@@ -96,7 +94,7 @@ class Exchange:
         first: A motion within the limits that is proved clear.
         times: Times at which it passes the waypoints of the problem [s].
         pieces: Number of pieces of the new motions between consecutive waypoints.
-        resolution: Distance to the margin within which a clearance may be undecided [m].
+        unproved_pairs: Finds the pairs that a motion is not proved to keep apart.
 
     Attributes:
         best: The shortest motion so far.
@@ -109,9 +107,9 @@ class Exchange:
         first: PiecewisePolynomial,
         times: FloatArray,
         pieces: int,
-        resolution: float,
+        unproved_pairs: Callable[[PiecewisePolynomial], list[Clearance]],
     ) -> None:
-        self.space, self.resolution = space, resolution
+        self.space, self.unproved_pairs = space, unproved_pairs
         velocity, acceleration = np.array(problem.velocity), np.array(problem.acceleration)
         velocity[1:-1] = acceleration[1:-1] = np.nan
         self.problem = replace(problem, velocity=velocity, acceleration=acceleration)
@@ -132,7 +130,7 @@ class Exchange:
         radius, rejected = FIRST_TRUST_RADIUS, 0
         guess, options = self._reference, FIRST_OPTIONS
         planes, contact_planes = self._planes_along(guess), list[Plane]()
-        for _ in range(MAX_EXCHANGES):
+        for _ in range(MAX_ROUNDS):
             if is_out_of_time() or radius < LAST_TRUST_RADIUS:
                 break
             solution = self._solve(guess, planes + contact_planes, radius, options)
@@ -146,7 +144,7 @@ class Exchange:
             tighter = tighten(self.problem, self.tightening, solution.curve)
             if tighter is not None:
                 self.tightening = tighter
-            unproved = unproved_pairs(self.space.model, solution.curve, self.resolution)
+            unproved = self.unproved_pairs(solution.curve)
             if unproved or tighter is not None:
                 planes_found = self._planes_at_contacts(solution, unproved)
                 rejected += bool(unproved)
@@ -177,7 +175,7 @@ class Exchange:
             options: IPOPT options.
         """
         near = self._reference
-        program = SectionProgram(self.problem, near, self.tightening)
+        program = PartProgram(self.problem, near, self.tightening)
         scale, at, d = program.scale, program.layout, program.layout.joints
         low, high = program.bounds()
         nearest = (near.q - radius) / scale.unit(0), (near.q + radius) / scale.unit(0)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from knotwork.arrays import FloatArray
+from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.planning.ways.configuration_space import ConfigurationSpace
 
 EXTENSION_LENGTH = 1.0
@@ -189,3 +190,12 @@ def _remove_corners(
         else:
             k += 1
     return points
+
+
+def polyline_curve(line: FloatArray) -> PiecewisePolynomial:
+    """A polyline over its length [rad or m]; corners of shape (n, d)."""
+    length = np.linalg.norm(np.diff(line, axis=0), axis=1)
+    slope = np.diff(line, axis=0) / length[:, None]
+    zero = np.zeros_like(slope)
+    along = np.concatenate(([0.0], np.cumsum(length)))
+    return PiecewisePolynomial(np.stack((zero, zero, slope, line[:-1])), along)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from numbers import Integral, Real
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
 from knotwork.errors import WaypointDataError
+from knotwork.errors.arguments import require_number
 
 # Tolerance of RᵀR = I for rotation matrices.
 POSE_ROTATION_TOLERANCE = 1e-6
@@ -47,38 +47,14 @@ def check_request(pose: Any, position_tolerance: Any, orientation_tolerance: Any
     """Check a pose and its tolerances.
 
     Raises:
-        WaypointDataError: As `check_pose` and `check_tolerance`; or a tolerance is too fine.
+        WaypointDataError: As `check_pose`; or a tolerance is too fine.
+        InputError: A tolerance is not a positive, finite number.
     """
     check_pose(pose)
-    tolerances = {
-        "position_tolerance": position_tolerance,
-        "orientation_tolerance": orientation_tolerance,
-    }
-    for name, value in tolerances.items():
-        check_tolerance(value, name)
-        if value < FINEST_TOLERANCE:
+    for name, value, unit in (
+        ("position_tolerance", position_tolerance, "m"),
+        ("orientation_tolerance", orientation_tolerance, "rad"),
+    ):
+        if require_number(value, name, unit, positive=True) < FINEST_TOLERANCE:
             message = f"{name} {value:g} is finer than rounding; {FINEST_TOLERANCE:g} or more is"
             raise WaypointDataError(f"{message} accepted", value=value)
-
-
-def check_count(value: Any, name: str, minimum: int = 0) -> None:
-    """Check a count.
-
-    Raises:
-        WaypointDataError: The value is not an integer, or below the minimum.
-    """
-    if isinstance(value, bool) or not (isinstance(value, Integral) and int(value) >= minimum):
-        raise WaypointDataError(
-            f"{name} must be an integer, {minimum} or more, not {value!r}", value=value
-        )
-
-
-def check_tolerance(value: Any, name: str) -> None:
-    """Check a tolerance.
-
-    Raises:
-        WaypointDataError: The tolerance is not a positive, finite number.
-    """
-    number = isinstance(value, Real) and not isinstance(value, bool)
-    if not (number and 0.0 < float(value) < np.inf):
-        raise WaypointDataError(f"{name} must be positive and finite, not {value!r}", value=value)

@@ -15,7 +15,7 @@ import numpy as np
 from knotwork.arrays import FloatArray
 from knotwork.errors import InputError, RobotError, UnknownNameError
 from knotwork.files.documents import Location
-from knotwork.joint_quantities import DERIVATIVES, JointLimits
+from knotwork.joint_quantities import MOTION_QUANTITIES, JointLimits
 from knotwork.task import TaskUnits, Tool
 from knotwork.task.scenario.joint_reader import JointReader, JointState, find_waits
 from knotwork.task.scenario.payloads import LoadedRobots, read_payload, robots_with_loads
@@ -101,7 +101,7 @@ def joint_space(scenario: Scenario) -> JointSpace:
     task = scenario.given
     if task.robot is None:
         return _bare_joints(scenario)
-    robot = _with_rest(scenario, moved_robot(scenario))
+    robot = _with_unplanned_joints(scenario, moved_robot(scenario))
     if task.gravity is not None:
         with scenario.error_context("gravity"):
             robot = robot.with_gravity(task.gravity)
@@ -137,7 +137,7 @@ def _with_requirements(
         near=None if near is None else read.array(near, "near"),
         end_acceleration=read.end_acceleration(),
         accelerations=read.accelerations(),
-        tolerances={f"joint_{name}": read.tolerance(name) for name in DERIVATIVES[:3]},
+        tolerances={f"joint_{name}": read.tolerance(name) for name in MOTION_QUANTITIES[:3]},
         waits=tuple(find_waits(scenario, targets)),
         chosen_sections=read.chosen_sections(),
         near_at_waypoints=read.near_at_waypoints(),
@@ -181,7 +181,7 @@ def moved_robot(scenario: Scenario) -> Robot:
     return robot
 
 
-def _with_rest(scenario: Scenario, robot: Robot) -> Robot:
+def _with_unplanned_joints(scenario: Scenario, robot: Robot) -> Robot:
     """The robot with its unplanned joints set from the task's named configurations."""
     given: dict[Location, Any] = {("start",): scenario.given.start}
     for i, waypoint in enumerate(scenario.given.waypoints):
@@ -189,7 +189,7 @@ def _with_rest(scenario: Scenario, robot: Robot) -> Robot:
     for location, joints in given.items():
         if isinstance(joints, str) and joints in robot.configurations:
             with scenario.error_context(*location):
-                robot = robot.with_rest(joints)
+                robot = robot.with_unplanned_at(joints)
     return robot
 
 

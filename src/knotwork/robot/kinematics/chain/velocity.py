@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike
 
 from knotwork.arrays import FloatArray, checked_array
 from knotwork.errors import FastJoint, SingularityError
+from knotwork.errors.arguments import require_number
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import cache_per_robot
 from knotwork.robot.kinematics.chain.joint_ranges import position_limits, range_middles
-from knotwork.robot.kinematics.pose_arguments import check_tolerance
 from knotwork.units import SI, Units
 
 # Singular value below which the joint velocities are checked against plausible limits. There a
@@ -103,16 +103,16 @@ def solve_velocity_ik(
     Raises:
         SingularityError: The twist is unattainable or, close to a singularity, needs joint
             velocities above the arm's limits.
-        WaypointDataError: An array is not finite or has a wrong shape, or a tolerance is not
-            positive.
+        WaypointDataError: An array is not finite or has a wrong shape.
+        InputError: A tolerance is not positive.
 
     >>> robot = kw.load_robot("ur5")
     >>> v = kw.solve_velocity_ik(robot, robot.configuration("home"), [0.1, 0, 0, 0, 0, 0])
     >>> robot.twist(robot.configuration("home"), v).linear.round(6) + 0.0
     array([0.1, 0. , 0. ])
     """
-    check_tolerance(linear_tolerance, "linear_tolerance")
-    check_tolerance(angular_tolerance, "angular_tolerance")
+    require_number(linear_tolerance, "linear_tolerance", "m/s", positive=True)
+    require_number(angular_tolerance, "angular_tolerance", "rad/s", positive=True)
     wanted = checked_array(twist.vector if isinstance(twist, pin.Motion) else twist, (6,), "twist")
     self_motion = None if preferred is None else checked_array(preferred, (robot.dof,), "preferred")
     J = robot.jacobian(q)

@@ -18,12 +18,12 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.curves.polynomial.two_point import two_point_coefficients
 from knotwork.curves.tool_paths import TimedPath
-from knotwork.errors import LimitingConstraint
+from knotwork.errors import FollowingObstruction
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.chain.joint_ranges import LIMIT_TOLERANCE, position_limits
 from knotwork.robot.kinematics.chain.velocity import plausible_speeds
 from knotwork.robot.kinematics.following.joint_field import JointField, Pull
-from knotwork.robot.kinematics.following.limiting_constraint import find_limiting_constraint
+from knotwork.robot.kinematics.following.obstruction import find_obstruction
 from knotwork.robot.kinematics.following.steps import Stages, take_step
 
 # Largest motion of a joint in one step [rad or m].
@@ -82,7 +82,7 @@ class Continuation(NamedTuple):
             turns: Offset of each joint from each start [rad], shape (k, d).
 
         Returns:
-            Shape (k,). `limiting_constraint` names the reason for the others.
+            Shape (k,). `obstruction` names the reason for the others.
         """
         reaches = np.isinf(self.blocked_time)
         if not reaches.any():
@@ -99,10 +99,10 @@ class Continuation(NamedTuple):
         feasible &= (utilisations[row] <= 1.0 + LIMIT_TOLERANCE).all(axis=1)
         return np.asarray(reaches[starts] & feasible)
 
-    def limiting_constraint(
+    def obstruction(
         self, robot: Robot, start: int, turns: FloatArray
-    ) -> LimitingConstraint | None:
-        """The first constraint that a start, offset by whole turns, violates.
+    ) -> FollowingObstruction | None:
+        """The first obstruction from a start that is offset by whole turns.
 
         Args:
             robot: The arm.
@@ -113,7 +113,7 @@ class Continuation(NamedTuple):
         time, q, v = self.time[:n], self.position[:n, start] + turns, self.velocity[:n, start]
         curve = interpolate_curve(time, q, v) if time[-1] > time[0] else None
         blocked = float(self.blocked_time[start]), float(self.smallest_singular_value[start])
-        return find_limiting_constraint(robot, curve, blocked)
+        return find_obstruction(robot, curve, blocked)
 
 
 def interpolate_curve(time: FloatArray, *derivatives: FloatArray) -> PiecewisePolynomial:

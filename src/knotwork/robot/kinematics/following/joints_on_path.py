@@ -8,7 +8,7 @@ from knotwork.arrays import BoolArray, FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.curves.tool_paths import TimedPath
-from knotwork.errors import LimitingConstraint
+from knotwork.errors import FollowingObstruction
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.following.continuation import (
     JOINT_STEP,
@@ -18,8 +18,8 @@ from knotwork.robot.kinematics.following.continuation import (
     interpolate_curve,
 )
 from knotwork.robot.kinematics.following.joint_field import JointField, Pull
-from knotwork.robot.kinematics.following.limiting_constraint import (
-    find_limiting_constraint,
+from knotwork.robot.kinematics.following.obstruction import (
+    find_obstruction,
     make_following_error,
 )
 from knotwork.robot.kinematics.following.steps import MAX_CORRECTION, PATH_ERROR
@@ -73,7 +73,7 @@ class JointsOnPath:
             q = self.field.project(start[None], position, rotation)[0]
             continuation = self._continue(q, path.breaks, self._step)
         if np.isfinite(continuation.blocked_time[0]):
-            self._refuse(continuation.limiting_constraint(robot, 0, np.zeros(robot.dof)))
+            self._refuse(continuation.obstruction(robot, 0, np.zeros(robot.dof)))
         time, q = continuation.time, continuation.position[:, 0]
         _, a = self._one_sided_rates(time, q, np.append(np.diff(time) == 0.0, True))
         self.curve = interpolate_curve(time, q, continuation.velocity[:, 0], a)
@@ -98,20 +98,20 @@ class JointsOnPath:
             FollowingError: A limit is violated.
         """
         robot = self.robot
-        constraint = find_limiting_constraint(robot, curve or self.curve, slack=CURVE_TOLERANCE)
-        if constraint is None:
+        obstruction = find_obstruction(robot, curve or self.curve, slack=CURVE_TOLERANCE)
+        if obstruction is None:
             return
         # at peaks of joint speeds, short steps are nearer to the path
         start = self.curve(self.curve.x[:1])
         fine = self._continue(start, self.path.breaks, self._step / FINE_STEPS)
-        on_path = fine.limiting_constraint(robot, 0, np.zeros(robot.dof))
-        self._refuse(on_path if curve is None else on_path or constraint)
+        on_path = fine.obstruction(robot, 0, np.zeros(robot.dof))
+        self._refuse(on_path if curve is None else on_path or obstruction)
 
-    def _refuse(self, constraint: LimitingConstraint | None) -> None:
-        if constraint is not None:
+    def _refuse(self, obstruction: FollowingObstruction | None) -> None:
+        if obstruction is not None:
             begin = "the path can't be followed from start:"
             remedy = "Move the path, turn the tool, or start from another solution"
-            raise make_following_error(self.path, constraint, begin, remedy)
+            raise make_following_error(self.path, obstruction, begin, remedy)
 
     def positions(self, times: FloatArray) -> FloatArray:
         """Joint positions at times [rad or m], shape (k, d)."""

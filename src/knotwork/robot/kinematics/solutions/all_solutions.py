@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.arrays import FloatArray, checked_array
+from knotwork.errors.arguments import require_count
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.chain.joint_ranges import all_turns, position_limits, range_middles
 from knotwork.robot.kinematics.chain.levenberg_marquardt import TOLERANCE_MARGIN, PoseSearch
@@ -16,7 +17,7 @@ from knotwork.robot.kinematics.geometry.configuration_flags import (
     configuration_flags,
     describe_flags,
 )
-from knotwork.robot.kinematics.pose_arguments import check_count, check_request
+from knotwork.robot.kinematics.pose_arguments import check_request
 from knotwork.robot.kinematics.solutions.all_within_limits import (
     find_solutions_within_limits,
     sort_key,
@@ -106,7 +107,7 @@ def solve_pose_ik_all(
         'shoulder right, elbow down, no flip'
     """
     check_request(pose, position_tolerance, orientation_tolerance)
-    check_count(spread, "spread", 1)
+    require_count(spread, "spread", 1)
     tolerances = TOLERANCE_MARGIN * position_tolerance, TOLERANCE_MARGIN * orientation_tolerance
     search = PoseSearch(robot, pose, *tolerances)
     solutions = find_solutions_within_limits(search)

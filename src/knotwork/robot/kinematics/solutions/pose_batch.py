@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from knotwork.arrays import checked_array
 from knotwork.errors import WaypointDataError
+from knotwork.errors.arguments import require_count, require_number
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.chain.batch import BatchSolution, Targets, solve_batch
 from knotwork.robot.kinematics.chain.joint_ranges import position_limits, spread_starts
@@ -19,7 +20,7 @@ from knotwork.robot.kinematics.chain.levenberg_marquardt import (
     LocalSolution,
     PoseSearch,
 )
-from knotwork.robot.kinematics.pose_arguments import check_count, check_pose, check_tolerance
+from knotwork.robot.kinematics.pose_arguments import check_pose
 
 MAX_BATCH_RESTARTS = 600
 
@@ -49,8 +50,8 @@ def solve_pose_ik_batch(
         Joint positions and errors; `converged` has whether each pose is solved.
 
     Raises:
-        WaypointDataError: An array is not finite or has a wrong shape, or the tolerance is not
-            positive.
+        WaypointDataError: An array is not finite or has a wrong shape.
+        InputError: The tolerance is not positive, or the number of searches is negative.
         RobotError: The robot has no tool frame.
 
     >>> robot = kw.load_robot("ur5")
@@ -68,8 +69,8 @@ def solve_pose_ik_batch(
         raise WaypointDataError(message, value=poses) from error
     for k, pose in enumerate(wanted):
         check_pose(pose, f"poses[{k}]")
-    check_tolerance(tolerance, "tolerance")
-    check_count(max_restarts, "max_restarts")
+    require_number(tolerance, "tolerance", "m, rad", positive=True)
+    require_count(max_restarts, "max_restarts", 0)
     n, d = len(wanted), robot.dof
     has_rows = np.asarray(start, dtype=object).ndim > 1
     first = np.broadcast_to(checked_array(start, (n, d) if has_rows else (d,), "start"), (n, d))

@@ -18,10 +18,15 @@ const FAR = 100;
 const MISSES = 3;
 const SOON = 0.12;
 const GRID = 24; // distance between further places [pixels]
+// Margin of a label from the outlines of the arm, which are slightly too small [pixels]
+const ARM_MARGIN = 6;
 
 // Common area of two boxes [left, top, right, bottom]
 const overlap = (a, b) =>
   Math.max(Math.min(a[2], b[2]) - Math.max(a[0], b[0]), 0) * Math.max(Math.min(a[3], b[3]) - Math.max(a[1], b[1]), 0);
+
+// A box with a margin around it
+const padded = ([left, top, right, bottom], margin) => [left - margin, top - margin, right + margin, bottom + margin];
 
 // Boxes of one size, all over the pane
 function spread(pane, width, height) {
@@ -58,7 +63,7 @@ class Labels {
     const pane = event && paneBox();
     const away = ({ x, y }) => Math.hypot(x - event.clientX + pane.left, y - event.clientY + pane.top);
     const near = event ? this.labels.filter((label) => label.visible && away(label) < NEAR) : [];
-    const called = near.length ? near.reduce((best, one) => (away(one) < away(best) ? one : best)) : null;
+    const called = near.length ? near.reduce((best, label) => (away(label) < away(best) ? label : best)) : null;
     if (called === this.called) return;
     this.called = called;
     this.again = true;
@@ -167,12 +172,12 @@ class Labels {
       const top = inside(y + dy - height / 2, pane.height - height);
       return [left, top, left + width, top + height];
     });
-    const onArm = (box) => (miss ? this.arm.filter((part) => touches(part, box)).length : 0);
-    const choice = boxes.findIndex((box) => !taken.some((one) => overlap(one, box)) && !onArm(box));
+    const onArm = (box) => (miss ? this.arm.filter((part) => touches(part, padded(box, ARM_MARGIN))).length : 0);
+    const choice = boxes.findIndex((box) => !taken.some((other) => overlap(other, box)) && !onArm(box));
     let at = boxes[choice];
     // A failure always has a label; without a free place, it is where it covers least, as near as possible.
     if (!at && boxes.length && (miss || label === this.called)) {
-      const covered = (box) => taken.reduce((sum, one) => sum + overlap(one, box), 0);
+      const covered = (box) => taken.reduce((sum, other) => sum + overlap(other, box), 0);
       const away = (box) => Math.hypot((box[0] + box[2]) / 2 - x, (box[1] + box[3]) / 2 - y);
       const cost = (box) => 1000 * covered(box) + 100 * onArm(box) + away(box);
       const costs = new Map([...boxes, ...spread(pane, width, height)].map((box) => [cost(box), box]));
@@ -181,7 +186,7 @@ class Labels {
     label.at = at ? choices[Math.max(choice, 0)] : -1;
     box.style.visibility = line.style.visibility = at ? "visible" : "hidden";
     if (!at) return;
-    taken.push([at[0] - 2, at[1] - 1, at[2] + 2, at[3] + 1]);
+    taken.push(padded(at, 2));
     box.style.transform = `translate(${at[0]}px, ${at[1]}px)`;
     const edge = x > (at[0] + at[2]) / 2 ? at[2] : at[0];
     const ends = { x1: x, y1: y, x2: edge, y2: (at[1] + at[3]) / 2 };

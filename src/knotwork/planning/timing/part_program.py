@@ -1,4 +1,4 @@
-"""The nonlinear program of one section of a motion, and the curve of its solution."""
+"""The nonlinear program of one part of a motion, and the curve of its solution."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ WARM_START_OPTIONS: dict[str, Any] = {
 """IPOPT options for a start from the solution of a problem with slightly different limits."""
 
 
-class SectionProgram:
+class PartProgram:
     """The nonlinear program of a problem; IPOPT solves it.
 
     Args:

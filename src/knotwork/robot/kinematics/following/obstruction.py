@@ -1,4 +1,4 @@
-"""The constraint that keeps an arm from following a tool path."""
+"""Obstructions of an arm that follows a tool path."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.tool_paths import TimedPath
-from knotwork.errors import FollowingError, LimitingConstraint
+from knotwork.errors import FollowingError, FollowingObstruction
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.chain.joint_ranges import LIMIT_TOLERANCE, position_limits
 from knotwork.robot.kinematics.chain.velocity import plausible_speeds
@@ -21,13 +21,13 @@ from knotwork.units import SI, Units
 SINGULAR_VALUE = 0.01
 
 
-def find_limiting_constraint(
+def find_obstruction(
     robot: Robot,
     curve: PiecewisePolynomial | None,
     blocked: tuple[float, float] = (math.inf, math.nan),
     slack: float = LIMIT_TOLERANCE,
-) -> LimitingConstraint | None:
-    """Find the first constraint that a motion along a path violates.
+) -> FollowingObstruction | None:
+    """Find the first obstruction of a motion along a path.
 
     A joint limit or a singularity comes before a velocity limit, because no lower speed helps.
 
@@ -40,7 +40,7 @@ def find_limiting_constraint(
         slack: Tolerance on limits [rad or m, for velocities relative].
     """
     time, smallest = blocked
-    singular = LimitingConstraint("singularity", time, smallest_singular_value=smallest)
+    singular = FollowingObstruction("singularity", time, smallest_singular_value=smallest)
     if curve is None:
         return singular
     reached = _find_first_excess(robot, curve, 0, position_limits(robot), slack)
@@ -59,7 +59,7 @@ def _find_first_excess(
     nu: int,
     bounds: tuple[FloatArray, FloatArray],
     slack: FloatArray | float,
-) -> LimitingConstraint | None:
+) -> FollowingObstruction | None:
     """Find the joint that is the first to exceed its bounds by more than the slack, or `None`.
 
     Args:
@@ -86,13 +86,13 @@ def _find_first_excess(
     if np.isinf(times[j]):
         return None
     value, limit = float(worst[j]), float(bound[j])
-    return LimitingConstraint(
+    return FollowingObstruction(
         "velocity limit" if nu else "joint limit",
         float(times[j]),
         robot.joint_names[j],
         unit=robot.joint_units[j],
         value=abs(value) if nu else value,
-        bound=abs(limit) if nu else limit,
+        limit=abs(limit) if nu else limit,
         smallest_singular_value=float(
             JointField(robot).smallest_singular_values(curve(worst_time[[j]]))[0]
         ),
@@ -101,7 +101,7 @@ def _find_first_excess(
 
 def make_following_error(
     path: TimedPath,
-    constraint: LimitingConstraint,
+    obstruction: FollowingObstruction,
     beginning: str,
     remedy: str,
     *,
@@ -114,7 +114,7 @@ def make_following_error(
 
     Args:
         path: The path.
-        constraint: The limiting constraint.
+        obstruction: Its first obstruction.
         beginning: Beginning of the message.
         remedy: Remedy, as a sentence.
         since: Time from which distance is counted [s]; by default the start of the path.
@@ -123,10 +123,10 @@ def make_following_error(
         where: Location of its definition.
     """
     begin = path.start_time if since is None else since
-    first, reached = path.arc_length(np.array([begin, constraint.time])).tolist()
+    first, reached = path.arc_length(np.array([begin, obstruction.time])).tolist()
     return FollowingError(
         waypoint,
-        constraint,
+        obstruction,
         beginning=beginning,
         remedy=remedy,
         distance=reached - first,
