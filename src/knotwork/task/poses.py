@@ -98,13 +98,13 @@ class Placement(TaskPart):
     torch: SeamTorch | None = optional("Inclination relative to a seam and a surface")
 
     @property
-    def turned(self) -> bool:
+    def has_orientation(self) -> bool:
         """Whether an orientation is given."""
         return any(getattr(self, name) is not None for name in ORIENTATIONS)
 
 
 class Pose(Placement):
-    """A position and one form of orientation."""
+    """A placement with an orientation, unless a path with a torch begins there."""
 
 
 class FrameMotion(TaskPart):

@@ -53,10 +53,8 @@ class Arm:
         if self.slowing is None:
             return (np.broadcast_to(self.velocity, q.shape),) * 2
         k, offset, lower, upper = self.slowing
-        down, up = (
-            np.clip(np.sqrt(np.maximum(k * distance, 0.0)) - offset, 0.0, self.velocity)
-            for distance in (q - lower, upper - q)
-        )
+        distance = np.stack((q - lower, upper - q))
+        down, up = np.clip(np.sqrt(np.maximum(k * distance, 0.0)) - offset, 0.0, self.velocity)
         return down, up
 
 
@@ -122,8 +120,8 @@ def to_franka(motion: JointTrajectory | Positions, *, robot: Robot | None = None
     arm = _arm_of(names)
     if robot is None:
         raise ExportError(
-            "format 'franka' needs the arm for the rate of its torques: give --scenario SCENARIO "
-            "(in Python robot=plan.space.robot)"
+            "format 'franka' needs the arm for the rate of its torques: give "
+            "robot=plan.space.robot (--scenario SCENARIO)"
         )
     if robot.joint_names != names:
         raise ExportError(f"the robot has {', '.join(robot.joint_names)}, not the motion's joints")

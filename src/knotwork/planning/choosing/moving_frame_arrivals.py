@@ -17,7 +17,7 @@ import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.errors import FollowingError, InputError, OutOfReachError, TimingError
-from knotwork.planning.choosing.chosen_times import ChosenTimes, choose_times
+from knotwork.planning.choosing.chosen_times import ChosenValues, choose_times
 from knotwork.planning.timing.timed_motion import Budget
 from knotwork.task import ExpandedTask
 from knotwork.task.scenario import Scenario
@@ -85,7 +85,7 @@ def fix_arrival_times(scenario: Scenario, budget: Budget) -> Scenario:
     )
 
 
-def _first_choice(scenario: Scenario, budget: Budget) -> tuple[Scenario, ChosenTimes]:
+def _first_choice(scenario: Scenario, budget: Budget) -> tuple[Scenario, ChosenValues]:
     """The scenario with the first expected times, and the choice based on them.
 
     Raises:
@@ -129,7 +129,7 @@ def _with_speeds_before(scenario: Scenario, budget: Budget) -> Scenario:
     return _with_fewer_free(scenario, task.with_waypoints(_speeds(scenario, chosen)))
 
 
-def _speeds(scenario: Scenario, chosen: ChosenTimes) -> dict[int, Any]:
+def _speeds(scenario: Scenario, chosen: ChosenValues) -> dict[int, Any]:
     """Chosen speeds along paths up to the last moving frame, for the task."""
     free, timed = scenario.required_free_values, chosen.scenario.given.waypoints
     until = free.waypoints[: free.time_dependent[-1] + 1]
@@ -138,14 +138,14 @@ def _speeds(scenario: Scenario, chosen: ChosenTimes) -> dict[int, Any]:
     return {k: {"speed": timed[k].speed} for k in ends if k < len(timed)}  # type: ignore[union-attr]
 
 
-def _solutions(scenario: Scenario, chosen: ChosenTimes) -> dict[int, Any]:
+def _solutions(scenario: Scenario, chosen: ChosenValues) -> dict[int, Any]:
     """Chosen solutions of the poses up to the last moving frame, for the task."""
     timed = chosen.scenario.given.waypoints
     reached = scenario.task_index[1 : scenario.required_free_values.time_dependent[-1] + 1]
     return {k: {"near": near} for k in reached if (near := getattr(timed[k], "near", None))}
 
 
-def _times(scenario: Scenario, chosen: ChosenTimes) -> FloatArray:
+def _times(scenario: Scenario, chosen: ChosenValues) -> FloatArray:
     """Times of the waypoints in a minimum-time motion [s], shape (n,).
 
     Raises:
@@ -168,7 +168,7 @@ def _times(scenario: Scenario, chosen: ChosenTimes) -> FloatArray:
     return times
 
 
-def _with_numbers(scenario: Scenario, chosen: ChosenTimes) -> Scenario:
+def _with_numbers(scenario: Scenario, chosen: ChosenValues) -> Scenario:
     """The scenario with numbers for its free values up to the last moving frame."""
     free, task = scenario.required_free_values, scenario.given
     last, spans = free.time_dependent[-1], np.diff(chosen.scenario.times)

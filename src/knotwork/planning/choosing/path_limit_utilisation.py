@@ -12,7 +12,7 @@ from knotwork.arrays import FloatArray
 from knotwork.curves.interpolation import ModifiedHermiteSpline
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.tool_paths import TimedPath, Timing, speed_profile
-from knotwork.planning.choosing.free_sections import SolvedTask
+from knotwork.planning.choosing.free_sections import FreeTask
 from knotwork.planning.task_to_joint import knots_of
 from knotwork.planning.timing.state_limits import TOOL_SPEED, LimitedQuantity, StateLimits
 from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
@@ -36,7 +36,7 @@ CONSTANT_SPEED_PART = 1
 """Index of the part of a stretch with its own speed."""
 
 
-def state_limits(solved: SolvedTask, path: ScenarioPath) -> StateLimits:
+def state_limits(solved: FreeTask, path: ScenarioPath) -> StateLimits:
     """The limits of joint states on a path, whose load the efforts depend on."""
     space, motion = solved.space, solved.scenario.motion_limits
     frames = {LimitedQuantity(at.frame, "speed", 1): at.speed for at in motion.frame_speeds}
@@ -49,7 +49,7 @@ def state_limits(solved: SolvedTask, path: ScenarioPath) -> StateLimits:
     return StateLimits(space.joint_names, space.limits, robot, frames)
 
 
-def planned_utilisation(solved: SolvedTask, path: ScenarioPath, limits: StateLimits) -> FloatArray:
+def planned_utilisation(solved: FreeTask, path: ScenarioPath, limits: StateLimits) -> FloatArray:
     """Largest utilisation by the planned motion on each part of a path, shape (n, 3, m).
 
     Args:
@@ -110,7 +110,7 @@ class PathUtilisation:
         orders: Powers of the speed with which the limited quantities grow, shape (m,).
     """
 
-    def __init__(self, solved: SolvedTask, path: ScenarioPath, limits: StateLimits) -> None:
+    def __init__(self, solved: FreeTask, path: ScenarioPath, limits: StateLimits) -> None:
         self.orders = np.array([limited.order for limited in limits.quantities])
         lengths = path.requested.lengths
         # at 1 m/s time is the arc length

@@ -74,7 +74,7 @@ class CandidateCollisions:
         self._pairs = SolidPairs(model)
 
     @classmethod
-    def read(
+    def for_scenario(
         cls, scenario: Scenario, space: JointSpace, robot: Robot
     ) -> CandidateCollisions | None:
         """The tests of a scenario; `None` if nothing in it can collide.

@@ -96,7 +96,7 @@ class SequenceSearch:
         robot = chains.whole
         self.scenario, self.space, self.chains, self.robot = scenario, space, chains, robot
         self.near = space.near
-        self.collisions = CandidateCollisions.read(scenario, space, chains.arm)
+        self.collisions = CandidateCollisions.for_scenario(scenario, space, chains.arm)
         groups = dependent_groups(scenario, space.waits)
         self._group_of = {i: group for group in groups for i in group}
         check_branch(scenario, robot)

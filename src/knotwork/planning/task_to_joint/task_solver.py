@@ -113,7 +113,7 @@ def _solve_joint_targets(scenario: Scenario, space: JointSpace, knots: Any) -> T
     if space.robot is not None and scenario.scene.has_bodies:
         from knotwork.planning.task_to_joint.candidate_collisions import CandidateCollisions
 
-        if collisions := CandidateCollisions.read(scenario, space, space.robot):
+        if collisions := CandidateCollisions.for_scenario(scenario, space, space.robot):
             collisions.check_start(positions[0])
     waypoints = complete_waypoints(scenario, space, positions, velocities, knots)
     return _with_chosen_velocities(TaskSolution(waypoints), space)
