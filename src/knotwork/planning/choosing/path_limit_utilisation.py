@@ -117,7 +117,8 @@ class PathUtilisation:
         timing = speed_profile(lengths, np.ones(len(lengths)), acceleration=1.0)
         unit = TimedPath(path.motion.path, timing)
         robot, start, pull = solved.solution.starts[path.first]
-        curve, joints = JointsOnPath(robot, unit, start, pull).curve, len(limits.joint_names)
+        curve = JointsOnPath(robot, unit, start, pull).curve
+        joints = len(limits.joint_names)
         self._s = _sample_points(curve)
         q, d1, d2, d3 = (curve(self._s, order)[:, :joints] for order in range(4))
         zero = np.zeros_like(q)

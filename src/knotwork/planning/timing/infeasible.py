@@ -267,7 +267,8 @@ def _beyond_tool_speed(problem: TimingProblem) -> Iterator[tuple[str, TimingErro
     limit = problem.tool_speed
     if np.isinf(limit):
         return
-    robot, bound = problem.required_dynamics.robot, (1.0 - TOOL_SPEED_MARGIN) * limit
+    robot = problem.required_dynamics.robot
+    bound = (1.0 - TOOL_SPEED_MARGIN) * limit
     for i in np.flatnonzero(problem.velocity_known).tolist():
         twist = robot.twist(problem.position[i], problem.velocity[i])
         if (speed := float(np.linalg.norm(twist.linear))) > bound:

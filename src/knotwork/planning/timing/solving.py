@@ -240,7 +240,8 @@ def binding_limits(
     """
     fractions = (np.arange(BINDING_SAMPLES) + 0.5) / BINDING_SAMPLES
     times = time[:-1, None] + fractions * np.diff(time)[:, None]
-    limits, q = problem.limits, curve(times)
+    limits = problem.limits
+    q = curve(times)
     width = limits.upper - limits.lower
     slack = np.where(np.isfinite(width), ACTIVE_LIMIT_DISTANCE * width, 0.0)
     at_end = (q <= limits.lower + slack) | (q >= limits.upper - slack)

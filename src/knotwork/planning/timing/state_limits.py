@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+import pinocchio as pin
 
 from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.joint_quantities import JOINT_QUANTITIES, MAGNITUDES, JointLimits
-
-if TYPE_CHECKING:
-    from knotwork.robot import Robot
+from knotwork.robot import Robot
 
 EFFORT_ORDER = 2
 """Order of the highest derivative of positions that efforts depend on."""
@@ -74,33 +73,17 @@ class StateLimits:
         Returns:
             Vectors, shape (n, m, 3).
         """
+        robot = self.robot
         effort = np.zeros_like(q)
-        if self.robot is not None and np.isfinite(self.joints.effort).any():
-            import pinocchio as pin
-
-            model, data = self.robot.model, self.robot.data
-            effort = np.array([pin.rnea(model, data, *row) for row in zip(q, v, a, strict=True)])
-        of_joints = np.hstack((v, a, j, effort)) / np.hstack(list(self.joints.values()))
-        along_axis = of_joints[..., None] * np.array([1.0, 0.0, 0.0])
-        return np.concatenate((along_axis, self._of_frames(q, v, a)), axis=1)
-
-    def _of_frames(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
-        fractions = np.zeros((len(q), len(self.frames), 3))
-        if self.robot is None or not self.frames:
-            return fractions
-        import pinocchio as pin
-
-        robot, axes = self.robot, pin.LOCAL_WORLD_ALIGNED
-        read = {1: pin.getFrameVelocity, 2: pin.getFrameClassicalAcceleration}
-        frames = [
-            robot.frame_index(limited.joint) if limited.joint else robot.require_tool()
-            for limited in self.frames
-        ]
-        for row, state in zip(fractions, zip(q, v, a, strict=True), strict=True):
-            pin.forwardKinematics(robot.model, robot.data, *state)
-            for k, (limited, limit) in enumerate(self.frames.items()):
-                motion = read[limited.order](robot.model, robot.data, frames[k], axes)
-                row[k] = motion.linear / limit
+        if robot is not None and np.isfinite(self.joints.effort).any():
+            states = zip(q, v, a, strict=True)
+            effort = np.array([pin.rnea(robot.model, robot.data, *state) for state in states])
+        limits = np.hstack(list(self.joints.values()))
+        fractions = np.zeros((len(q), len(limits) + len(self.frames), 3))
+        fractions[:, : len(limits), 0] = np.hstack((v, a, j, effort)) / limits
+        if robot is not None:
+            for k, (limited, limit) in enumerate(self.frames.items(), len(limits)):
+                fractions[:, k] = _rates_of_frame(robot, limited, q, v, a) / limit
         return fractions
 
     def utilisation(self, curve: PiecewisePolynomial, times: FloatArray) -> FloatArray:
@@ -108,3 +91,16 @@ class StateLimits:
         states = (curve(times.ravel(), order) for order in range(4))
         sizes = np.linalg.norm(self.fractions(*states), axis=-1)
         return np.asarray(sizes.reshape(*times.shape, -1))
+
+
+def _rates_of_frame(
+    robot: Robot, limited: LimitedQuantity, q: FloatArray, v: FloatArray, a: FloatArray
+) -> FloatArray:
+    """Velocities or accelerations of a frame's origin, shape (n, 3)."""
+    frame = robot.frame_index(limited.joint) if limited.joint else robot.require_tool()
+    read = pin.getFrameVelocity if limited.order == 1 else pin.getFrameClassicalAcceleration
+    rates = np.empty((len(q), 3))
+    for row, state in zip(rates, zip(q, v, a, strict=True), strict=True):
+        pin.forwardKinematics(robot.model, robot.data, *state)
+        row[:] = read(robot.model, robot.data, frame, pin.LOCAL_WORLD_ALIGNED).linear
+    return rates
