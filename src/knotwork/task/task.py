@@ -83,7 +83,8 @@ class Task(TaskPart):
         | None
     ) = optional(
         "A shipped robot's name, the path of a robot file or URDF (relative to this "
-        "file), or a robot description in place"
+        "file), or a robot description in place",
+        path=True,
     )
     joint_units: dict[str, Literal["rad", "m"]] = optional(
         "Without a robot: prismatic joints (m); joints left out are revolute (rad)", {}
@@ -264,7 +265,8 @@ class PlacesFile(TaskPart):
     file: Text = required(
         "Path of a CSV file, relative to this file, with the columns x, y, z, and "
         "qx, qy, qz, qw for orientations; its numbers are in this file's unit of "
-        "length"
+        "length",
+        path=True,
     )
     parent: Text = optional("base or the name of a frame", "base", key="in")
 
