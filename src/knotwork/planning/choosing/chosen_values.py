@@ -128,7 +128,7 @@ def _chosen_section(
         for k, (i, free) in enumerate(zip(section.waypoints, section.free, strict=True))
         if free.speed_kind != "given"
     }
-    extra: dict[str, Any] = {"velocities": velocities, "way": motion.tries}
+    extra: dict[str, Any] = {"velocities": velocities, "tries": motion.tries}
     if motion.extra_clearance is not None:
         extra["room"] = motion.extra_clearance / units.in_si[0]
     return ChosenSectionFields(

@@ -17,7 +17,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class TaskReading:
-    """A task that is read to a scenario: in SI, with its frames; waypoints by `task_index`.
+    """What the readers of a task's parts share: it in SI, its frames, locations for errors.
+
+    Waypoints are counted as in the task.
 
     Attributes:
         task: The task, in SI except joint values.

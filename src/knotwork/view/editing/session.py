@@ -43,7 +43,7 @@ class DraftReading:
 
     Attributes:
         revision: The draft's revision.
-        scenario: The task.
+        scenario: The scenario.
         robot: The robot of the task, or `None`.
         handles: Handles of the task; of repeated waypoints only those of the first repetition.
         structure: Digest of the structure of the text, from `structure_digest`.
