@@ -84,7 +84,7 @@ def check_singularity(motion: Motion, scenario: Scenario, space: JointSpace) -> 
     yield Finding(
         *subject, SMALLEST_SINGULAR_VALUE, "information",
         f"{label} is {bound.value:.4g} at {bound.time:.6g} s", value=bound.value, time=bound.time,
-        proof=worst.proof, excess=worst.excess,
+        proof=worst.proof, proof_gap=worst.proof_gap,
         brief=brief if bound.value < ALMOST_SINGULAR else "",
     )  # fmt: skip
 

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.jumps import measure_jumps
-from knotwork.joint_quantities import DERIVATIVES, JOINT_QUANTITIES, MAGNITUDES, rate_unit
+from knotwork.joint_quantities import JOINT_QUANTITIES, MAGNITUDES, MOTION_QUANTITIES, rate_unit
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.units import Units, rounded_up
@@ -46,7 +46,7 @@ MAX_ACCELERATION = 1e3
 def check_joint_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Check position, velocity, acceleration and jerk of each joint against their limits."""
     for finding in check_derivative_limits(space, motion.curve):
-        remedy = slowing_remedy(finding, DERIVATIVES.index(finding.quantity), scenario)
+        remedy = slowing_remedy(finding, MOTION_QUANTITIES.index(finding.quantity), scenario)
         if remedy and finding.time is not None:
             remedy = f"it is broken {describe_time(scenario, finding.time)}; {remedy}"
         yield replace(finding, remedy=remedy)
@@ -78,7 +78,7 @@ def check_derivative_limits(space: JointSpace, curve: PiecewisePolynomial) -> It
         space: The joints and their limits.
         curve: Joint positions, trailing shape (d,), joints in the order of `space`.
     """
-    for order, quantity in enumerate(DERIVATIVES):
+    for order, quantity in enumerate(MOTION_QUANTITIES):
         extrema, jumps = curve.extrema(order), lower_order_jumps(curve, order)
         lower, upper = space.limits.bounds(quantity)
         highest = np.transpose([extrema.maximum, extrema.maximum_time, upper]).tolist()
@@ -119,7 +119,7 @@ class LimitedValue(NamedTuple):
         limit: The upper or lower limit, whichever `side` selects; infinite if none is given.
         side: 1 for an upper limit, -1 for a lower one.
         proof: Kind of proof.
-        excess: Maximum difference between the true worst value and `value`.
+        proof_gap: Maximum difference between the true worst value and `value`.
     """
 
     value: float
@@ -127,20 +127,20 @@ class LimitedValue(NamedTuple):
     limit: float
     side: float = 1.0
     proof: Proof = "exact"
-    excess: float = 0.0
+    proof_gap: float = 0.0
 
     @classmethod
     def from_bound(cls, bound: Bound, limit: float, side: float = 1.0) -> LimitedValue:
-        """Convert a bound; its excess is kept only if it is proved."""
+        """Convert a bound; its gap is kept only if it is proved."""
         if not bound.proved:
             return cls(bound.value, bound.time, limit, side, "sampled")
-        return cls(bound.value, bound.time, limit, side, "bounded", bound.excess)
+        return cls(bound.value, bound.time, limit, side, "bounded", bound.proof_gap)
 
     @property
     def margin(self) -> float:
         """Proved distance to the limit; beyond the limit, the negative distance of the value."""
         margin = self.side * (self.limit - self.value)
-        return margin - self.excess if margin >= 0.0 else margin
+        return margin - self.proof_gap if margin >= 0.0 else margin
 
 
 def add_slack(limit: ArrayLike) -> FloatArray:
@@ -204,7 +204,7 @@ def limit_finding(
     return Finding(
         *subject, quantity, verdict_on(ok, required=required), f"{label} {text}", value=worst.value,
         limit=worst.limit if required else None, margin=worst.margin if required else None,
-        unit=unit, time=worst.time, proof=worst.proof, excess=worst.excess,
+        unit=unit, time=worst.time, proof=worst.proof, proof_gap=worst.proof_gap,
     )  # fmt: skip
 
 

@@ -234,7 +234,7 @@ def _stretch_findings(scenario: Scenario, followed: _FollowedStretch) -> Iterato
             if quantity == "path_speed"
             else (stretch.start, stretch.end),
             proof="bounded" if bound.proved else "sampled",
-            excess=max(bound.bound - bound.value, 0.0),
+            proof_gap=max(bound.bound - bound.value, 0.0),
             brief=brief,
         )
 

@@ -14,7 +14,7 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.tool_paths.task_frame import TaskFrame
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
-from knotwork.joint_quantities import DERIVATIVES, JointLimits
+from knotwork.joint_quantities import MOTION_QUANTITIES, JointLimits
 from knotwork.robot import Robot
 from knotwork.scene.collision_model import CollisionModel, find_carrier
 from knotwork.task import ExpandedTask
@@ -134,7 +134,7 @@ class ShownMotion:
         return {
             (finding.name, finding.quantity): finding
             for finding in findings
-            if finding.subject == "joint" and finding.quantity in DERIVATIVES
+            if finding.subject == "joint" and finding.quantity in MOTION_QUANTITIES
             if finding.limit is not None
         }
 

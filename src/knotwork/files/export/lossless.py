@@ -20,7 +20,7 @@ from knotwork.curves.polynomial.two_point import raise_degree, two_point_coeffic
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import ExportError, InputError
 from knotwork.errors.arguments import require_flag, require_number
-from knotwork.joint_quantities import DERIVATIVES, rate_unit
+from knotwork.joint_quantities import MOTION_QUANTITIES, rate_unit
 
 LOSSLESS = 1e-12
 """Error of the curve below which points are lossless, relative to the largest term of the motion's
@@ -174,7 +174,7 @@ def _refuse_jumps(trajectory: JointTrajectory, order: int, fit: float | None) ->
     smooth = trajectory.continuity
     if smooth.order >= order - 1:
         return
-    quantity = DERIVATIVES[smooth.order + 1]
+    quantity = MOTION_QUANTITIES[smooth.order + 1]
     jump = getattr(smooth, quantity)
     unit = trajectory.joint_units[trajectory.joint_names.index(jump.joint)]
     unit = rate_unit(unit, smooth.order + 1)

@@ -15,7 +15,7 @@ from knotwork.errors import InputError
 from knotwork.errors.arguments import require_flag
 from knotwork.files.export.labels import labels_at
 from knotwork.files.export.lossless import Points, motion_points
-from knotwork.joint_quantities import DERIVATIVES
+from knotwork.joint_quantities import MOTION_QUANTITIES
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
@@ -67,7 +67,7 @@ class MotionTable:
         """
         columns, motion = {"time_s": self.time}, self.trajectory
         for quantity, table in self.joints.items():
-            order = DERIVATIVES.index(quantity)
+            order = MOTION_QUANTITIES.index(quantity)
             per = "_per_s" * (order > 0) + f"{order}" * (order > 1)
             joints = zip(motion.joint_names, motion.joint_units, table.T, strict=True)
             for name, unit, values in joints:
@@ -137,12 +137,12 @@ def _samples(
     motion: JointTrajectory, rate: float, robot: Robot | None
 ) -> tuple[FloatArray, dict[str, FloatArray], str]:
     """Times of samples, joint values there, and a note on them."""
-    columns = 1 + len(DERIVATIVES) * len(motion.joint_names)
+    columns = 1 + len(MOTION_QUANTITIES) * len(motion.joint_names)
     columns += sum(len(part) for _, part, _ in TOOL_COLUMNS.values()) if robot is not None else 0
     time = make_sample_times(
         motion.start_time, motion.end_time, rate, max_samples=MAX_TABLE_VALUES // columns
     )
-    joints = {name: motion(time, order) for order, name in enumerate(DERIVATIVES)}
+    joints = {name: motion(time, order) for order, name in enumerate(MOTION_QUANTITIES)}
     return time, joints, f"{time.size} samples at {rate:g} Hz"
 
 

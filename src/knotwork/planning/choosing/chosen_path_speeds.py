@@ -122,8 +122,8 @@ def path_speed_error(
         given = requested.lengths[stretch] / duration
     speed = "no speed keeps the limits" if chosen else f"at {text(given, 'm/s')}"
     if path.motion.has_own_clock:
-        woven = path.stretches[stretch].kind.startswith("woven")
-        accepted = "a narrower weave, a lower frequency" if woven else "a slower frame"
+        weave = path.stretches[stretch].weave
+        accepted = "a slower frame" if weave is None else "a narrower weave, a lower frequency"
     elif chosen:
         accepted = "another path or path.acceleration"
     else:

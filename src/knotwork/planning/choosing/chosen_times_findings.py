@@ -19,11 +19,7 @@ from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.verification import Finding, Motion
 from knotwork.verification.bounds.clearance import least_clearance
 from knotwork.verification.collisions import motion_model
-from knotwork.verification.finding import Verdict
-
-TIMES_GROUP, MOTION_GROUP = "Chosen times", "Chosen motion"
-"""Groups of findings if a time was free, and if only velocities, knots or solutions were."""
-WAYS_GROUP = "Ways"
+from knotwork.verification.finding import Group, Verdict
 
 SHOWN_CLEARANCE_PRECISION = 1e-5
 """Precision of the minimum clearance [m]."""
@@ -51,9 +47,10 @@ def chosen_times_findings(chosen: ChosenValues, space: JointSpace) -> Iterator[F
     given = free.total_duration is not None or not timed
     brief = _duration(chosen, given=given)
     verdict: Verdict = "warning" if chosen.status != "optimal" else "information"
-    group, fact = (TIMES_GROUP, "times chosen") if timed else (MOTION_GROUP, "motion chosen")
+    group = Group.CHOSEN_TIMES if timed else Group.CHOSEN_MOTION
+    fact = f"{group.removeprefix('Chosen ')} chosen: {brief}"
     yield Finding.of_motion(
-        group, "duration", f"{fact}: {brief}", verdict, value=chosen.duration, unit="s", brief=brief
+        group, "duration", fact, verdict, value=chosen.duration, unit="s", brief=brief
     )
     if not given:
         shortest = f"{chosen.lower_bound:.6g} s{_conditions(chosen)}"
@@ -201,7 +198,7 @@ def clear_motion_findings(
             fact += f", {clearance} ({pair}) at {least.time:.2f} s"
             brief = f"{name}:{extra}{',' if extra else ''} {clearance}"
         yield Finding(
-            group=WAYS_GROUP,
+            group=Group.WAYS,
             subject="waypoint",
             name=end.name,
             quantity="way",

@@ -17,9 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class TaskReading:
-    """What the readers of a task's parts share: it in SI, its frames, locations for errors.
-
-    Waypoints are counted as in the task.
+    """Common data of the readers of a task's parts. Waypoints are counted as in the task.
 
     Attributes:
         task: The task, in SI except joint values.

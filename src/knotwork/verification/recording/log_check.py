@@ -19,7 +19,7 @@ from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.errors import InputError, UnknownNameError
-from knotwork.joint_quantities import DERIVATIVES
+from knotwork.joint_quantities import MOTION_QUANTITIES
 from knotwork.units import SI, Units
 from knotwork.verification import Finding, Report, check
 from knotwork.verification.continuity import ROUNDING_QUANTITIES
@@ -183,10 +183,10 @@ def _uncertainty(finding: Finding, alignment: Alignment, space: JointSpace) -> f
     if finding.subject == "wait" and finding.interval is not None:
         # the finding compares two times, so both errors add
         return float((errors(0) + errors(0, finding.interval[0])).max())
-    if quantity in DERIVATIVES and finding.name in names and finding.subject == "joint":
-        return float(errors(DERIVATIVES.index(quantity))[names.index(finding.name)])
-    if quantity in DERIVATIVES and finding.group == Group.JOINTS_AT_WAYPOINTS:
-        return float(errors(DERIVATIVES.index(quantity)).max())
+    if quantity in MOTION_QUANTITIES and finding.name in names and finding.subject == "joint":
+        return float(errors(MOTION_QUANTITIES.index(quantity))[names.index(finding.name)])
+    if quantity in MOTION_QUANTITIES and finding.group == Group.JOINTS_AT_WAYPOINTS:
+        return float(errors(MOTION_QUANTITIES.index(quantity)).max())
     if robot is None:
         return None
     motion = alignment.trajectory.reordered(names, space.joint_units)
