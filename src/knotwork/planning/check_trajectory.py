@@ -14,10 +14,10 @@ from knotwork.files import documents
 from knotwork.files.documents import Document, validate
 from knotwork.files.foreign import read_trajectory
 from knotwork.files.storage import changed_since_report
-from knotwork.planning.replanning import SCENE_KEYS
+from knotwork.planning.replanning import SCENE_KEYS, joint_state
 from knotwork.task import OtherRobot, Task
 from knotwork.task.scenario import Scenario, load_scenario, resolve_task
-from knotwork.task.scenario.joint_space import JointSpace, by_joint, joint_space, moved_robot
+from knotwork.task.scenario.joint_space import JointSpace, joint_space, moved_robot
 from knotwork.task.task_source import read_document
 from knotwork.verification import Finding, check
 from knotwork.verification.checks import CHECKS_OF_WAYPOINTS
@@ -102,12 +102,7 @@ def check_without_task(
 def _ends(motion: JointTrajectory, task: Task) -> list[dict[str, Any]]:
     """The two ends of a motion as waypoints of a task."""
     return [
-        {
-            "name": name,
-            "time": time,
-            "joints": by_joint(motion, motion(time), task.units),
-            "velocity": by_joint(motion, motion(time, 1), task.units),
-        }
+        {"name": name, "time": time, **joint_state(motion, time, task)}
         for name, time in (("start", motion.start_time), ("end", motion.end_time))
     ]
 
