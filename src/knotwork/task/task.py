@@ -213,7 +213,7 @@ class Task(TaskPart):
         document = read_document(reference)
         if document.file is None:
             return validate(cls, document)
-        moved = moved_paths(document.data, document.file.parent.resolve(), None)
+        moved = moved_paths(cls, document.data, document.file.parent.resolve(), None)
         task = validate(cls, apply_edits(document, moved))
         return task if task.name else task.replace(name=document.file.stem)
 
@@ -227,7 +227,9 @@ class Task(TaskPart):
             InputError: The file can't be written.
         """
         target, data = Path(path), self.to_dict()
-        text = to_block_yaml(with_moved_paths(data, Path.cwd(), target.parent.resolve()))
+        text = to_block_yaml(
+            with_moved_paths(type(self), data, Path.cwd(), target.parent.resolve())
+        )
         return storage.write_files(target.parent, {target.name: text})[0]
 
 

@@ -7,6 +7,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from pydantic import BaseModel
+
 from knotwork.errors import InputError
 from knotwork.errors.arguments import require_type
 from knotwork.files import documents
@@ -18,10 +20,13 @@ ROBOT_PATHS = frozenset({"package_paths", "srdf", "urdf"})
 """Keys for paths in a robot that is described in place, whose model is not a part of the task."""
 
 
-def moved_paths(data: Any, old: Path, new: Path | None) -> dict[Location, str]:
+def moved_paths(
+    model: type[BaseModel], data: Any, old: Path, new: Path | None
+) -> dict[Location, str]:
     """Paths of a file that moves to another folder, if a file or folder exists there, by location.
 
     Args:
+        model: Model of the file, which marks its paths.
         data: Content of the file.
         old: Its old folder.
         new: Its new folder; `None` for absolute paths.
@@ -31,7 +36,7 @@ def moved_paths(data: Any, old: Path, new: Path | None) -> dict[Location, str]:
     moved: dict[Location, str] = {}
     for location, text in _texts(data):
         path = old / text
-        if not os.path.exists(path) or not _is_relative_path(data, location, text):
+        if not os.path.exists(path) or not _is_relative_path(model, data, location, text):
             continue
         if location[-1] in ("robot", "scenario") and not path.is_file():
             continue  # the name of a shipped file
@@ -39,13 +44,11 @@ def moved_paths(data: Any, old: Path, new: Path | None) -> dict[Location, str]:
     return moved
 
 
-def _is_relative_path(data: Any, location: Location, text: str) -> bool:
+def _is_relative_path(model: type[BaseModel], data: Any, location: Location, text: str) -> bool:
     """Whether a text of a file's content is a relative path."""
-    from knotwork.task.task import Task
-
     if location[0] == "robot" and len(location) > 1 and ROBOT_PATHS.isdisjoint(location):
         return False
-    is_marked = is_path(field_at(Task, data, location))
+    is_marked = is_path(field_at(model, data, location))
     return is_marked and not Path(text).expanduser().is_absolute()
 
 
@@ -58,9 +61,9 @@ def _texts(data: Any, location: Location = ()) -> Iterator[tuple[Location, str]]
             yield from _texts(value, (*location, key))
 
 
-def with_moved_paths(data: Any, old: Path, new: Path | None) -> Any:
+def with_moved_paths(model: type[BaseModel], data: Any, old: Path, new: Path | None) -> Any:
     """The content of a file that moves to another folder; see `moved_paths`."""
-    return apply_edits(Document(data), moved_paths(data, old.resolve(), new)).data
+    return apply_edits(Document(data), moved_paths(model, data, old.resolve(), new)).data
 
 
 def read_document(reference: str | Path | Mapping[str, Any]) -> Document:

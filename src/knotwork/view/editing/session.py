@@ -307,5 +307,5 @@ def draft_of(source: Path, copy: Path | None = None) -> Draft:
         return Draft(source)
     document = read(source)
     folders = source.parent.resolve(), copy.parent.resolve()
-    text = with_values(Draft(source).text, moved_paths(document.data, *folders))
+    text = with_values(Draft(source).text, moved_paths(Task, document.data, *folders))
     return Draft(storage.write_file(copy, text, kind="a scenario", replace=False))
