@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, NamedTuple, cast
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from knotwork.curves.tool_paths import ThroughPoints
 from knotwork.task.scenario import Scenario, ScenarioPath, Stretch
 from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.verification.finding import Finding, Group, verdict_on
@@ -15,7 +16,6 @@ from knotwork.verification.motion import Motion
 from knotwork.waypoints import CartesianWaypoint, PoseFreedom
 
 if TYPE_CHECKING:
-    from knotwork.curves.tool_paths import ThroughPoints
     from knotwork.robot import Robot
     from knotwork.units import Units
     from knotwork.verification.bounds.path_criteria import PathBound, PathErrors
@@ -67,10 +67,9 @@ def check_curve_between_points(
     scale, unit = scenario.shown_length
     for path in scenario.paths:
         last = scenario.waypoints[path.last]
-        for any_curve in path.motion.path.curves:
-            if not hasattr(any_curve, "bulges"):  # lines and arcs need not load its class
+        for curve in path.motion.path.curves:
+            if not isinstance(curve, ThroughPoints):
                 continue
-            curve = cast("ThroughPoints", any_curve)
             bulges = curve.bulges()
             chords = np.linalg.norm(np.diff(curve.points, axis=0), axis=1)
             i = int((bulges / chords).argmax())
