@@ -34,13 +34,9 @@ def dependent_groups(scenario: Scenario, waits: Sequence[int]) -> list[range]:
     dependent = {i + 1 for i in waits}
     for path in scenario.paths:
         dependent.update(range(path.first + 1, path.last + 1))
-    groups: list[range] = []
-    for i in sorted(dependent):
-        if groups and groups[-1].stop == i:
-            groups[-1] = range(groups[-1].start, i + 1)
-        else:
-            groups.append(range(i - 1, i + 1))
-    return groups
+    previous = {i - 1 for i in dependent}
+    ends = zip(sorted(previous - dependent), sorted(dependent - previous), strict=True)
+    return [range(first, last + 1) for first, last in ends]
 
 
 class GroupSolution(NamedTuple):
