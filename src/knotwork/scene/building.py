@@ -318,13 +318,11 @@ class _Builder:
         explains = reach / 200 <= size * factor <= WRONG_UNIT_RATIO * reach
         if excess > WRONG_UNIT_RATIO and explains:
             kind = "mesh" if shape.kind == "mesh" else "point cloud"
-            size_text, reach_text, scaled_text = (
-                shape.units.text(length, "m", ".4g") for length in (size, reach, size * factor)
-            )
+            text = shape.units.text
             raise InputError(
-                f"{kind} {shape.path} is {size_text} across, and the arm reaches {reach_text}: it "
-                f"is plausibly in another unit; a scale {factor:g} times as large makes it "
-                f"{scaled_text}"
+                f"{kind} {shape.path} is {text(size, 'm', '.4g')} across, and the arm reaches "
+                f"{text(reach, 'm', '.2g')}: it is plausibly in another unit; a scale {factor:g} "
+                f"times as large makes it {text(size * factor, 'm', '.4g')}"
             )
 
     @cached_property

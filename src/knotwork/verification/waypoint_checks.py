@@ -146,10 +146,8 @@ def _tool_findings(
     elif velocity_freedom is not None and velocity_freedom.turn[0] < velocity_freedom.turn[1]:
         axis = pose.rotation[:, 2]
         spin = spin - axis * (axis @ (spin - waypoint.angular))
-    speed, rate = (
-        float(np.linalg.norm(difference))
-        for difference in (twist.linear - waypoint.linear, spin - waypoint.angular)
-    )
+    speed = float(np.linalg.norm(twist.linear - waypoint.linear))
+    rate = float(np.linalg.norm(spin - waypoint.angular))
     quaternion, reached = (np.array(pin.Quaternion(R).coeffs()) for R in (rotation, pose.rotation))
     reached = reached if quaternion @ reached >= 0 else -reached
     rows = (

@@ -109,12 +109,8 @@ def to_trajectory(table: PointTable, description: str) -> JointTrajectory:
         c[size - len(pieces) :, of_kind] = pieces[:, of_kind]
     if not np.isfinite(c).all():
         row = int(np.argwhere(~np.isfinite(c))[0][1]) + 1
-        raise table.error(
-            row,
-            "time",
-            "the motion from the previous point exceeds the range of floating-point numbers",
-            "points farther apart in time",
-        )
+        fault = "the motion from the previous point exceeds the range of floating-point numbers"
+        raise table.error(row, "time", fault, "points farther apart in time")
     joined = " and ".join(_CURVES[kind] for kind in sorted(set(kinds.tolist())))
     return JointTrajectory(
         table.joints.names,

@@ -68,8 +68,7 @@ class FreeValues:
     @property
     def has_any(self) -> bool:
         """Whether any value is free."""
-        nothing = FreeWaypoint()
-        return self.knots_are_free or any(free != nothing for free in self.waypoints)
+        return self.knots_are_free or any(free != FreeWaypoint() for free in self.waypoints)
 
     @property
     def has_free_durations(self) -> bool:

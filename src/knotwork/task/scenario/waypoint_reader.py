@@ -257,10 +257,8 @@ class _WaypointReader:
 
     def waypoint(self, i: int, name: str) -> ScenarioWaypoint:
         """A waypoint at the arrival of the tool, possibly along a path."""
-        given, where = (
-            self.reading.task.waypoints[i],
-            self.reading.locations.where(("waypoints", i)),
-        )
+        given = self.reading.task.waypoints[i]
+        where = self.reading.locations.where(("waypoints", i))
         time, freedom = self.arrivals.times[i], self.freedoms[i]
         if isinstance(given, JointWaypoint):
             if given.velocity is None:

@@ -67,7 +67,7 @@ class DraftReading:
             KnotworkError: The draft can't be read.
         """
         revision, document = draft.revision, draft.document()
-        scenario = resolve_task(validate(Task, document), document.locations)
+        scenario = resolve_task(validate(Task, document), document)
         robot = joint_space(scenario).robot
         all_handles = [] if robot is None else handles(scenario, robot)
         return cls(
@@ -243,9 +243,7 @@ class Session:
             after, fraction = _place_in_task(planned, float(request.get("time", 0.0)))
             if "after" in request:
                 place, fraction = tuple(request["after"]), 0.5
-                locations = map(
-                    scenario.locations.in_file, (("waypoints", i) for i in range(count))
-                )
+                locations = [scenario.locations.in_file(("waypoints", i)) for i in range(count)]
                 inside = [i for i, known in enumerate(locations) if known[: len(place)] == place]
                 after = max(inside, default=after)
             joints = request.get("what") == "joints"
