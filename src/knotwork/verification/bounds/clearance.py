@@ -166,16 +166,16 @@ class _ClearanceSearch:
         self.model, self.resolution = model, resolution
         self.curve = curve = model.all_positions(curve)
         self.table = SolidPairs(model)
-        self.pair, self.margin = self.table.body_pair, self.table.margin
+        self.body_pair, self.margin = self.table.body_pair, self.table.margin
         self.windows = model.windows_within(*curve.x[[0, -1]].tolist())
         self.precision = CLEARANCE_PRECISION if precision is None else precision
         self.relative_precision = RELATIVE_PRECISION if precision is None else 0.0
-        self.distance = np.full(len(self.pair), np.inf)
-        self.time = np.full(len(self.pair), curve.x[0])
-        self.bound = np.full(len(self.pair), np.inf)
+        self.distance = np.full(len(self.body_pair), np.inf)
+        self.time = np.full(len(self.body_pair), curve.x[0])
+        self.bound = np.full(len(self.body_pair), np.inf)
         self.measurements = 0
-        self.unproved_from = np.full(len(self.pair), np.inf)
-        self.unproved_until = np.full(len(self.pair), -np.inf)
+        self.unproved_from = np.full(len(self.body_pair), np.inf)
+        self.unproved_until = np.full(len(self.body_pair), -np.inf)
 
     def result(self) -> tuple[Clearance, ...]:
         first = first_intervals(self.curve.x, CLEARANCE_INTERVALS, self.windows)
@@ -190,7 +190,7 @@ class _ClearanceSearch:
     def _first_tests(self, intervals: Intervals) -> _PairTests:
         """Tests of the pairs of solids that exist together in each interval."""
         middle = self.curve.x[intervals.piece] + intervals.middle
-        windows = self.windows[self.pair]
+        windows = self.windows[self.body_pair]
         exist = (middle[:, None] > windows[:, 0]) & (middle[:, None] < windows[:, 1])
         interval, solid_pair = np.nonzero(exist)
         unmeasured = np.full(len(solid_pair), np.nan)
@@ -297,7 +297,7 @@ class _ClearanceSearch:
     def _find_enclosed(self) -> None:
         """Find solids inside meshes. If the surfaces never touch, one test decides for all time."""
         for c in np.flatnonzero((self.distance > 0.0) & self.table.exact).tolist():
-            start = float(self.windows[self.pair[c]][0])
+            start = float(self.windows[self.body_pair[c]][0])
             turn, shift = (x[0] for x in self.table.axes(*self._place([start])))
             if is_one_inside_other(*self.table.placed_pair(c, turn, shift)):
                 self.distance[c], self.time[c] = -self.distance[c], start
@@ -309,7 +309,7 @@ class _ClearanceSearch:
 
     def _clearances(self) -> Iterator[Clearance]:
         """The clearance of each pair of bodies that exist together."""
-        solids = [np.flatnonzero(self.pair == k) for k in range(len(self.model.pairs))]
+        solids = [np.flatnonzero(self.body_pair == k) for k in range(len(self.model.pairs))]
         worst = [int(of_pair[self.distance[of_pair].argmin()]) for of_pair in solids]
         rotation, origin = self._place(self.time[worst].tolist())
         for k, (pair, of_pair) in enumerate(zip(self.model.pairs, solids, strict=True)):
