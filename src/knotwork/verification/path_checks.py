@@ -6,9 +6,6 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-import numpy as np
-
-from knotwork.curves.tool_paths import ThroughPoints
 from knotwork.task.scenario import Scenario, ScenarioPath, Stretch
 from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.verification.finding import Finding, Group, verdict_on
@@ -68,12 +65,9 @@ def check_curve_between_points(
     for path in scenario.paths:
         last = scenario.waypoints[path.last]
         for curve in path.motion.path.curves:
-            if not isinstance(curve, ThroughPoints):
-                continue
-            bulges = curve.bulges()
-            chords = np.linalg.norm(np.diff(curve.points, axis=0), axis=1)
-            i = int((bulges / chords).argmax())
-            if bulges[i] > MAX_BULGE * chords[i]:
+            chords, bulges = curve.chords_and_bulges()
+            if (bulges > MAX_BULGE * chords).any():
+                i = int((bulges / chords).argmax())
                 yield Finding(
                     Group.WARNINGS, "waypoint", last.name, "curve_between_points", "warning",
                     f"the curve through points to {last.name!r} leaves the straight line between "

@@ -155,10 +155,8 @@ def to_rapid(
 
     def move(step: ProgramStep) -> Iterator[str]:
         if len(step.flying) > MAX_TRIGGERS:
-            raise ExportError(
-                f"{len(step.flying)} signals are switched at {points.time[step.to]:.6g} s, and an "
-                f"ABB move takes at most {MAX_TRIGGERS}"
-            )
+            given = f"{len(step.flying)} signals at {points.time[step.to]:.6g} s"
+            raise ExportError(f"{given}; an ABB move switches at most {MAX_TRIGGERS}")
         first, *others = [triggers[event] for event in step.flying] or [""]
         name = "TriggAbsJ" if first else "MoveAbsJ"
         names = first + "".join(rf"\T{n}:={other}" for n, other in enumerate(others, 2))
