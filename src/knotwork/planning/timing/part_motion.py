@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.planning.timing.long_intervals import guessed_states, stop_times
+from knotwork.planning.timing.long_intervals import guessed_states
 from knotwork.planning.timing.motion_curves import concatenate
 from knotwork.planning.timing.motion_states import States
 from knotwork.planning.timing.nonlinear_program import Solution
@@ -83,8 +83,7 @@ def resting_motion(problem: TimingProblem, status: Status) -> PartMotion | None:
 
 def _optimised_motion(problem: TimingProblem, budget: Budget) -> PartMotion | None:
     """Solve a part with more tightening whenever the exact check finds an excess."""
-    tightening = first_tightening(problem)
-    guess = plain_guess(problem, slow_middle=tightening.slow_middle)
+    guess, tightening = plain_guess(problem), first_tightening(problem)
     last: Solution | None = None
     for _ in range(MAX_TIGHTENINGS):
         seconds = budget.remaining()
@@ -94,11 +93,8 @@ def _optimised_motion(problem: TimingProblem, budget: Budget) -> PartMotion | No
         solution = program.solve(last, seconds)
         budget.step(solution.iterations)
         if not solution.solved:
-            if last is None and not tightening.slow_middle:
+            if last is None:
                 return None
-            if last is None:  # efforts may not allow stops that are so short
-                tightening = replace(tightening, slow_middle=False)
-                guess = plain_guess(problem, slow_middle=False)
             last = None  # the previous solution is too far away
             continue
         time, curve = program.motion_of(solution.x)
@@ -108,16 +104,15 @@ def _optimised_motion(problem: TimingProblem, budget: Budget) -> PartMotion | No
         if more.margin >= 1.0:
             return None  # no margin is left
         # with further equations the solution is a poor start
-        last = solution if more.same_equations(tightening) else None
+        last = solution if more.equations == tightening.equations else None
         tightening = more
     return None
 
 
-def plain_guess(problem: TimingProblem, *, slow_middle: bool) -> States:
+def plain_guess(problem: TimingProblem) -> States:
     """An initial guess of plain cubics, by the states at the breaks of the solver's pieces.
 
-    Joints pass waypoints without a stop where they may. In the middle of long intervals they are
-    slow if `slow_middle` is true.
+    Joints pass waypoints without a stop where they may.
     """
     velocity = first_velocities(problem)
     duration = first_durations(problem, velocity)
@@ -126,8 +121,7 @@ def plain_guess(problem: TimingProblem, *, slow_middle: bool) -> States:
     duration = np.where(np.isnan(short), duration, np.minimum(short, duration))
     if problem.total is not None:
         duration = duration * (problem.total / duration.sum())
-    stops = stop_times(problem) if slow_middle else np.full(duration.shape, np.nan)
-    return guessed_states(problem.position, duration, velocity, stops)
+    return guessed_states(problem, duration, velocity)
 
 
 def first_durations(problem: TimingProblem, velocity: FloatArray) -> FloatArray:
