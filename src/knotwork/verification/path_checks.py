@@ -47,15 +47,13 @@ def check_tool_paths(motion: Motion, scenario: Scenario, space: JointSpace) -> I
     if space.robot is None:
         return
     for group in group_paths_by_turn(scenario):
-        uncompared = [
-            path for path in group if path.clock is not None and path.motion.has_own_clock
-        ]
-        for path in unchecked:
+        skipped = [path for path in group if path.clock is not None and path.motion.has_own_clock]
+        for path in skipped:
             begin, end = (scenario.waypoints[i].name for i in (path.first, path.last))
             kind = "in a moving frame" if path.motion.frame.is_moving else "woven"
             fact = f"the tool path from {begin!r} to {end!r} is {kind} and is not checked"
             yield Finding.of_motion(Group.WARNINGS, "path", fact, "warning")
-        compared = [path for path in group if path not in unchecked]
+        compared = [path for path in group if path not in skipped]
         for followed in _follow_paths(motion, scenario, space.robot, compared):
             yield from _stretch_findings(scenario, followed)
 
