@@ -122,7 +122,7 @@ def build_collision_model(
     """Build the collision model of a scenario.
 
     Args:
-        scenario: The task.
+        scenario: The scenario.
         robot: Its robot, with its tool.
         times: Times of the waypoints [s], for objects that appear or are held.
         poses: Poses of the TCP at the waypoints, `pin.SE3` in the axes of each, for held objects.

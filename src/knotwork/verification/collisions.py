@@ -54,7 +54,7 @@ def clearance_from_robot(
 
     Args:
         trajectory: The motion.
-        scenario: The task, whose scene has the other robot.
+        scenario: The scenario, whose scene has the other robot.
         space: The joints and their robot.
         name: Name of the other robot.
 

@@ -73,7 +73,7 @@ class SequenceSearch:
     """The search for the best sequence of one scenario.
 
     Args:
-        scenario: The task.
+        scenario: The scenario.
         space: The joints of the scenario, followed by the virtual joints of its freedoms.
         chains: The robot with the virtual joints of each pose.
         avoided: Steps that count as collisions.
@@ -238,7 +238,7 @@ def velocity_at(
     """Joint velocities for the tool's twist at a waypoint [rad/s or m/s], shape (d,).
 
     Args:
-        scenario: The task.
+        scenario: The scenario.
         chains: The robot with the virtual joints of each pose.
         track: Track of the path of the waypoint, if it is on one.
         index: Index of the waypoint, which is given by a pose.

@@ -100,7 +100,7 @@ def read_waypoints(reading: TaskReading, expected: Mapping[int, float]) -> Waypo
             departure = replace(departure, pose=path.motion.pose(end), twist=path.motion.twist(end))
         waypoints.append(departure)
         task_index.append(i)
-    departures = {in_task: i for i, in_task in enumerate(task_index)}
+    departures = {step: i for i, step in enumerate(task_index)}
     paths = [*waits, *(replace(path, first=departures[path.first]) for path in paths)]
     paths.sort(key=lambda path: path.first)
     return WaypointsResult(tuple(waypoints), tuple(paths), tuple(task_index))

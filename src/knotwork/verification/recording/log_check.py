@@ -76,7 +76,7 @@ def check_log(
 
     Args:
         alignment: The smoothed log, by the clock of a plan of this scenario.
-        scenario: The task.
+        scenario: The scenario.
         space: The scenario's joints and robot.
         tolerances: Tolerances of the log relative to its plan, or `None`.
     """
