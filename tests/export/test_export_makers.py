@@ -231,13 +231,13 @@ def test_what_turns_beside_the_arm_is_an_external_axis_too() -> None:
     _, axes = read_stream(export.to_j519(motion, robot=robot))
     assert axes[-1, [0, 3]] == pytest.approx([table, arm[2] - arm[1]], abs=1e-6)
     for make in (export.to_krl, export.to_ls, export.to_j519):
-        with pytest.raises(ExportError, match=r"7 turning joints of an arm; .*`external_axes`"):
+        with pytest.raises(ExportError, match=r"7 revolute joints.*; .*`external_axes`"):
             make(motion)
 
 
 def test_other_arms_and_moving_ends_are_refused(motion: JointTrajectory) -> None:
     panda = planned("panda_pick_place").trajectory
-    with pytest.raises(ExportError, match=r"7 turning joints of an arm; accepted: 6"):
+    with pytest.raises(ExportError, match=r"7 revolute joints and 0 external axes; accepted: 6"):
         export.to_krl(panda)
     cut = JointTrajectory.from_knots(["a"], [0, 1], [[0], [1]], [[0], [0.5]])
     with pytest.raises(ExportError, match=r"ends with joint 'a' at 0.5 rad/s.*stop: true after it"):

@@ -25,12 +25,12 @@ from knotwork.verification.collisions import clearance_from_robot
 from knotwork.verification.report import CheckedMotion
 
 
-def check_with_task(path: str | Path, scenario: str | Path) -> tuple[CheckedMotion, str]:
+def check_with_task(path: str | Path, reference: str | Path) -> tuple[CheckedMotion, str]:
     """Read a trajectory of any tool and check it against its scenario.
 
     Args:
         path: The trajectory.
-        scenario: Name or file of its scenario.
+        reference: Name or file of its scenario.
 
     Returns:
         The checked motion; and a note if the file was changed since the report next to it.
@@ -38,12 +38,13 @@ def check_with_task(path: str | Path, scenario: str | Path) -> tuple[CheckedMoti
     Raises:
         InputError: A file can't be read, or the trajectory has other joints.
     """
-    task = load_scenario(scenario)
-    space, span = joint_space(task), (float(task.times[0]), float(task.times[-1]))
+    scenario = load_scenario(reference)
+    space = joint_space(scenario)
+    span = float(scenario.times[0]), float(scenario.times[-1])
     motion, defects = read_trajectory(path, space.joint_names, space.joint_units, span=span)
-    report = check(motion, task, space=space, defects=defects)
+    report = check(motion, scenario, space=space, defects=defects)
     fault = changed_since_report(Path(path))
-    return CheckedMotion(task, space, None, motion, report), f"{path} {fault}" if fault else ""
+    return CheckedMotion(scenario, space, None, motion, report), f"{path} {fault}" if fault else ""
 
 
 def check_without_task(

@@ -268,7 +268,7 @@ def _task_of(plan: CheckedMotion, executed: Execution) -> Task:
         "end_acceleration": {"start": start, "end": end},
     }
     folder = Path.cwd() if scenario.source is None else scenario.source.parent
-    return Task(**with_moved_paths(data, folder, None))
+    return Task(**with_moved_paths(Task, data, folder, None))
 
 
 def _add_actions(

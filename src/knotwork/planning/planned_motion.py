@@ -33,7 +33,7 @@ class Plan(CheckedMotion):
     (array([ 0.,  5., 15., 25.]), 25.0, True)
 
     Attributes:
-        scenario: The task.
+        scenario: The scenario.
         space: The joints it moves and their robot.
         joint_waypoints: Joint positions and velocities at the waypoints.
         trajectory: The motion.

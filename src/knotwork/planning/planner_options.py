@@ -85,7 +85,7 @@ class Interpolator:
     """Interpolates joint waypoints by a scenario's planner, with its options in SI.
 
     Attributes:
-        scenario: The task, with the planner that was given instead of its own.
+        scenario: The scenario, with the planner that was given instead of its own.
         space: Its joints.
         options: Options of the planner, in SI.
         unsupported: Names of the scenario's options that the planner does not support.

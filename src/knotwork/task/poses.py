@@ -118,7 +118,8 @@ class FrameMotion(TaskPart):
     file: Text | None = optional(
         "Path of a trajectory, relative to this file, of joints named x, y, z [m], "
         "yaw, pitch, roll [rad], or some of them, in SI: translation, then rotation "
-        "about moving z, y, x axes; the frame is at rest before and after it"
+        "about moving z, y, x axes; the frame is at rest before and after it",
+        path=True,
     )
     at: Number = optional(
         "Time when the frame is at its placement or the file begins", 0.0, unit="s"

@@ -61,7 +61,7 @@ def slowing_remedy(finding: Finding, order: int, scenario: Scenario) -> str:
     Args:
         finding: Comparison of a derivative with its limit.
         order: Order of the derivative.
-        scenario: The task of the motion.
+        scenario: The scenario of the motion.
     """
     utilisation = finding.utilisation
     if finding.ok or not order or utilisation is None or np.isinf(utilisation):

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, NamedTuple, cast
-
-import numpy as np
+from typing import TYPE_CHECKING, NamedTuple
 
 from knotwork.task.scenario import Scenario, ScenarioPath, Stretch
 from knotwork.task.scenario.joint_space import JointSpace
@@ -15,7 +13,6 @@ from knotwork.verification.motion import Motion
 from knotwork.waypoints import CartesianWaypoint, PoseFreedom
 
 if TYPE_CHECKING:
-    from knotwork.curves.tool_paths import ThroughPoints
     from knotwork.robot import Robot
     from knotwork.units import Units
     from knotwork.verification.bounds.path_criteria import PathBound, PathErrors
@@ -40,20 +37,21 @@ Even a circle through five points is below it.
 
 
 def check_tool_paths(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
-    """Compare the motion of the tool with each stretch of each path of the scenario."""
+    """Compare the motion of the tool with each stretch of each path of the scenario.
+
+    At another speed than planned, woven paths and those in moving frames are not compared.
+    """
     if space.robot is None:
         return
     for group in group_paths_by_turn(scenario):
-        comparable = []
-        for path in group:
-            if path.clock is None or not path.motion.has_own_clock:
-                comparable.append(path)
-                continue
+        skipped = [path for path in group if path.clock is not None and path.motion.has_own_clock]
+        for path in skipped:
             begin, end = (scenario.waypoints[i].name for i in (path.first, path.last))
             kind = "in a moving frame" if path.motion.frame.is_moving else "woven"
             fact = f"the tool path from {begin!r} to {end!r} is {kind} and is not checked"
             yield Finding.of_motion(Group.WARNINGS, "path", fact, "warning")
-        for followed in _follow_paths(motion, scenario, space.robot, comparable):
+        compared = [path for path in group if path not in skipped]
+        for followed in _follow_paths(motion, scenario, space.robot, compared):
             yield from _stretch_findings(scenario, followed)
 
 
@@ -67,14 +65,10 @@ def check_curve_between_points(
     scale, unit = scenario.shown_length
     for path in scenario.paths:
         last = scenario.waypoints[path.last]
-        for any_curve in path.motion.path.curves:
-            if not hasattr(any_curve, "bulges"):  # lines and arcs need not load its class
-                continue
-            curve = cast("ThroughPoints", any_curve)
-            bulges = curve.bulges()
-            chords = np.linalg.norm(np.diff(curve.points, axis=0), axis=1)
-            i = int((bulges / chords).argmax())
-            if bulges[i] > MAX_BULGE * chords[i]:
+        for curve in path.motion.path.curves:
+            chords, bulges = curve.chords_and_bulges()
+            if (bulges > MAX_BULGE * chords).any():
+                i = int((bulges / chords).argmax())
                 yield Finding(
                     Group.WARNINGS, "waypoint", last.name, "curve_between_points", "warning",
                     f"the curve through points to {last.name!r} leaves the straight line between "

@@ -58,7 +58,7 @@ def check(
 
     Args:
         trajectory: The motion, with joints in any order.
-        scenario: The task.
+        scenario: The scenario.
         space: The scenario's joints and robot, if already loaded.
         defects: Texts on known faults of the trajectory; each becomes a finding that fails.
         known: Findings to add to the report.
@@ -291,7 +291,7 @@ class CheckedMotion:
     """A motion with its task and the verdict on it.
 
     Attributes:
-        scenario: The task.
+        scenario: The scenario.
         space: The joints that the task moves, and their robot.
         joint_waypoints: Joint positions and velocities at the waypoints; `None` if they are
             unknown, as for a motion from a file.

@@ -155,7 +155,8 @@ def to_rapid(
 
     def move(step: ProgramStep) -> Iterator[str]:
         if len(step.flying) > MAX_TRIGGERS:
-            raise ExportError(f"ABB switches {MAX_TRIGGERS} signals at a time at most")
+            given = f"{len(step.flying)} signals at {points.time[step.to]:.6g} s"
+            raise ExportError(f"{given}; an ABB move switches at most {MAX_TRIGGERS}")
         first, *others = [triggers[event] for event in step.flying] or [""]
         name = "TriggAbsJ" if first else "MoveAbsJ"
         names = first + "".join(rf"\T{n}:={other}" for n, other in enumerate(others, 2))
@@ -243,7 +244,8 @@ def _axes(
     arm = arm_joints(points.trajectory, robot)
     outer = [i for i in range(len(units)) if i not in arm]
     if len(arm) != ARM_AXES or len(outer) > ARM_AXES:
-        raise ExportError(f"the motion has {len(outer)} other and {len(arm)} {AXES_ACCEPTED}")
+        have = f"{len(arm)} revolute joints and {len(outer)} external axes"
+        raise ExportError(f"the arm has {have}; {AXES_ACCEPTED}")
     names = points.trajectory.joint_names
     shown = {names[i]: CONTROLLER_UNITS[units[i]] for i in outer}
     factors = np.array([factor for _, factor in shown.values()])

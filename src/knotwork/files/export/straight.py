@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 ARM_AXES = 6
 """Number of revolute axes of an arm for controllers of KUKA, ABB and FANUC."""
 AXES_ACCEPTED = (
-    f"turning joints of an arm; accepted: {ARM_AXES}, and up to {ARM_AXES} external axes, which "
-    "slide or are `external_axes` of the robot (in Python robot=plan.space.robot)"
+    f"accepted: {ARM_AXES} revolute joints, and up to {ARM_AXES} external axes (prismatic, or "
+    "`external_axes` of the robot; in Python robot=plan.space.robot)"
 )
 LINE_TOLERANCE = 1e-3
 """Default error of straight lines between points [rad or m]."""
@@ -109,7 +109,7 @@ def from_horizontal(points: Positions, robot: Robot | None = None) -> FloatArray
     q = points.position.copy()
     arm = arm_joints(points.trajectory, robot)
     if len(arm) > ARM_AXES:
-        raise ExportError(f"the motion has {len(arm)} {AXES_ACCEPTED}")
+        raise ExportError(f"the arm has {len(arm)} revolute joints; {AXES_ACCEPTED}")
     if len(arm) > 2:
         q[:, arm[2]] -= q[:, arm[1]]
     return q

@@ -131,7 +131,7 @@ def choose_times(
     tried while the total duration decreases and the budget lasts.
 
     Args:
-        scenario: A task with free values.
+        scenario: A scenario with free values.
         budget: Computing time after which the best motion so far is taken, and progress.
         solution: Solutions of the poses, if not the best.
 

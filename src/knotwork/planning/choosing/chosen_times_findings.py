@@ -169,7 +169,7 @@ def clear_motion_findings(
 
     Args:
         clear_motions: Waypoints of each, by index, and its motion in the task.
-        scenario: The task, with all times known.
+        scenario: The scenario, with all times known.
         space: The joints and their robot.
         trajectory: The planned motion.
     """
@@ -183,7 +183,7 @@ def clear_motion_findings(
     for indices, chosen in clear_motions:
         start, end = (scenario.waypoints[indices[k]] for k in (0, -1))
         name, interval = f"{start.name} to {end.name}", (start.time, end.time)
-        tries = "1 try" if chosen.way == 1 else f"{chosen.way} tries"
+        tries = "1 try" if chosen.tries == 1 else f"{chosen.tries} tries"
         extra = ""
         if chosen.room is not None:
             room = scenario.units.text(chosen.room * length, "m", ".3g")

@@ -17,7 +17,7 @@ from knotwork.files.documents.edits import differences
 from knotwork.files.documents.yaml_text import to_block_yaml
 from knotwork.planning.choosing.free_sections import FreeSection, FreeTask
 from knotwork.planning.timing import TimedMotion
-from knotwork.task import ChosenSectionFields, Velocity
+from knotwork.task import ChosenSectionFields, Task, Velocity
 from knotwork.task.scenario import JointTarget, Scenario
 from knotwork.task.scenario.joint_space import by_joint
 from knotwork.task.scenario.resolve import change_task
@@ -128,7 +128,7 @@ def _chosen_section(
         for k, (i, free) in enumerate(zip(section.waypoints, section.free, strict=True))
         if free.speed_kind != "given"
     }
-    extra: dict[str, Any] = {"velocities": velocities, "way": motion.tries}
+    extra: dict[str, Any] = {"velocities": velocities, "tries": motion.tries}
     if motion.extra_clearance is not None:
         extra["room"] = motion.extra_clearance / units.in_si[0]
     return ChosenSectionFields(
@@ -167,5 +167,7 @@ def saved_text(scenario: Scenario, folder: Path) -> str:
 
 def _task_data(scenario: Scenario, folder: Path) -> dict[str, object]:
     source = Path.cwd() if scenario.source is None else scenario.source.parent
-    data: dict[str, object] = with_moved_paths(scenario.given.to_dict(), source, folder.resolve())
+    data: dict[str, object] = with_moved_paths(
+        Task, scenario.given.to_dict(), source, folder.resolve()
+    )
     return data

@@ -62,12 +62,12 @@ class NoSpeedsError(Exception):
     Attributes:
         path: The path.
         stretch: A stretch without feasible speeds.
-        limit: The exceeded limit.
+        bound: The exceeded limit, or another bound of the speed.
     """
 
-    def __init__(self, path: ScenarioPath, stretch: int, limit: LimitedQuantity) -> None:
+    def __init__(self, path: ScenarioPath, stretch: int, bound: LimitedQuantity) -> None:
         super().__init__()
-        self.path, self.stretch, self.limit = path, stretch, limit
+        self.path, self.stretch, self.bound = path, stretch, bound
 
 
 class PathSpeedProblem:
@@ -80,7 +80,12 @@ class PathSpeedProblem:
         number: Index of the path among those of the task.
 
     Attributes:
+        number: Its index.
         path: The path at its nominal speed.
+        requested: Requirements on its speeds.
+        unit: Number of the file's units of length per metre; speeds are round numbers of them.
+        limits: The limits of joint states on it.
+        along_path: Utilisation of the limits along it, at any speeds.
         caps: Upper bounds of the free speeds [m/s] and their origins, by index of the stretch.
         speeds: The chosen speeds [m/s], by index of the stretch.
         limiting: The limit or other bound of each of them.
@@ -92,13 +97,13 @@ class PathSpeedProblem:
         self.caps = {k: (bound, AT_MOST) for k, bound in self.requested.at_most.items()}
         self.unit = solved.scenario.shown_length[0]
         self.limits = state_limits(solved, self.path)
-        self.along = PathUtilisation(solved, self.path, self.limits)
+        self.along_path = PathUtilisation(solved, self.path, self.limits)
         self._ratio = np.ones((len(self.path.stretches), 3, len(self.limits.quantities)))
         self.speeds: dict[int, float] = {}
         self.limiting: dict[int, LimitedQuantity] = {}
 
     def choose(self) -> float:
-        """Choose maximum speeds that are expected to keep the limits.
+        """Set `speeds` and `limiting`: maximum speeds that are expected to keep the limits.
 
         Returns:
             The duration of the path [s].
@@ -106,7 +111,8 @@ class PathSpeedProblem:
         Raises:
             NoSpeedsError: No speeds are feasible.
         """
-        bounds = self.along.max_speeds(EXPECTED_UTILISATION / self._ratio[:, CONSTANT_SPEED_PART])
+        allowed = EXPECTED_UTILISATION / self._ratio[:, CONSTANT_SPEED_PART]
+        bounds = self.along_path.max_speeds(allowed)
         self.speeds = {}
         for k, (cap, bound) in self.caps.items():
             column = int(bounds[k].argmin())
@@ -117,7 +123,7 @@ class PathSpeedProblem:
                 raise NoSpeedsError(self.path, k, NOTHING)
         while True:
             timing, speeds = self._fit()
-            expected = self.along.with_timing(timing) * self._ratio
+            expected = self.along_path.with_timing(timing) * self._ratio
             utilisation = (expected / EXPECTED_UTILISATION).max(axis=1)
             if utilisation.max() <= 1.0:
                 return timing.duration
@@ -179,7 +185,7 @@ class PathSpeedProblem:
 
         A step lowers a speed at most by `MAX_SLOWDOWN`. The limit is the one with that factor.
         """
-        factors = np.maximum(utilisation, 1e-9) ** (-1.0 / self.along.orders)
+        factors = np.maximum(utilisation, 1e-9) ** (-1.0 / self.along_path.orders)
         column = int(factors.argmin())
         return max(float(factors[column]), MAX_SLOWDOWN), self.limits.quantities[column]
 
@@ -200,7 +206,7 @@ class PathSpeedProblem:
         """
         path = solved.scenario.paths[self.number]
         planned = planned_utilisation(solved, path, self.limits)
-        expected = self.along.with_timing(path.motion.timing)
+        expected = self.along_path.with_timing(path.motion.timing)
         ratio = np.clip(planned / np.maximum(expected, 1e-9), 0.1, 1e3)
         compared = np.maximum(planned, self._ratio * expected) > SIGNIFICANT_UTILISATION
         self._ratio = np.where(compared, ratio, self._ratio)

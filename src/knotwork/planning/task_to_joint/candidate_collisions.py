@@ -41,7 +41,7 @@ def unsolved_collision_model(
     """The collision model of a scenario whose poses are not solved yet.
 
     Args:
-        scenario: The task.
+        scenario: The scenario.
         space: The joints of the scenario.
         robot: The robot without virtual joints.
         times: Times of the waypoints at which bodies come, go or are held, shape (n,).
@@ -62,7 +62,7 @@ class CandidateCollisions:
     """Tests solutions of a scenario's waypoints for collisions, there and along paths.
 
     Args:
-        scenario: The task.
+        scenario: The scenario.
         robot: The robot without virtual joints; only its joint positions are used.
         model: Its collision model, with one pair or more.
     """
@@ -80,7 +80,7 @@ class CandidateCollisions:
         """The tests of a scenario; `None` if nothing in it can collide.
 
         Args:
-            scenario: The task.
+            scenario: The scenario.
             space: The joints of the scenario.
             robot: The robot without virtual joints.
         """
@@ -127,7 +127,7 @@ class CandidateCollisions:
 
     def are_clear(self, q: FloatArray, time: float) -> NDArray[np.bool_]:
         """Whether configurations (k, d) are free of collisions at a time, shape (k,)."""
-        return np.asarray(self._pairs.clearance(self._arm_positions(q), time) >= 0.0)
+        return np.asarray(self._pairs.min_gaps(self._arm_positions(q), time) >= 0.0)
 
     def _is_clear(self, q: FloatArray, time: float) -> bool:
         return bool(self.are_clear(q[None], time)[0])
@@ -139,7 +139,7 @@ class CandidateCollisions:
         _, firsts, branches = np.unique(candidates.branch, return_index=True, return_inverse=True)
         time = self.scenario.waypoints[index].time
         q = self._arm_positions(candidates.q[firsts])
-        return np.asarray(self._pairs.clearance(q, time, max_clearance)[branches])
+        return np.asarray(self._pairs.min_gaps(q, time, max_clearance)[branches])
 
     def _arm_positions(self, q: FloatArray) -> FloatArray:
         return np.ascontiguousarray(q[:, : self.robot.dof])

@@ -28,7 +28,7 @@ def dependent_groups(scenario: Scenario, waits: Sequence[int]) -> list[range]:
     """Groups of consecutive waypoints that follow from the first of the group.
 
     Args:
-        scenario: The task.
+        scenario: The scenario.
         waits: Indices of the waypoints where a wait begins; the next waypoint is equal.
     """
     dependent = {i + 1 for i in waits}
@@ -69,7 +69,7 @@ class GroupSolver:
     """Finds the candidates at dependent waypoints, from those at the first of their group.
 
     Attributes:
-        scenario: The task.
+        scenario: The scenario.
         chains: The robot with the virtual joints of each pose.
         collisions: Collision model of the arm and the scene, or `None`.
     """

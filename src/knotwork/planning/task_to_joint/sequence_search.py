@@ -47,7 +47,7 @@ class ChosenSequence(NamedTuple):
     """The chosen sequence.
 
     Attributes:
-        cost: Cost of the sequence, shape (7,): see `CostLevel`.
+        cost: Cost of the sequence, one value per `CostLevel`.
         positions: Joint positions [rad or m], shape (n, d).
         velocities: Joint velocities [rad/s or m/s], shape (n, d).
         candidates: Candidates at each waypoint; `None` where joint positions are given.
@@ -73,7 +73,7 @@ class SequenceSearch:
     """The search for the best sequence of one scenario.
 
     Args:
-        scenario: The task.
+        scenario: The scenario.
         space: The joints of the scenario, followed by the virtual joints of its freedoms.
         chains: The robot with the virtual joints of each pose.
         avoided: Steps that count as collisions.
@@ -238,7 +238,7 @@ def velocity_at(
     """Joint velocities for the tool's twist at a waypoint [rad/s or m/s], shape (d,).
 
     Args:
-        scenario: The task.
+        scenario: The scenario.
         chains: The robot with the virtual joints of each pose.
         track: Track of the path of the waypoint, if it is on one.
         index: Index of the waypoint, which is given by a pose.

@@ -74,7 +74,7 @@ def _velocity_finding(
 
     Args:
         robot: The robot.
-        scenario: The task.
+        scenario: The scenario.
         speeds: Joint speeds [rad/s or m/s], shape (d,).
         start: Waypoint with these speeds, or where an interval with these mean speeds begins.
         end: Waypoint where the interval ends.

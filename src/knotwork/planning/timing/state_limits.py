@@ -22,12 +22,12 @@ class LimitedQuantity(NamedTuple):
     """A limited quantity, or another bound of a speed along a path.
 
     Attributes:
-        joint: Name of a joint or a frame; empty for the tool and for other bounds.
+        subject: Name of a joint or a frame; empty for the tool and for other bounds.
         quantity: Name of the quantity or the bound.
         order: Order of the highest derivative of positions in it; 0 for other bounds.
     """
 
-    joint: str
+    subject: str
     quantity: str
     order: int = 0
 
@@ -97,7 +97,7 @@ def _rates_of_frame(
     robot: Robot, limited: LimitedQuantity, q: FloatArray, v: FloatArray, a: FloatArray
 ) -> FloatArray:
     """Velocities or accelerations of a frame's origin, shape (n, 3)."""
-    frame = robot.frame_index(limited.joint) if limited.joint else robot.require_tool()
+    frame = robot.frame_index(limited.subject) if limited.subject else robot.require_tool()
     read = pin.getFrameVelocity if limited.order == 1 else pin.getFrameClassicalAcceleration
     rates = np.empty((len(q), 3))
     for row, state in zip(rates, zip(q, v, a, strict=True), strict=True):

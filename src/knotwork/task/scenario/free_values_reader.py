@@ -155,12 +155,12 @@ def read_free_values(
     """
     waypoints: list[FreeWaypoint] = []
     time_dependent: list[int] = []
-    for i, k in enumerate(task_index):
+    for i, step in enumerate(task_index):
         free = FreeWaypoint()
-        if k >= 0 and not ends_wait(task_index, i):  # otherwise the start, or after a wait
-            free = _free_waypoint(task, k)
+        if step >= 0 and not ends_wait(task_index, i):  # otherwise the start, or after a wait
+            free = _free_waypoint(task, step)
             is_unknown = any(before.duration_is_unknown for before in waypoints)
-            if task.waypoints[k].time is not None and is_unknown:
+            if task.waypoints[step].time is not None and is_unknown:
                 time_dependent.append(i)
                 free = replace(free, duration_is_free=True)
         waypoints.append(free)

@@ -100,7 +100,7 @@ def read_waypoints(reading: TaskReading, expected: Mapping[int, float]) -> Waypo
             departure = replace(departure, pose=path.motion.pose(end), twist=path.motion.twist(end))
         waypoints.append(departure)
         task_index.append(i)
-    departures = {in_task: i for i, in_task in enumerate(task_index)}
+    departures = {step: i for i, step in enumerate(task_index)}
     paths = [*waits, *(replace(path, first=departures[path.first]) for path in paths)]
     paths.sort(key=lambda path: path.first)
     return WaypointsResult(tuple(waypoints), tuple(paths), tuple(task_index))
@@ -300,7 +300,7 @@ class _WaypointReader:
             axes = poses[i].rotation if is_tool else frames.axes_at(i, name, times[i])
             return pin.Motion(axes @ np.array(velocity.linear), axes @ np.array(velocity.angular))
         if velocity is None and speed is not None:
-            from knotwork.task.scenario.speed import neighbours_twist
+            from knotwork.task.scenario.neighbour_direction import neighbours_twist
 
             # of a chosen speed the direction alone is known
             known = speed if isinstance(speed, float) else 1.0

@@ -43,7 +43,7 @@ class DraftReading:
 
     Attributes:
         revision: The draft's revision.
-        scenario: The task.
+        scenario: The scenario.
         robot: The robot of the task, or `None`.
         handles: Handles of the task; of repeated waypoints only those of the first repetition.
         structure: Digest of the structure of the text, from `structure_digest`.
@@ -146,7 +146,7 @@ class Session:
         planned = plan(reading.scenario, budget=self._budget)
         self._verdict = {"revision": revision, "ok": planned.report.ok}
         self.server.notify()  # before drawing the scene
-        return planned, scene_of(planned, before=self.server.scene)
+        return planned, scene_of(planned, previous=self.server.scene)
 
     def _read(self) -> DraftReading:
         """Read the present draft, once for each revision.
@@ -307,5 +307,5 @@ def draft_of(source: Path, copy: Path | None = None) -> Draft:
         return Draft(source)
     document = read(source)
     folders = source.parent.resolve(), copy.parent.resolve()
-    text = with_values(Draft(source).text, moved_paths(document.data, *folders))
+    text = with_values(Draft(source).text, moved_paths(Task, document.data, *folders))
     return Draft(storage.write_file(copy, text, kind="a scenario", replace=False))
