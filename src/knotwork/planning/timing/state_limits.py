@@ -78,7 +78,7 @@ class StateLimits:
         if robot is not None and np.isfinite(self.joints.effort).any():
             states = zip(q, v, a, strict=True)
             effort = np.array([pin.rnea(robot.model, robot.data, *state) for state in states])
-        limits = np.hstack(list(self.joints.values()))
+        limits = np.hstack([self.joints[name] for name in MAGNITUDES])
         fractions = np.zeros((len(q), len(limits) + len(self.frames), 3))
         fractions[:, : len(limits), 0] = np.hstack((v, a, j, effort)) / limits
         if robot is not None:
