@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import knotwork as kw
-from knotwork.curves.trajectory import JointTrajectory
+from knotwork.curves.trajectory import Event, JointTrajectory
 from knotwork.errors import ExportError, InputError
 from knotwork.files import export
 from plans import planned
@@ -231,18 +231,20 @@ def test_what_turns_beside_the_arm_is_an_external_axis_too() -> None:
     _, axes = read_stream(export.to_j519(motion, robot=robot))
     assert axes[-1, [0, 3]] == pytest.approx([table, arm[2] - arm[1]], abs=1e-6)
     for make in (export.to_krl, export.to_ls, export.to_j519):
-        with pytest.raises(ExportError, match=r"7 turning joints of an arm; .*`external_axes`"):
+        with pytest.raises(
+            ExportError, match=r"of the arm: 7, external axes: 0; .*`external_axes`"
+        ):
             make(motion)
 
 
 def test_other_arms_and_moving_ends_are_refused(motion: JointTrajectory) -> None:
     panda = planned("panda_pick_place").trajectory
-    with pytest.raises(ExportError, match=r"7 turning joints of an arm; accepted: 6"):
+    with pytest.raises(ExportError, match=r"of the arm: 7, .*; this format takes 6, and"):
         export.to_krl(panda)
     cut = JointTrajectory.from_knots(["a"], [0, 1], [[0], [1]], [[0], [0.5]])
     with pytest.raises(ExportError, match=r"ends with joint 'a' at 0.5 rad/s.*stop: true after it"):
         export.to_egm(cut)
-    with pytest.raises(InputError, match=r"more than 1000000 points"):
+    with pytest.raises(InputError, match=r"fit \(--fit\) takes more than 1000000 points"):
         export.to_rapid(motion, fit=1e-15)
     with pytest.raises(InputError, match="fit"):
         export.to_rapid(motion, fit=-1.0)
@@ -269,6 +271,14 @@ def test_programs_switch_outputs_and_wait_at_their_places(name: str, gas: str, a
     unnamed = replace(plan.events[0], name="a b", output=None)
     with pytest.raises(ExportError, match=r"output from 1 on|named by letters"):
         export.content(replace(plan.trajectory, events=(unnamed,)), name)
+
+
+def test_abb_switches_eight_signals_in_a_move(motion: JointTrajectory) -> None:
+    time = 0.5 * motion.duration
+    events = tuple(Event(time, f"lamp{i}", True, "waypoint 2") for i in range(9))
+    assert "\\T8:=kw_t8" in export.to_rapid(replace(motion, events=events[:8]))
+    with pytest.raises(ExportError, match=rf"9 signals .* at {time:.3f} s; .* at most 8"):
+        export.to_rapid(replace(motion, events=events))
 
 
 def test_refuses_tolerance_below_milliseconds(motion: JointTrajectory) -> None:

@@ -178,8 +178,7 @@ def checked_target(path: Path | str, *, force: bool = False) -> Path:
         raise InputError(f"can't write to {path}: it is no regular file; give the path of a file")
     if exists and not force:
         raise InputError(
-            f"{path} exists and is kept; give another path, or replace it with --force (in Python "
-            "force=True)"
+            f"{path} exists and is kept; give another path, or replace it with force=True (--force)"
         )
     return target
 

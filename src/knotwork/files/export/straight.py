@@ -10,22 +10,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from knotwork.arrays import FloatArray
+from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.extrema import locate_extremum_candidates
 from knotwork.curves.polynomial.two_point import two_point_coefficients
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import ExportError, InputError
 from knotwork.errors.arguments import require_number
-from knotwork.files.export.lossless import MAX_EXPORTED_POINTS, largest_difference, split_evenly
+from knotwork.files.export.lossless import MAX_EXPORTED_POINTS, divide_evenly, largest_difference
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
 
 ARM_AXES = 6
 """Number of revolute axes of an arm for controllers of KUKA, ABB and FANUC."""
-AXES_ACCEPTED = (
-    f"turning joints of an arm; accepted: {ARM_AXES}, and up to {ARM_AXES} external axes, which "
-    "slide or are `external_axes` of the robot (in Python robot=plan.space.robot)"
-)
 LINE_TOLERANCE = 1e-3
 """Default error of straight lines between points [rad or m]."""
 TIME_TICK = 1e-3
@@ -91,11 +88,25 @@ def bound_text(value: float, digits: int = 3) -> str:
     return f"{math.ceil(value / unit * (1.0 - 1e-12)) * unit:.{digits}g}"
 
 
-def arm_joints(trajectory: JointTrajectory, robot: Robot | None) -> list[int]:
-    """Indices of an arm's revolute joints, without external axes of a given robot."""
-    outer = robot.external_axes if robot is not None else ()
-    joints = zip(trajectory.joint_names, trajectory.joint_units, strict=True)
-    return [i for i, (name, unit) in enumerate(joints) if unit == "rad" and name not in outer]
+def arm_joints(
+    trajectory: JointTrajectory, robot: Robot | None, at_least: int = 0
+) -> tuple[list[int], list[int]]:
+    """Indices of an arm's revolute joints, and of external axes: prismatic, or the robot's.
+
+    Raises:
+        ExportError: The arm has fewer revolute joints, or there are more than six of either.
+    """
+    known = robot.external_axes if robot is not None else ()
+    joints = list(zip(trajectory.joint_names, trajectory.joint_units, strict=True))
+    arm = [i for i, (name, unit) in enumerate(joints) if unit == "rad" and name not in known]
+    outer = [i for i in range(len(joints)) if i not in arm]
+    if not at_least <= len(arm) <= ARM_AXES or len(outer) > ARM_AXES:
+        raise ExportError(
+            f"revolute joints of the arm: {len(arm)}, external axes: {len(outer)}; this format "
+            f"takes {ARM_AXES}, and up to {ARM_AXES} external axes: prismatic joints, and "
+            "`external_axes` of a robot given by robot=plan.space.robot (--scenario)"
+        )
+    return arm, outer
 
 
 def from_horizontal(points: Positions, robot: Robot | None = None) -> FloatArray:
@@ -107,9 +118,7 @@ def from_horizontal(points: Positions, robot: Robot | None = None) -> FloatArray
         ExportError: There are more than six joints, and the arm's are unknown.
     """
     q = points.position.copy()
-    arm = arm_joints(points.trajectory, robot)
-    if len(arm) > ARM_AXES:
-        raise ExportError(f"the motion has {len(arm)} {AXES_ACCEPTED}")
+    arm, _ = arm_joints(points.trajectory, robot)
     if len(arm) > 2:
         q[:, arm[2]] -= q[:, arm[1]]
     return q
@@ -180,8 +189,9 @@ def _sample_positions(motion: JointTrajectory, time: FloatArray, rounding: float
     fine = np.union1d(motion.breaks, clock)
     since = fine - motion.start_time
     lines = np.stack([np.interp(since, time, column) for column in position.T], axis=1)
-    off = largest_difference(motion, fine, two_point_coefficients(fine, (lines,)))
-    return Positions(motion, time, position, float(off.max()) + rounding)
+    received = PiecewisePolynomial(two_point_coefficients(fine, (lines,)), fine)
+    error = float(largest_difference(motion, received).max())
+    return Positions(motion, time, position, error + rounding)
 
 
 def _times_within(motion: JointTrajectory, tolerance: float) -> FloatArray:
@@ -196,12 +206,7 @@ def _times_within(motion: JointTrajectory, tolerance: float) -> FloatArray:
         locate_extremum_candidates(motion.breaks, motion.polynomial.derivative(2).c)[0]
     ).max(axis=(0, 2))
     parts = np.maximum(1, np.ceil(h * np.sqrt(peak / (8.0 * tolerance))))
-    if parts.sum() > MAX_EXPORTED_POINTS:
-        raise InputError(
-            f"lines within {tolerance:g} take more than {MAX_EXPORTED_POINTS} points; give a "
-            "larger fit"
-        )
-    return split_evenly(breaks, parts.astype(int))
+    return divide_evenly(breaks, parts)
 
 
 def require_rest_at_ends(trajectory: JointTrajectory) -> None:
