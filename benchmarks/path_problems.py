@@ -125,7 +125,9 @@ def measured(case: str, task: Scenario | dict[str, Any]) -> dict[str, Any]:
     taken = time.process_time() - begun
     found = plan.report.select(group="Tool paths")
     bounds = {
-        quantity: max((one.value or 0.0) + one.excess for one in found if one.quantity == quantity)
+        quantity: max(
+            (one.value or 0.0) + one.proof_gap for one in found if one.quantity == quantity
+        )
         for quantity in ("path_deviation", "path_orientation")
     }
     first, last = plan.scenario.paths[0].motion, plan.scenario.paths[-1].motion

@@ -61,10 +61,10 @@ JOINT_QUANTITIES: Mapping[str, JointQuantity] = MappingProxyType(
 )
 """All quantities by name."""
 
-DERIVATIVES = tuple(quantity.name for quantity in _ALL if quantity.order is not None)
+MOTION_QUANTITIES = tuple(quantity.name for quantity in _ALL if quantity.order is not None)
 """Names of position and its derivatives; the index is the order."""
 
-RATE_QUANTITIES = DERIVATIVES[1:]
+RATE_QUANTITIES = MOTION_QUANTITIES[1:]
 """Names of the derivatives of position, from order 1 on."""
 
 MAGNITUDES = tuple(quantity.name for quantity in _ALL if quantity.limit == "magnitude")

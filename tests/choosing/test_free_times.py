@@ -208,8 +208,10 @@ def test_paths_in_a_frozen_file_hold_from_its_own_folder(tmp_path: Path) -> None
         "robot: planar2\ntimes: fastest\nlimits: {velocity: 2, acceleration: 4}\n"
         "scene: {objects: {box: {mesh: box.stl, position: [9, 0, 0]},"
         " dot: {points: {file: dot.csv, resolution: 0.1}, position: [9, 0, 0]}}}\n"
-        "waypoints:\n  - joints: {shoulder: 0, elbow: 0}\n  - joints: {shoulder: 1, elbow: 1}\n"
+        "waypoints:\n  - joints: {shoulder: 0, elbow: 0}\n"
+        "  - {joints: {shoulder: 1, elbow: 1}, do: {file: dot.csv}}\n"
     )
+    assert kw.Task.load(source).waypoints[1].to_dict()["do"] == {"file": "dot.csv"}  # a signal
     saved = kw.plan(source).save(tmp_path / "out")[0].parent / "scenario.yaml"
     assert "mesh: ../box.stl" in saved.read_text()
     assert "file: ../dot.csv" in saved.read_text()

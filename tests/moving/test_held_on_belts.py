@@ -86,7 +86,7 @@ def check_box(
         ]
         if found:
             checked = checked - {link}
-            assert row.min() >= min(one.value - one.excess for one in found) - 1e-6, link
+            assert row.min() >= min(one.value - one.proof_gap for one in found) - 1e-6, link
             nearest = min(finding.value for finding in found)
             assert nearest <= max(1.25 * row.min(), row.min() + 2e-3), link
     assert not checked

@@ -103,7 +103,7 @@ def check_pairs(
             assert frozenset(pair) not in found
             continue
         one, least = found[frozenset(pair)], float(row.min())
-        assert least >= one.value - one.excess - 1e-6, one.message
+        assert least >= one.value - one.proof_gap - 1e-6, one.message
         assert one.value <= max(1.25 * least, least + 2e-3), one.message
         assert one.ok == (least > 1e-6), one.message
 

@@ -42,7 +42,7 @@ def test_slower_motion_is_checked_on_paths(deburring: kw.Plan) -> None:
     assert not slow.report.select(quantity="path")
     for one in slow.report.select(quantity="path_deviation"):
         if one.name.startswith("edge"):
-            assert furthest_from_chords(slow, *one.interval) < one.value + one.excess + 1e-9
+            assert furthest_from_chords(slow, *one.interval) < one.value + one.proof_gap + 1e-9
     poses = [finding.name for finding in deburring.report.select(group="Tool at the waypoints")]
     assert [finding.name for finding in slow.report.select(group="Tool at the waypoints")] == poses
 

@@ -90,7 +90,7 @@ def test_torque_includes_held_object(mass: float, centre: Any, inertia: Any) -> 
     most = np.abs(torque).max(axis=0)
     for one, dense in zip(found, most, strict=True):
         assert one.ok
-        assert dense <= abs(one.value) + one.excess + 1e-6
+        assert dense <= abs(one.value) + one.proof_gap + 1e-6
         assert dense == pytest.approx(abs(one.value), rel=5e-3, abs=5e-3)
     # the limits bind with the load, and are kept
     assert (most / plan.space.limits["effort"]).max() == pytest.approx(1.0, abs=0.02)

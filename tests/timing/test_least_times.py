@@ -213,7 +213,7 @@ def test_stopping_motion_is_as_fast_as_its_parts() -> None:
     holding = np.abs(free.required_dynamics.effort(free.position, still, still)).max(axis=0)
     other = replace(free, limits=replace(free.limits, effort=1.1 * holding))
     parts = [
-        solve(replace(other.section(i, i + 1), acceleration=still[:2])).duration for i in range(2)
+        solve(replace(other.between(i, i + 1), acceleration=still[:2])).duration for i in range(2)
     ]
     assert solve(other).duration < 1.02 * sum(parts)
 

@@ -192,9 +192,9 @@ def test_stops_need_acceleration() -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"start": HOME + 0.1}, r"the tool is 0\.1188 m and .* deg away .*kw\.solve_pose_ik"),
-        ({"rotation": np.eye(3)}, r"the tool is 0 m and 180 deg away"),
-        ({"path": tp.Line(LINE.end, AT.translation)}, r"the tool is 0\.1 m and 0 deg away"),
+        ({"start": HOME + 0.1}, r"the tool 0\.1188 m and .* deg from .*kw\.solve_pose_ik"),
+        ({"rotation": np.eye(3)}, r"the tool 0 m and 180 deg from"),
+        ({"path": tp.Line(LINE.end, AT.translation)}, r"the tool 0\.1 m and 0 deg from"),
         (
             {"path": tp.Line(9 * AT.translation, LINE.end), "start": None},
             "the pose is out of reach",

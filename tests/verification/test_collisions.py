@@ -93,7 +93,7 @@ def compare_with_truth(task: dict[str, Any], samples: int) -> int:
         least = min(row[names] for row in dense)
         if at > 0:
             assert one.value == pytest.approx(at, abs=2e-6), names
-            assert least >= one.value - one.excess - 2e-6, names
+            assert least >= one.value - one.proof_gap - 2e-6, names
             assert one.ok, names
         else:
             assert one.value <= 0, names

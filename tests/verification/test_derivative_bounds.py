@@ -303,7 +303,7 @@ def test_plane_gap_is_at_most_distance(arm: str) -> None:
         normal /= np.linalg.norm(normal, axis=1)[:, None]
         across = np.empty_like(normal)
         for i, c in enumerate(combo):
-            distance[i], across[i] = table.measure(int(c), turn[k], shift[k]), table.last_normal
+            distance[i], across[i] = table.measure(int(c), turn[k], shift[k])
         apart = distance > 1e-3
         assert (table.gaps(item, combo, normal, turn, shift)[apart] <= distance[apart] + 1e-6).all()
         gaps = table.gaps(item, combo, across, turn, shift)

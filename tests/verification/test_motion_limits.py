@@ -152,7 +152,7 @@ def even_turn() -> dict[str, Any]:
 def test_unproved_limit_is_reported_as_sampled() -> None:
     plan = kw.plan(even_turn())
     (found,) = plan.report.select(quantity="tool_speed")
-    assert (found.proof, found.excess, found.ok) == ("sampled", 0.0, True)
+    assert (found.proof, found.proof_gap, found.ok) == ("sampled", 0.0, True)
     assert (found.margin, found.utilisation) == (None, None)
     assert str(found).endswith("; sampled only: a proof takes more than 20000 evaluations")
     assert plan.report.sampled == (found,)

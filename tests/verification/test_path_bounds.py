@@ -73,7 +73,7 @@ def test_path_bounds_stay_above_dense_samples(along: Any, tolerance: float, tilt
     )
     for quantity, value in (("path_deviation", off), ("path_orientation", turned)):
         one = found[quantity]
-        assert value <= one.value + one.excess <= one.limit
+        assert value <= one.value + one.proof_gap <= one.limit
 
 
 @pytest.mark.parametrize("width", [0.2, 0.02, 0.002])

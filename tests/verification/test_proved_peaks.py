@@ -100,7 +100,7 @@ def compare(
     noise = digits * (1.0 + abs(truth))
     assert found.bound >= truth - noise
     assert found.bound >= abs(found.value)
-    assert found.excess == pytest.approx(found.bound - abs(found.value))
+    assert found.proof_gap == pytest.approx(found.bound - abs(found.value))
     before = max(np.nextafter(found.time, -np.inf), curve.x[0])
     there = [function(*(curve(t, nu) for nu in range(3))) for t in (found.time, before)]
     assert min(abs(value - abs(found.value)) for value in there) <= 1e3 * noise
@@ -146,7 +146,9 @@ def test_limits_close_to_peak_are_decided() -> None:
     robot, trajectory = plan.space.robot, plan.trajectory
     tight = torque_bound(robot, trajectory, limit=np.full(6, np.inf))
     peaks = [peak(trajectory.polynomial, torque_of(robot, joint), 20_000) for joint in range(6)]
-    assert all(found.excess <= 1.01e-3 * truth for found, truth in zip(tight, peaks, strict=True))
+    assert all(
+        found.proof_gap <= 1.01e-3 * truth for found, truth in zip(tight, peaks, strict=True)
+    )
     for share, ok in ((1e-6, True), (-1e-6, False)):
         found = torque_bound(robot, trajectory, limit=np.array(peaks) * (1 + share))
         assert [bound.ok for bound in found] == [ok] * 6

@@ -99,8 +99,8 @@ def test_a_broken_limit_is_shown_everywhere(key: str, quantity: str, title: str,
     assert drawn[~np.isnan(drawn)] == pytest.approx(1e3 * worst.limit)
     assert not np.isnan(drawn).all()
     (curve,) = lines(axis, "curve")
-    most = np.nanmax(data(curve)[1]) / 1e3  # the value is the worst sample, the excess what is left
-    assert worst.value * (1 - 1e-6) <= most <= worst.value + worst.excess + 1e-9
+    most = np.nanmax(data(curve)[1]) / 1e3  # the value is the worst sample, the gap what is left
+    assert worst.value * (1 - 1e-6) <= most <= worst.value + worst.proof_gap + 1e-9
     assert len(lines(axis, "broken")) == 1
     note = axis.get_title(loc="right")
     assert note.startswith(f"{1e3 * worst.value:.3g} {unit} at ")

@@ -139,7 +139,7 @@ def test_deviation_is_that_of_the_check_and_lies_below_its_tolerance(seam: Plan)
         for one in found[:2]:  # both at 60 mm/s
             start, end = one.interval
             shown = np.abs(value[(time >= start) & (time <= end)])
-            most = factor * (one.value + one.excess)
+            most = factor * (one.value + one.proof_gap)
             assert np.nanmax(shown) <= most * (1 + 1e-6) + 1e-9
             assert np.nanmax(shown) == pytest.approx(factor * one.value, rel=0.05, abs=1e-6)
         level = data(lines(axis, "tolerance")[-1])

@@ -20,7 +20,7 @@ from knotwork.cli.parameters import (
 from knotwork.cli.sources import print_failures, read_motions
 from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
-from knotwork.joint_quantities import DERIVATIVES
+from knotwork.joint_quantities import MOTION_QUANTITIES
 from knotwork.planning import Plan
 from knotwork.verification.report import AnyMotion
 from knotwork.view.picture_files import checked_path
@@ -111,7 +111,7 @@ def plot(
         raise InputError("--tool draws the tool, not joints: leave out --joints and --quantities")
     if out is not None:
         checked_path("picture", out)
-    choose_names("quantity", look.get("quantities"), DERIVATIVES)
+    choose_names("quantity", look.get("quantities"), MOTION_QUANTITIES)
     drawn = read_motions(source, reference, options, compare, log=log)
     print_failures(drawn)
     draw = view.plot_tool if tool else view.plot_joints

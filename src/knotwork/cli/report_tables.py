@@ -65,7 +65,7 @@ def print_report(
     robot = f"robot {report.robot}" if report.robot else "joints alone"
     print_wrapped(f"{robot}; {origin or report.planner}", "", REPORT_INDENT)
     for group, members in report.groups.items():
-        measured = [f for f in members if not (_is_sentence(f) or f.detail)]
+        measured = [f for f in members if not (_is_sentence(f) or f.hidden_in_tables)]
         if measured:
             print_table(_findings_table(group, measured, report.units))
             out.print()
@@ -110,7 +110,7 @@ def _findings_table(title: str, findings: Sequence[Finding], units: Units) -> Ta
                 units.number(number, finding.unit)
                 for number in (finding.value, finding.limit, finding.margin)
             )
-            excess = units.number(finding.excess, finding.unit, ".1g")
+            proof_gap = units.number(finding.proof_gap, finding.unit, ".1g")
             table.add_row(
                 Padding(prefix + name, (0, 0, 0, 2)),
                 value if finding.ok else f"[bold red]{value}[/]",
@@ -118,7 +118,7 @@ def _findings_table(title: str, findings: Sequence[Finding], units: Units) -> Ta
                 margin,
                 finding.when,
                 MARKS[finding.verdict],
-                excess if finding.proof == "bounded" else finding.proof,
+                proof_gap if finding.proof == "bounded" else finding.proof,
             )
     return table
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -24,10 +25,8 @@ def require_number(value: Any, subject: str, unit: str = "", *, positive: bool =
     """
     number = math.nan
     if isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool):
-        try:
+        with suppress(OverflowError):  # an integer beyond the range of floats
             number = float(value)
-        except OverflowError:  # an integer beyond the range of floats
-            number = math.nan
     if not math.isfinite(number) or (positive and number <= 0.0):
         kind = "positive and finite number" if positive else "finite number"
         in_unit = f" [{unit}]" if unit else ""

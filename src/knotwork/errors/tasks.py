@@ -44,8 +44,8 @@ class OutOfReachError(TaskError):
 class UnreachablePoseError(OutOfReachError):
     """No configuration of the arm brings the tool to the pose.
 
-    Of all poses found within the limits, the closest one differs least from the pose, where a metre
-    counts as 1000 radians. Thus its point is the nearest, and there it is turned least.
+    `closest` is the configuration found within the limits that brings the TCP nearest to the point;
+    among equal ones, that with the smallest angle from the pose, for 1 mm counts as 1 rad.
 
     >>> import pinocchio as pin
     >>> far = pin.SE3(np.eye(3), np.array([2.0, 0.0, 0.0]))
@@ -56,9 +56,9 @@ class UnreachablePoseError(OutOfReachError):
     1.052
 
     Attributes:
-        closest: Joint positions of the closest pose [rad or m].
-        closest_distance: Distance of the closest pose [m].
-        closest_angle: Angle of the closest pose from the pose [rad].
+        closest: Its joint positions [rad or m].
+        closest_distance: Distance of its TCP from the point [m].
+        closest_angle: Its angle from the pose [rad].
     """
 
     closest: Sequence[float] = ()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,24 +25,15 @@ class SequenceAttempt:
     """A sequence of solutions, and the motion planned through it.
 
     Attributes:
-        solution: The sequence; `None` if only the error is known.
         plan: The motion, or `None` if none was found.
-        blocked: Intervals between waypoints that collide, or in which no motion was found.
+        blocked: Steps that collide or without a motion, which the next sequence must avoid; none if
+            no other sequence may be feasible.
         error: The reason why no collision-free motion was found, or `None`.
     """
 
-    solution: TaskSolution | None
     plan: Plan | None = None
-    blocked: Sequence[int] = ()
+    blocked: Sequence[SequenceStep] = ()
     error: NoWayFoundError | None = None
-
-    @property
-    def blocked_steps(self) -> list[SequenceStep]:
-        """Steps that the next sequence must avoid; none if no other sequence may be feasible."""
-        if self.solution is None or self.solution.sequence is None:
-            return []
-        q = self.solution.sequence
-        return [(i, q[i], q[i + 1]) for i in self.blocked]
 
 
 def best_of_sequences(planner: SequencePlanner) -> Plan:
@@ -85,14 +76,20 @@ def _attempt(planner: SequencePlanner, solution: TaskSolution | None) -> Sequenc
         plan = planner.plan(solution)
     except NoWayFoundError as error:
         if error.waypoints is None:
-            return SequenceAttempt(solution, error=error)
-        blocked = range(error.waypoints[0], error.waypoints[-1])
-        return SequenceAttempt(solution or planner.solve(), blocked=blocked, error=error)
+            return SequenceAttempt(error=error)
+        intervals = range(error.waypoints[0], error.waypoints[-1])
+        return SequenceAttempt(None, _steps(solution or planner.solve(), intervals), error)
     except InputError:
         if solution is None:
             raise
-        return SequenceAttempt(solution)
-    return SequenceAttempt(plan.solution, plan, _colliding_intervals(plan))
+        return SequenceAttempt()
+    return SequenceAttempt(plan, _steps(plan.solution, _colliding_intervals(plan)))
+
+
+def _steps(solution: TaskSolution | None, intervals: Iterable[int]) -> list[SequenceStep]:
+    """Steps of a solution in some intervals; none if no other solution may be feasible."""
+    q = None if solution is None else solution.sequence
+    return [] if q is None else [(i, q[i], q[i + 1]) for i in intervals]
 
 
 def _next_sequence(
@@ -102,12 +99,10 @@ def _next_sequence(
     is_timed = planner.scenario.free_values is None
     max_sequences = TIMED_SEQUENCES if is_timed else FREE_SEQUENCES
     is_last = len(attempts) == max_sequences or planner.budget.is_over
-    if is_last or not attempts[-1].blocked_steps:
+    if is_last or not attempts[-1].blocked:
         return None
-    following = planner.solve([step for attempt in attempts for step in attempt.blocked_steps])
-    tried = [attempt.solution for attempt in attempts if attempt.solution is not None]
-    q = following.waypoints.position
-    return None if any(np.array_equal(q, x.waypoints.position) for x in tried) else following
+    following = planner.solve([step for attempt in attempts for step in attempt.blocked])
+    return None if following.sequence is None else following
 
 
 def _colliding_intervals(plan: Plan) -> list[int]:

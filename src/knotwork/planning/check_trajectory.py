@@ -14,10 +14,10 @@ from knotwork.files import documents
 from knotwork.files.documents import Document, validate
 from knotwork.files.foreign import read_trajectory
 from knotwork.files.storage import changed_since_report
-from knotwork.planning.replanning import SCENE_KEYS
+from knotwork.planning.replanning import SCENE_KEYS, joint_state
 from knotwork.task import OtherRobot, Task
 from knotwork.task.scenario import Scenario, load_scenario, resolve_task
-from knotwork.task.scenario.joint_space import JointSpace, by_joint, joint_space, moved_robot
+from knotwork.task.scenario.joint_space import JointSpace, joint_space, moved_robot
 from knotwork.task.task_source import read_document
 from knotwork.verification import Finding, check
 from knotwork.verification.checks import CHECKS_OF_WAYPOINTS
@@ -25,12 +25,12 @@ from knotwork.verification.collisions import clearance_from_robot
 from knotwork.verification.report import CheckedMotion
 
 
-def check_with_task(path: str | Path, scenario: str | Path) -> tuple[CheckedMotion, str]:
+def check_with_task(path: str | Path, reference: str | Path) -> tuple[CheckedMotion, str]:
     """Read a trajectory of any tool and check it against its scenario.
 
     Args:
         path: The trajectory.
-        scenario: Name or file of its scenario.
+        reference: Name or file of its scenario.
 
     Returns:
         The checked motion; and a note if the file was changed since the report next to it.
@@ -38,12 +38,13 @@ def check_with_task(path: str | Path, scenario: str | Path) -> tuple[CheckedMoti
     Raises:
         InputError: A file can't be read, or the trajectory has other joints.
     """
-    task = load_scenario(scenario)
-    space, span = joint_space(task), (float(task.times[0]), float(task.times[-1]))
+    scenario = load_scenario(reference)
+    space = joint_space(scenario)
+    span = float(scenario.times[0]), float(scenario.times[-1])
     motion, defects = read_trajectory(path, space.joint_names, space.joint_units, span=span)
-    report = check(motion, task, space=space, defects=defects)
+    report = check(motion, scenario, space=space, defects=defects)
     fault = changed_since_report(Path(path))
-    return CheckedMotion(task, space, None, motion, report), f"{path} {fault}" if fault else ""
+    return CheckedMotion(scenario, space, None, motion, report), f"{path} {fault}" if fault else ""
 
 
 def check_without_task(
@@ -79,13 +80,10 @@ def check_without_task(
         data["robot"] = Path(robot).resolve().as_posix() if Path(robot).is_file() else str(robot)
     if not data.get("robot"):
         raise InputError(f"{path} needs its robot: give the robot, or a scene that names it")
-    locations = surroundings.locations
     # held objects need waypoints, which this task does not have
     data["waypoints"] = [{"joints": "home"}, {"joints": "home", "after": 1}]
-    task = validate(Task, Document(data, file=locations.file, lines=locations.lines)).replace(
-        name=Path(path).name
-    )
-    moved = moved_robot(resolve_task(task, locations))
+    task = validate(Task, replace(surroundings, data=data)).replace(name=Path(path).name)
+    moved = moved_robot(resolve_task(task, surroundings))
     motion, defects = read_trajectory(
         path, moved.joint_names, moved.joint_units, owner=f"robot {moved.name!r}"
     )
@@ -94,7 +92,7 @@ def check_without_task(
             f"{path} moves {', '.join(motion.joint_names)}; robot {moved.name!r} has "
             f"{', '.join(moved.joint_names)}"
         )
-    scenario = resolve_task(task.replace(waypoints=_ends(motion, task)), locations)
+    scenario = resolve_task(task.replace(waypoints=_ends(motion, task)), surroundings)
     space = joint_space(scenario)
     # the ends of the motion are its own waypoints
     report = check(motion, scenario, space=space, defects=defects, without=CHECKS_OF_WAYPOINTS)
@@ -104,12 +102,7 @@ def check_without_task(
 def _ends(motion: JointTrajectory, task: Task) -> list[dict[str, Any]]:
     """The two ends of a motion as waypoints of a task."""
     return [
-        {
-            "name": name,
-            "time": time,
-            "joints": by_joint(motion, motion(time), task.units),
-            "velocity": by_joint(motion, motion(time, 1), task.units),
-        }
+        {"name": name, "time": time, **joint_state(motion, time, task)}
         for name, time in (("start", motion.start_time), ("end", motion.end_time))
     ]
 

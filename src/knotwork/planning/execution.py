@@ -5,24 +5,27 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.monotone import first_times
 from knotwork.curves.retiming import find_first_rest, stop_joints, stop_on_path
-from knotwork.curves.trajectory import Segment
+from knotwork.curves.trajectory import JointTrajectory, Segment
 from knotwork.curves.trajectory.motion_events import signals_on_at
 from knotwork.errors import InputError
 from knotwork.planning.replanning import SCENE_KEYS, on_moving_frames, task_with_scene_from
 from knotwork.planning.speed_override import PATH_TOLERANCE, TIME_TOLERANCE, change_speed
 from knotwork.task import Task
-from knotwork.task.scenario import JointTarget, Scenario, ScenarioWaypoint, resolve_task
+from knotwork.task.scenario import JointTarget, Scenario, resolve_task
 from knotwork.task.scenario.event_reader import action_of
+from knotwork.task.scenario.free_values_reader import ends_wait
 from knotwork.task.scenario.joint_space import by_joint, joint_space
 from knotwork.task.scenario.motion_segments import motion_segments
+from knotwork.task.scenario.scenario import ScenarioPath, ScenarioWaypoint
 from knotwork.task.scenario.waypoint_reader import START
 from knotwork.task.task_source import with_moved_paths
 from knotwork.verification import Finding, Motion, check
@@ -38,50 +41,27 @@ EXECUTED_KEYS = {*SCENE_KEYS, "name", "joint_units", "frame", "outputs", "rate",
 MotionT = TypeVar("MotionT", bound=CheckedMotion)
 
 
-class Arrival(NamedTuple):
-    """A waypoint that an executed motion reaches, or an end of that motion.
-
-    Attributes:
-        time: Time in the executed motion [s].
-        name: Name of the waypoint or the end.
-        waypoint: Index of the waypoint in the scenario; -1 for an end between waypoints.
-    """
-
-    time: float
-    name: str
-    waypoint: int = -1
-
-
 @dataclass(frozen=True, eq=False)
 class Execution:
     """A planned motion executed with another clock, or left early by a stop.
 
     Attributes:
-        motion: The executed motion of the joints.
+        trajectory: The executed motion.
         clock: Time in the planned motion as a function of time in the executed one; constant if the
             executed motion leaves the planned path.
-        arrivals: Ends of the executed motion and the waypoints that it passes, in order of time.
+        passed: The planned task as far as the executed motion keeps it, at the times and speeds of
+            that motion. Its waypoints are the ends of the motion and those that it passes.
     """
 
-    motion: PiecewisePolynomial
+    trajectory: JointTrajectory
     clock: PiecewisePolynomial
-    arrivals: Sequence[Arrival]
-
-    @property
-    def ends(self) -> tuple[str, str]:
-        """Names of the two ends of the executed motion."""
-        return self.arrivals[0].name, self.arrivals[-1].name
+    passed: Scenario
 
     @property
     def span(self) -> tuple[float, float]:
-        """The interval of the planned motion that is executed [s]."""
-        start, end = self.clock(self.clock.x[[0, -1]]).tolist()
-        return start, end
-
-    @property
-    def is_on_path(self) -> bool:
-        """Whether the executed motion follows the planned path."""
-        return self.span[0] < self.span[1]
+        """The interval of the planned motion that is executed [s]; empty off the planned path."""
+        first, last = self.clock(self.clock.x[[0, -1]]).tolist()
+        return first, last
 
 
 def scaled_motion(plan: MotionT, profile: Mapping[float, float]) -> MotionT:
@@ -112,7 +92,7 @@ def stopped_motion(plan: MotionT, at: float, *, on_path: bool) -> MotionT:
                 f"{name}: joint {space.joint_names[unlimited[0]]!r} has no {kind} "
                 f"limit, so the fastest stop is undefined; accepted: `limits: {{{kind}: …}}`"
             )
-    limits = space.limits["acceleration"], space.limits["jerk"]
+    limits, warnings = (space.limits["acceleration"], space.limits["jerk"]), []
     if on_path:
         stop = stop_on_path(planned.polynomial, at, *limits, PATH_TOLERANCE)
         if stop is None:
@@ -126,7 +106,93 @@ def stopped_motion(plan: MotionT, at: float, *, on_path: bool) -> MotionT:
         if off_path is None:
             raise at_rest
         motion, clock = off_path, PiecewisePolynomial([[at]], off_path.x[[0, -1]])
-    return _checked(plan, _execute(plan, motion, clock, (f"stop from {at:g} s", "stopped")))
+        if plan.scenario.paths:
+            fact = "the motion leaves the tool paths of the task, which are not checked"
+            warnings = [Finding.of_motion(Group.WARNINGS, "path", fact, "warning")]
+    ends = f"stop from {at:g} s", "stopped"
+    return _checked(plan, _execute(plan, motion, clock, ends), warnings)
+
+
+def _execute(
+    plan: CheckedMotion,
+    motion: PiecewisePolynomial,
+    clock: PiecewisePolynomial,
+    ends: tuple[str, str],
+) -> Execution:
+    """An executed motion, with the part of the planned task that it keeps.
+
+    Waypoints have no pose off the planned path, and none in moving frames, which keep their clock.
+
+    Args:
+        plan: The planned motion.
+        motion: The executed motion of the joints.
+        clock: Time of the planned motion over that of the executed one.
+        ends: Names of its ends, where the task has no waypoint.
+    """
+    planned, (start, end) = plan.scenario, motion.x[[0, -1]].tolist()
+    first, last = clock(clock.x[[0, -1]])
+    within = np.clip(planned.times, first, last)
+    passes = np.abs(planned.times - within) <= TIME_TOLERANCE
+    times, on_path = first_times(clock, within[passes]), first < last
+    for limit in (start, end):
+        times[np.abs(times - limit) < TIME_TOLERANCE] = limit
+    unposed = on_moving_frames(planned.given) if on_path else planned.task_index
+    intervals, waypoints = np.flatnonzero(passes).tolist(), list[ScenarioWaypoint]()
+    for i, time in zip(intervals, times.tolist(), strict=True):
+        waypoint = planned.waypoints[i]
+        if isinstance(waypoint, CartesianWaypoint) and planned.task_index[i] not in unposed:
+            twist = waypoint.twist * float(clock(time, 1))
+            waypoints.append(replace(waypoint, time=time, twist=twist))
+        else:
+            waypoints.append(JointTarget(waypoint.name, time))
+    task_index = [planned.task_index[i] for i in intervals]
+    if not waypoints or waypoints[0].time > start:
+        waypoints.insert(0, _end(start, ends[0], waypoints))
+        intervals.insert(0, bisect_right(planned.times.tolist(), first) - 1)
+        task_index.insert(0, -1)
+    if waypoints[-1].time < end:
+        waypoints.append(_end(end, ends[1], waypoints))
+        task_index.append(len(planned.given.waypoints))
+    passed = replace(
+        planned,
+        waypoints=tuple(waypoints),
+        task_index=tuple(task_index),
+        paths=tuple(_passed_paths(planned, waypoints, intervals, clock)) if on_path else (),
+    )
+    trajectory = replace(plan.trajectory, polynomial=motion, waypoint_times=passed.times)
+    return Execution(trajectory, clock, passed)
+
+
+def _end(time: float, name: str, waypoints: Sequence[ScenarioWaypoint]) -> JointTarget:
+    """An end of an executed motion, with a name that no waypoint has."""
+    while any(waypoint.name == name for waypoint in waypoints):
+        name = f"{name} 2"
+    return JointTarget(name, time)
+
+
+def _passed_paths(
+    planned: Scenario,
+    waypoints: Sequence[ScenarioWaypoint],
+    intervals: Sequence[int],
+    clock: PiecewisePolynomial,
+) -> Iterator[ScenarioPath]:
+    """The executed parts of tool paths.
+
+    Args:
+        planned: The planned task.
+        waypoints: Waypoints of the executed motion.
+        intervals: Intervals of the planned task that are executed from each of them.
+        clock: Time of the planned motion over that of the executed one.
+    """
+    for path in planned.paths:
+        parts = [
+            (k, replace(path.stretches[i - path.first], start=begin.time, end=end.time))
+            for k, (i, (begin, end)) in enumerate(zip(intervals, pairwise(waypoints), strict=False))
+            if path.first <= i < path.last
+        ]
+        if parts:
+            stretches = tuple(stretch for _, stretch in parts)
+            yield replace(path, first=parts[0][0], stretches=stretches, clock=clock)
 
 
 def _checked(plan: MotionT, executed: Execution, warnings: Sequence[Finding] = ()) -> MotionT:
@@ -137,121 +203,42 @@ def _checked(plan: MotionT, executed: Execution, warnings: Sequence[Finding] = (
         executed: The executed motion.
         warnings: Findings to report as well.
     """
-    motion, scenario = executed.motion, resolve_task(_task_of(plan, executed))
-    space, times = joint_space(scenario), np.array([arrival.time for arrival in executed.arrivals])
+    passed, scenario = executed.passed, resolve_task(_task_of(plan, executed))
+    space, segments = joint_space(scenario), _segments(plan.trajectory.segments, executed)
     trajectory = replace(
-        plan.trajectory,
-        polynomial=motion,
-        waypoint_times=times,
+        executed.trajectory,
         events=tuple(event.event for event in scenario.events),
-        loads=space.loaded_robots.loads(float(motion.x[0])) if space.loaded_robots else (),
-        segments=_segments(plan.trajectory.segments, executed.clock) or motion_segments(scenario),
+        loads=space.loaded_robots.loads(executed.trajectory.start_time)
+        if space.loaded_robots
+        else (),
+        segments=segments or motion_segments(scenario),
     )
+    motion = Motion(trajectory, plan.space)
     known = [
         *warnings,
         *_misplaced_objects(plan.scenario, executed),
-        *_tool_findings(plan, executed, Motion(trajectory, plan.space)),
+        *check_tool_at_waypoints(motion, passed, plan.space),
+        *check_tool_paths(motion, passed, plan.space),
     ]
-    waypoints = JointWaypoints(
-        space.joint_names, times, motion(times), motion(times, 1), joint_units=space.joint_units
-    )
+    q, v = (trajectory(passed.times, nu) for nu in range(2))
+    waypoints = JointWaypoints(space.joint_names, passed.times, q, v, joint_units=space.joint_units)
     report = check(trajectory, scenario, space=space, known=known)
     return type(plan)(scenario, space, waypoints, trajectory, report)
 
 
-def _tool_findings(plan: CheckedMotion, executed: Execution, motion: Motion) -> list[Finding]:
-    """Findings on the plan's tool paths and poses, where the executed motion passes them."""
-    if executed.is_on_path:
-        passed = _passed_scenario(plan.scenario, executed)
-        checks = check_tool_at_waypoints, check_tool_paths
-        return [finding for judge in checks for finding in judge(motion, passed, plan.space)]
-    fact = "the motion leaves the tool paths of the task, which are not checked"
-    warning = Finding.of_motion(Group.WARNINGS, "path", fact, "warning")
-    return [warning] if plan.scenario.paths else []
-
-
-def _passed_scenario(scenario: Scenario, executed: Execution) -> Scenario:
-    """The poses and tool paths that an executed motion passes, at its times and speeds.
-
-    Its waypoints are the arrivals. Those in moving frames, which keep their own clock, and ends
-    between waypoints have no pose.
-    """
-    arrivals, moving = executed.arrivals, on_moving_frames(scenario.given)
-    waypoints: list[ScenarioWaypoint] = []
-    for time, name, i in arrivals:
-        planned = JointTarget(name, time) if i < 0 else scenario.waypoints[i]
-        if isinstance(planned, CartesianWaypoint) and scenario.task_index[i] not in moving:
-            twist = planned.twist * float(executed.clock(time, 1))
-            waypoints.append(replace(planned, time=time, twist=twist))
-        else:
-            waypoints.append(JointTarget(name, time))
-    first = bisect_right(scenario.times.tolist(), executed.span[0]) - 1
-    intervals = [first if arrival.waypoint < 0 else arrival.waypoint for arrival in arrivals[:-1]]
-    paths = []
-    for path in scenario.paths:
-        passed = [k for k, i in enumerate(intervals) if path.first <= i < path.last]
-        stretches = tuple(
-            replace(
-                path.stretches[intervals[k] - path.first],
-                start=arrivals[k].time,
-                end=arrivals[k + 1].time,
-            )
-            for k in passed
-        )
-        if passed:
-            paths.append(replace(path, first=passed[0], stretches=stretches, clock=executed.clock))
-    return replace(scenario, waypoints=tuple(waypoints), paths=tuple(paths))
-
-
 def _misplaced_objects(scenario: Scenario, executed: Execution) -> Iterator[Finding]:
     """Warnings of objects whose frame is unknown, because the executed task has joint values."""
-    inner = {arrival.waypoint for arrival in executed.arrivals[1:-1]}
+    inner = {waypoint.name for waypoint in executed.passed.waypoints[1:-1]}
     for held in scenario.scene.held:
         ends = ("before", held.take), ("after", held.leave)
-        for (when, waypoint), frame in zip(ends, held.frames, strict=True):
-            if not frame.rests_on(scenario.pose_frame_link) and waypoint in inner:
+        for (when, i), frame in zip(ends, held.frames, strict=True):
+            name = scenario.waypoints[i].name
+            if not frame.rests_on(scenario.pose_frame_link) and name in inner:
                 fact = (
-                    f"{when} {scenario.waypoints[waypoint].name!r}, {held.name!r} moves relative "
-                    "to the frame of the poses, but is checked as fixed in it"
+                    f"{when} {name!r}, {held.name!r} moves relative to the frame of the poses, but "
+                    "is checked as fixed in it"
                 )
                 yield Finding.of_motion(Group.WARNINGS, "held_object", fact, "warning")
-
-
-def _execute(
-    plan: CheckedMotion,
-    motion: PiecewisePolynomial,
-    clock: PiecewisePolynomial,
-    ends: tuple[str, str],
-) -> Execution:
-    """An executed motion with the waypoints that it passes.
-
-    Args:
-        plan: The planned motion.
-        motion: The executed motion of the joints.
-        clock: Time of the planned motion over that of the executed one.
-        ends: Names of its ends, where the task has no waypoint.
-    """
-    start, end = motion.x[[0, -1]].tolist()
-    low, high = clock(clock.x[[0, -1]])
-    known = plan.scenario.times
-    passed = np.flatnonzero((low - TIME_TOLERANCE <= known) & (known <= high + TIME_TOLERANCE))
-    times = first_times(clock, np.clip(known[passed], low, high))
-    arrivals = []
-    for waypoint, time in zip(passed.tolist(), times.tolist(), strict=True):
-        at = next((t for t in (start, end) if abs(t - time) < TIME_TOLERANCE), time)
-        arrivals.append(Arrival(at, plan.scenario.waypoints[waypoint].name, waypoint))
-    if not arrivals or arrivals[0].time != start:
-        arrivals.insert(0, _end(start, ends[0], arrivals))
-    if arrivals[-1].time != end:
-        arrivals.append(_end(end, ends[1], arrivals))
-    return Execution(motion, clock, arrivals)
-
-
-def _end(time: float, name: str, arrivals: Sequence[Arrival]) -> Arrival:
-    """An end of an executed motion, with a name that no waypoint has."""
-    while any(arrival.name == name for arrival in arrivals):
-        name = f"{name} 2"
-    return Arrival(time, name)
 
 
 def _task_of(plan: CheckedMotion, executed: Execution) -> Task:
@@ -259,27 +246,29 @@ def _task_of(plan: CheckedMotion, executed: Execution) -> Task:
 
     It does not depend on a file: it has a name and absolute paths.
     """
-    scenario, space, motion = plan.scenario, plan.space, executed.motion
-    task = task_with_scene_from(plan, executed.span, executed.ends)
-    units = task.units
-    waypoints: dict[int | str, dict[str, Any]] = {}
-    for time, name, waypoint in executed.arrivals:
-        key = name if waypoint < 0 else scenario.task_index[waypoint]
-        if key in waypoints:  # the end of a wait, which is not a waypoint of the task
-            del waypoints[key]["velocity"]
-            waypoints[key]["wait"] = time - waypoints[key]["time"]
+    scenario, motion, passed = plan.scenario, executed.trajectory, executed.passed
+    ends = passed.waypoints[0].name, passed.waypoints[-1].name
+    task = task_with_scene_from(plan, executed.span, ends)
+    waypoints: list[dict[str, Any]] = []
+    for k, reached in enumerate(passed.waypoints):
+        if ends_wait(passed.task_index, k):  # it is not a waypoint of the task
+            del waypoints[-1]["velocity"]
+            waypoints[-1]["wait"] = reached.time - waypoints[-1]["time"]
         else:
-            q, v = (by_joint(space, motion(time, nu), units) for nu in range(2))
-            waypoints[key] = {"time": time, "name": name, "joints": q, "velocity": v}
-    _add_actions([*waypoints.values()], plan, executed)
-    first, last = (by_joint(space, motion(t, 2), units) for t in motion.x[[0, -1]].tolist())
+            q, v = (by_joint(motion, motion(reached.time, nu), task.units) for nu in range(2))
+            state = {"time": reached.time, "name": reached.name, "joints": q, "velocity": v}
+            waypoints.append(state)
+    _add_actions(waypoints, plan, executed)
+    start, end = (
+        by_joint(motion, motion(t, 2), task.units) for t in passed.times[[0, -1]].tolist()
+    )
     data = {key: value for key, value in task.to_dict().items() if key in EXECUTED_KEYS} | {
         "name": scenario.name,
-        "waypoints": [*waypoints.values()],
-        "end_acceleration": {"start": first, "end": last},
+        "waypoints": waypoints,
+        "end_acceleration": {"start": start, "end": end},
     }
     folder = Path.cwd() if scenario.source is None else scenario.source.parent
-    return Task(**with_moved_paths(data, folder, None))
+    return Task(**with_moved_paths(Task, data, folder, None))
 
 
 def _add_actions(
@@ -291,7 +280,7 @@ def _add_actions(
     """
     outputs, events = plan.scenario.given.outputs, plan.trajectory.events
     start, end = executed.span
-    begin = start + (-TIME_TOLERANCE if executed.is_on_path else TIME_TOLERANCE)
+    begin = start + (-TIME_TOLERANCE if start < end else TIME_TOLERANCE)
     if on := signals_on_at(events, begin):
         waypoints[0]["do"] = [action_of(event, outputs) for event in on]
     names, times = ([waypoint[key] for waypoint in waypoints] for key in ("name", "time"))
@@ -308,13 +297,12 @@ def _add_actions(
         waypoints[k].setdefault("do", []).append(action)
 
 
-def _segments(planned: Sequence[Segment], clock: PiecewisePolynomial) -> tuple[Segment, ...]:
-    """Segments of a motion with another clock."""
-    first, last = clock(clock.x[[0, -1]])
-    executed = []
+def _segments(planned: Sequence[Segment], executed: Execution) -> tuple[Segment, ...]:
+    """The executed parts of planned segments."""
+    parts = []
     for segment in planned:
-        ends = np.array([max(segment.start, first), min(segment.end, last)])
-        if ends[1] - ends[0] > TIME_TOLERANCE:
-            start, end = first_times(clock, ends).tolist()
-            executed.append(replace(segment, start=start, end=end))
-    return tuple(executed)
+        within = np.clip([segment.start, segment.end], *executed.span)
+        start, end = first_times(executed.clock, within).tolist()
+        if end - start > TIME_TOLERANCE:
+            parts.append(replace(segment, start=start, end=end))
+    return tuple(parts)

@@ -159,9 +159,9 @@ def _check_start(robot: Robot, motion: TimedPath, start: FloatArray) -> None:
     distance = float(np.linalg.norm(actual.translation - wanted.translation))
     angle = float(np.linalg.norm(pin.log3(wanted.rotation.T @ actual.rotation)))
     if max(distance, angle) > START_TOLERANCE:
-        near = [round(value, 9) for value in (distance, float(np.degrees(angle)))]
+        distance, degrees = round(distance, 9), round(float(np.degrees(angle)), 9)
         raise InputError(
-            f"with start the tool is {near[0]:.4g} m and {near[1]:.4g} deg away from "
-            "the start of the path; kw.solve_pose_ik(robot, pose, start) gives joint positions for "
-            "the pose there"
+            f"start puts the tool {distance:.4g} m and {degrees:.4g} deg from "
+            "the beginning of the path; kw.solve_pose_ik(robot, pose, start) gives joint "
+            "positions for the pose there"
         )

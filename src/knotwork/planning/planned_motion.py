@@ -20,7 +20,7 @@ from knotwork.verification.report import CheckedMotion
 from knotwork.waypoints import JointWaypoints
 
 if TYPE_CHECKING:
-    from knotwork.planning.choosing import ChosenTimes
+    from knotwork.planning.choosing import ChosenValues
     from knotwork.view.page import Page
 
 
@@ -33,7 +33,7 @@ class Plan(CheckedMotion):
     (array([ 0.,  5., 15., 25.]), 25.0, True)
 
     Attributes:
-        scenario: The task.
+        scenario: The scenario.
         space: The joints it moves and their robot.
         joint_waypoints: Joint positions and velocities at the waypoints.
         trajectory: The motion.
@@ -48,7 +48,7 @@ class Plan(CheckedMotion):
     joint_waypoints: JointWaypoints
     unsupported_options: tuple[str, ...] = ()
     solution: TaskSolution | None = None
-    chosen: ChosenTimes | None = None
+    chosen: ChosenValues | None = None
 
     @property
     def events(self) -> tuple[Event, ...]:

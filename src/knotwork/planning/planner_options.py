@@ -22,7 +22,7 @@ from knotwork.waypoints import JointWaypoints
 
 
 def planner_options(scenario: Scenario, space: JointSpace) -> PlannerOptions:
-    """Give a scenario's planner options with joint values in SI, in the order of the joints.
+    """Return a scenario's planner options with joint values in SI, in the order of the joints.
 
     Raises:
         InputError: An option names an unknown joint, or is out of range.
@@ -85,22 +85,22 @@ class Interpolator:
     """Interpolates joint waypoints by a scenario's planner, with its options in SI.
 
     Attributes:
-        scenario: The task, with the planner that was given instead of its own.
+        scenario: The scenario, with the planner that was given instead of its own.
         space: Its joints.
         options: Options of the planner, in SI.
         unsupported: Names of the scenario's options that the planner does not support.
-        replaced: Whether a planner was given.
+        planner_given: Whether a planner was given.
     """
 
     scenario: Scenario
     space: JointSpace
     options: PlannerOptions
     unsupported: tuple[str, ...]
-    replaced: bool
+    planner_given: bool
 
     @classmethod
-    def read(cls, scenario: Scenario, planner: str | None) -> Interpolator:
-        """Read the options of a scenario. `planner` replaces its own, as in `knotwork.plan`.
+    def for_scenario(cls, scenario: Scenario, planner: str | None) -> Interpolator:
+        """Make it for a scenario. `planner` replaces its own, as in `knotwork.plan`.
 
         Raises:
             InputError: An option is wrong, or the planner does not support it.
@@ -141,7 +141,7 @@ class Interpolator:
             if isinstance(error, KnotError | OptionError):
                 option = getattr(error, "option", "knots")
                 field = ("planner_options", option) if option == "accelerations" else (option,)
-            if self.replaced and field == ("planner",):
+            if self.planner_given and field == ("planner",):
                 error.locate(f"{self.scenario.name}: planner")
                 raise
             with self.scenario.error_context(*field):

@@ -53,7 +53,7 @@ def plan(
         scenario = load_scenario(scenario)
     if scenario.free_values is None:
         return best_of_sequences(SequencePlanner(scenario, planner))
-    from knotwork.planning.choosing import ChosenTimes, fix_arrival_times
+    from knotwork.planning.choosing import ChosenValues, fix_arrival_times
 
     requested, free = scenario, scenario.free_values
     fixed_arrivals = tuple(
@@ -66,5 +66,5 @@ def plan(
         scenario = fix_arrival_times(scenario, work)
     best = best_of_sequences(SequencePlanner(scenario, planner, work, fixed_arrivals))
     if best.chosen is None and best.solution is not None:  # nothing was free any more
-        best = replace(best, chosen=ChosenTimes(requested, scenario, best.solution))
+        best = replace(best, chosen=ChosenValues(requested, scenario, best.solution))
     return best

@@ -63,7 +63,6 @@ def _task_from(
     motion: JointTrajectory, at: float, task: ExpandedTask, current: Scenario | None
 ) -> Task:
     """A task with the state of a motion at a time [s] as its first waypoint, at time 0."""
-    q, v, a = (motion(at, nu) for nu in range(3))
     goals = [
         waypoint if waypoint.name else waypoint.replace(name=default_waypoint_name(i))
         for i, waypoint in enumerate(task.waypoints)
@@ -86,18 +85,19 @@ def _task_from(
         for event in signals_on_at(motion.events, at)
         if task.outputs.get(event.name, event.signal) not in switched
     ]
-    state: dict[str, Any] = {
-        "name": name,
-        "time": 0.0,
-        "joints": by_joint(motion, q, task.units),
-        "velocity": by_joint(motion, v, task.units),
-    }
+    state: dict[str, Any] = {"name": name, "time": 0.0, **joint_state(motion, at, task)}
     if kept_on or actions:
         state["do"] = [*kept_on, *actions]
-    ends = {"start": by_joint(motion, a, task.units)}
+    ends = {"start": by_joint(motion, motion(at, 2), task.units)}
     if isinstance(task.end_acceleration, EndAcceleration):
         ends["end"] = task.end_acceleration.end
     return task.replace(start=None, waypoints=[state, *goals], end_acceleration=ends)
+
+
+def joint_state(motion: JointTrajectory, time: float, task: Task) -> dict[str, Any]:
+    """Joint positions and velocities at a time [s], as keys of a waypoint of a task."""
+    q, v = (by_joint(motion, motion(time, nu), task.units) for nu in range(2))
+    return {"joints": q, "velocity": v}
 
 
 def held_at(scenario: Scenario, at: float) -> list[str]:

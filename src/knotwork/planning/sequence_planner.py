@@ -16,7 +16,7 @@ from knotwork.task.scenario.motion_segments import find_clear_motions, motion_se
 from knotwork.verification import check
 
 if TYPE_CHECKING:
-    from knotwork.planning.choosing import ChosenTimes
+    from knotwork.planning.choosing import ChosenValues
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,7 @@ class SequencePlanner:
 
     @cached_property
     def _interpolator(self) -> Interpolator:
-        return Interpolator.read(self.scenario, self.planner)
+        return Interpolator.for_scenario(self.scenario, self.planner)
 
     def solve(self, avoided: Sequence[SequenceStep] = ()) -> TaskSolution:
         """Find the best sequence of solutions that takes none of the steps to avoid."""
@@ -58,7 +58,7 @@ class SequencePlanner:
         fixed = replace(self, scenario=chosen.scenario)
         return fixed._interpolate(fixed.solve(), chosen)
 
-    def _interpolate(self, solution: TaskSolution, chosen: ChosenTimes | None = None) -> Plan:
+    def _interpolate(self, solution: TaskSolution, chosen: ChosenValues | None = None) -> Plan:
         """Interpolate a sequence of solutions, and check the motion."""
         interpolator, waypoints = self._interpolator, solution.waypoints
         scenario, space = interpolator.scenario, interpolator.space

@@ -44,7 +44,7 @@ def robots_of_missing_packages() -> list[tuple[str, list[str]]]:
         text = (resources.folder("robots") / f"{name}.yaml").read_text(encoding="utf-8")
         match = _SHIPPED_MODEL.search(text)
         if match and _find_module_folder(match[1]) is None:
-            robots.setdefault(_INSTALLED_AS[match[1]], []).append(name)
+            robots.setdefault(_INSTALLED_AS.get(match[1], match[1]), []).append(name)
     return sorted(robots.items())
 
 

@@ -145,8 +145,6 @@ class Robot(ChainModel):
         changed = self._description.with_unplanned_at(name, self.joint_names)
         return self if changed.unplanned == self._description.unplanned else Robot(changed)
 
-    with_rest = with_unplanned_at  # its old name, for one more version
-
     def with_gravity(self, gravity: ArrayLike) -> Robot:
         """Mount the robot differently: on a wall, on a ceiling, or without gravity.
 

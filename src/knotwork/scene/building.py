@@ -14,7 +14,7 @@ import pinocchio as pin
 
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.extended_curve import ExtendedCurve
-from knotwork.curves.tool_paths.moving_frame import BASE_FRAME, KnownJoints, MovingFrame
+from knotwork.curves.tool_paths.task_frame import BASE_FRAME, KnownJoints, TaskFrame
 from knotwork.errors import InputError
 from knotwork.files.documents import Locations
 from knotwork.robot import Robot
@@ -122,7 +122,7 @@ def build_collision_model(
     """Build the collision model of a scenario.
 
     Args:
-        scenario: The task.
+        scenario: The scenario.
         robot: Its robot, with its tool.
         times: Times of the waypoints [s], for objects that appear or are held.
         poses: Poses of the TCP at the waypoints, `pin.SE3` in the axes of each, for held objects.
@@ -193,7 +193,7 @@ class _Builder:
             robots=self.robots,
         )
 
-    def _object_body(self, name: str, shape: PlacedShape, frame: MovingFrame) -> Body:
+    def _object_body(self, name: str, shape: PlacedShape, frame: TaskFrame) -> Body:
         """Make the body of an object in a frame."""
         joint, placement = self._carrier(frame)
         start = self.appearance_times.get(name, -math.inf)
@@ -241,13 +241,13 @@ class _Builder:
                     link="",
                 )
 
-    def _carrier(self, frame: MovingFrame, time: float | None = None) -> tuple[int, Any]:
+    def _carrier(self, frame: TaskFrame, time: float | None = None) -> tuple[int, Any]:
         """As `find_carrier`; the joints of the frame are added to the tree if they are missing."""
         if (frame.link, frame.joints) not in self.carriers:
             self._add_frame(frame)
         return find_carrier(self.carriers, frame, time)
 
-    def _add_frame(self, frame: MovingFrame) -> None:
+    def _add_frame(self, frame: TaskFrame) -> None:
         joint, placement = _joint_of_link(self.robot, frame.link or self.robot.world_frame)
         if frame.joints:
             placements: list[Any] = []
@@ -318,10 +318,11 @@ class _Builder:
         explains = reach / 200 <= size * factor <= WRONG_UNIT_RATIO * reach
         if excess > WRONG_UNIT_RATIO and explains:
             kind = "mesh" if shape.kind == "mesh" else "point cloud"
+            text = shape.units.text
             raise InputError(
-                f"{kind} {shape.path} is {size:.4g} m across, and the arm reaches {reach:.2g} m: "
-                f"it is plausibly in another unit; a scale {factor:g} times as large makes it "
-                f"{size * factor:.4g} m"
+                f"{kind} {shape.path} is {text(size, 'm', '.4g')} across, and the arm reaches "
+                f"{text(reach, 'm', '.2g')}: it is plausibly in another unit; a scale {factor:g} "
+                f"times as large makes it {text(size * factor, 'm', '.4g')}"
             )
 
     @cached_property

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from knotwork.arrays import FloatArray
 from knotwork.errors import InputError
+from knotwork.units import Units
 
 MAX_CLOUD_CELLS = 100_000
 """Maximum number of cells; a distance to them takes about 10 ms."""
@@ -76,7 +77,7 @@ class Cells:
 
 
 @lru_cache(maxsize=32)
-def read_cells(path: Path, changed: int, scale: float, edge: float) -> Cells:
+def read_cells(path: Path, changed: int, scale: float, edge: float, units: Units) -> Cells:
     """Read a point cloud, and collect the cells that hold its points.
 
     Args:
@@ -84,6 +85,7 @@ def read_cells(path: Path, changed: int, scale: float, edge: float) -> Cells:
         changed: Time of its last change, the key of the cache.
         scale: Scale factor from the file's numbers to m.
         edge: Edge length of a cell [m].
+        units: Units of messages.
 
     Raises:
         InputError: The file can't be read; there are too many cells or one too far from the origin,
@@ -92,24 +94,24 @@ def read_cells(path: Path, changed: int, scale: float, edge: float) -> Cells:
     from knotwork.scene.meshes.cloud_file import read_cloud
 
     points = scale * read_cloud(path)
-    extent = float(np.ptp(points, axis=0).max())
+    extent, cell = float(np.ptp(points, axis=0).max()), units.text(edge, "m", ".3g")
     if len(points) > 1 and extent < edge:
         raise InputError(
-            f"point cloud {path} is {extent:.3g} m across, less than a cell of {edge:.3g} m; give "
-            "a smaller resolution, or a larger scale if it is in another unit"
+            f"point cloud {path} is {units.text(extent, 'm', '.3g')} across, less than a cell of "
+            f"{cell}; give a smaller resolution, or a larger scale if it is in another unit"
         )
     larger = "give a larger resolution, or a smaller scale if it is in another unit"
     farthest = float(np.abs(points).max()) / edge
     if farthest >= FARTHEST_CELL - 1:
         raise InputError(
-            f"point cloud {path} has a point {farthest * edge:.4g} m from its origin, which is "
-            f"{farthest:.4g} cells of {edge:.3g} m, and at most {FARTHEST_CELL - 1} are accepted; "
-            f"move the points to their origin, {larger}"
+            f"point cloud {path} has a point {units.text(farthest * edge, 'm')} from its origin, "
+            f"which is {farthest:.4g} cells of {cell}, and at most {FARTHEST_CELL - 1} are "
+            f"accepted; move the points to their origin, {larger}"
         )
     index = np.unique(np.floor(points / edge).astype(np.int64), axis=0)
     if len(index) > MAX_CLOUD_CELLS:
         raise InputError(
-            f"point cloud {path} fills {len(index)} cells of {edge:.3g} m, and at most "
+            f"point cloud {path} fills {len(index)} cells of {cell}, and at most "
             f"{MAX_CLOUD_CELLS} are accepted; {larger}"
         )
     return Cells(index, edge)

@@ -12,7 +12,7 @@ import numpy as np
 from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.extended_curve import ExtendedCurve, stack_curves
-from knotwork.curves.tool_paths.moving_frame import KnownJoints, MovingFrame
+from knotwork.curves.tool_paths.task_frame import KnownJoints, TaskFrame
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import JointTree, place_joints
 from knotwork.scene.bodies import Body
@@ -59,7 +59,7 @@ FrameCarriers = Mapping[tuple[str, tuple[KnownJoints, ...]], tuple[int, Any]]
 
 
 def find_carrier(
-    carriers: FrameCarriers, frame: MovingFrame, time: float | None = None
+    carriers: FrameCarriers, frame: TaskFrame, time: float | None = None
 ) -> tuple[int, Any]:
     """Find the joint that carries a frame, and the transform of base poses into its axes.
 
@@ -69,7 +69,7 @@ def find_carrier(
         time: Time of the poses [s]; by default they are given at rest.
     """
     joint, placement = carriers[frame.link, frame.joints]
-    joint_axes = MovingFrame(frame.joints)
+    joint_axes = TaskFrame(frame.joints)
     at = joint_axes.rest_placement if time is None else joint_axes.placement_at(time)
     return joint, placement * at.inverse()
 

@@ -121,19 +121,20 @@ class DistanceMeter:
         coal.distance(solid.geometry, placement, *second, self._request, self._gap_result)
         return max(float(self._gap_result.min_distance), 0.0)
 
-    @property
-    def last_normal(self) -> FloatArray:
-        """Unit vector from the second solid to the first, for the last distance, shape (3,)."""
-        return -np.array(self._result.normal)
+    def distance_and_normal(
+        self, first: Placed, second: Placed, max_distance: float = math.inf
+    ) -> tuple[float, FloatArray]:
+        """As `distance`, with the unit vector from the second solid to the first, shape (3,)."""
+        distance = self.distance(first, second, max_distance)
+        return distance, -np.array(self._result.normal)
 
     def nearest(self, first: Placed, second: Placed) -> Nearest:
         """Nearest points of two solids; arguments as for `distance`."""
         if _must_be_swapped(first, second):
             swapped = self.nearest(second, first)
             return Nearest(swapped.distance, swapped.points[::-1], -swapped.normal)
-        distance = self.distance(first, second)
+        distance, normal = self.distance_and_normal(first, second)
         points = np.array([self._result.getNearestPoint1(), self._result.getNearestPoint2()])
-        normal = self.last_normal
         if first.solid.cells is not None and second.solid.shape.kind == "ellipsoid":
             points = points @ second.rotation.T + second.origin
             normal = second.rotation @ normal

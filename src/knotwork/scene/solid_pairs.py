@@ -121,15 +121,12 @@ class SolidPairs:
             bounds[rows] = plane[:3] @ middle[:, at_second[rows]] - plane[3] - support
         return bounds
 
-    @property
-    def last_normal(self) -> FloatArray:
-        """Unit vector from the second solid to the first of the last measured pair, shape (3,)."""
-        return self._meter.last_normal
-
     def measure(
         self, combo: int, turn: FloatArray, shift: FloatArray, max_distance: float = math.inf
-    ) -> float:
-        """Distance of a pair of solids [m], at most 0 if they overlap.
+    ) -> tuple[float, FloatArray]:
+        """Distance of a pair of solids [m], at most 0 if they overlap, and its direction.
+
+        The direction is a unit vector from the second to the first, shape (3,).
 
         Args:
             combo: Index of the combination.
@@ -137,7 +134,7 @@ class SolidPairs:
             shift: Their origins [m], shape (s, 3).
             max_distance: Upper bound of relevant distances [m], as in `DistanceMeter.distance`.
         """
-        return self._meter.distance(*self.placed_pair(combo, turn, shift), max_distance)
+        return self._meter.distance_and_normal(*self.placed_pair(combo, turn, shift), max_distance)
 
     def gaps(
         self,
@@ -207,7 +204,7 @@ class SolidPairs:
                     break
                 margin = float(self.margin[c])
                 limit = result + margin + DISTANCE_ERROR
-                clearance = self.measure(c, turn[i], shift[i], limit) - margin
+                clearance = self.measure(c, turn[i], shift[i], limit)[0] - margin
                 if clearance > 0.0 and self.exact[c]:
                     pair = self.placed_pair(c, turn[i], shift[i])
                     clearance = -clearance if is_one_inside_other(*pair) else clearance

@@ -108,7 +108,7 @@ def make_solid(shape: PlacedShape, axes: Any) -> Solid:
         except OSError as error:
             raise InputError(f"{shape.path} can't be read: {error.strerror}") from error
         if shape.kind == "points":
-            cells = read_cells(shape.path, changed, shape.scale[0], shape.resolution)
+            cells = read_cells(shape.path, changed, shape.scale[0], shape.resolution, shape.units)
             geometry, hull = _make_octree(cells)
         elif shape.exact:
             geometry, triangles, parts, hull = _read_exact_mesh(shape.path, changed, shape.scale)

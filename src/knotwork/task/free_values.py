@@ -154,7 +154,9 @@ class ChosenSectionFields(TaskPart):
     velocities: dict[Text, JointMap] = optional(
         "Chosen joint velocities by the name of the waypoint", {}, unit="angle/s or length/s"
     )
-    way: Annotated[int, Field(ge=0)] = optional("Number of motions tried for way: clear; else 0", 0)
+    tries: Annotated[int, Field(ge=0)] = optional(
+        "Number of motions tried for way: clear; else 0", 0, key="way"
+    )
     room: Annotated[Number, Field(ge=0)] | None = optional(
         "Extra clearance beyond the margins, for way: clear; left out where none was requested",
         unit="length",

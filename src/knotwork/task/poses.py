@@ -98,13 +98,13 @@ class Placement(TaskPart):
     torch: SeamTorch | None = optional("Inclination relative to a seam and a surface")
 
     @property
-    def turned(self) -> bool:
+    def has_orientation(self) -> bool:
         """Whether an orientation is given."""
         return any(getattr(self, name) is not None for name in ORIENTATIONS)
 
 
 class Pose(Placement):
-    """A position and one form of orientation."""
+    """A placement with an orientation, unless a path with a torch begins there."""
 
 
 class FrameMotion(TaskPart):
@@ -118,7 +118,8 @@ class FrameMotion(TaskPart):
     file: Text | None = optional(
         "Path of a trajectory, relative to this file, of joints named x, y, z [m], "
         "yaw, pitch, roll [rad], or some of them, in SI: translation, then rotation "
-        "about moving z, y, x axes; the frame is at rest before and after it"
+        "about moving z, y, x axes; the frame is at rest before and after it",
+        path=True,
     )
     at: Number = optional(
         "Time when the frame is at its placement or the file begins", 0.0, unit="s"

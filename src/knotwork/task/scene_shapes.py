@@ -61,7 +61,8 @@ class PointCloud(TaskPart):
 
     file: Text = required(
         "Path of a CSV file with columns x, y, z or a PLY file, relative to this "
-        "file; its numbers are in this file's unit of length"
+        "file; its numbers are in this file's unit of length",
+        path=True,
     )
     scale: Positive = optional("Scale factor", 1.0)
     resolution: Positive = required(
@@ -84,7 +85,8 @@ class _ShapeFields(Placement):
     ellipsoid: Size3 | None = optional("Half axes along x, y and z", unit="length")
     mesh: Text | None = optional(
         "Path of an STL, OBJ, PLY or COLLADA file, relative to this file; its numbers "
-        "are in this file's unit of length (COLLADA states its own)"
+        "are in this file's unit of length (COLLADA states its own)",
+        path=True,
     )
     points: PointCloud | None = optional("A point cloud")
     scale: Positive | None = optional("Scale factor of a mesh; left out: 1")
@@ -130,11 +132,12 @@ class OtherRobot(Placement):
     position: Vector3 = optional("Position of its base frame", (0.0, 0.0, 0.0), unit="length")
     parent: Text = optional("base or the name of a fixed frame", "base", key="in")
     scenario: Text = required(
-        "Its scenario: name of a shipped one, or a path relative to this file"
+        "Its scenario: name of a shipped one, or a path relative to this file", path=True
     )
     motion: Text | None = optional(
         "Path of its recorded motion, relative to this file, in any form that knotwork check "
-        "reads; left out: its scenario is planned, and must pass"
+        "reads; left out: its scenario is planned, and must pass",
+        path=True,
     )
     delay: Number = optional(
         "Delay of its motion relative to this one; it is at rest before and after", 0.0, unit="s"

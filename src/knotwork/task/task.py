@@ -83,7 +83,8 @@ class Task(TaskPart):
         | None
     ) = optional(
         "A shipped robot's name, the path of a robot file or URDF (relative to this "
-        "file), or a robot description in place"
+        "file), or a robot description in place",
+        path=True,
     )
     joint_units: dict[str, Literal["rad", "m"]] = optional(
         "Without a robot: prismatic joints (m); joints left out are revolute (rad)", {}
@@ -212,7 +213,7 @@ class Task(TaskPart):
         document = read_document(reference)
         if document.file is None:
             return validate(cls, document)
-        moved = moved_paths(document.data, document.file.parent.resolve(), None)
+        moved = moved_paths(cls, document.data, document.file.parent.resolve(), None)
         task = validate(cls, apply_edits(document, moved))
         return task if task.name else task.replace(name=document.file.stem)
 
@@ -226,7 +227,9 @@ class Task(TaskPart):
             InputError: The file can't be written.
         """
         target, data = Path(path), self.to_dict()
-        text = to_block_yaml(with_moved_paths(data, Path.cwd(), target.parent.resolve()))
+        text = to_block_yaml(
+            with_moved_paths(type(self), data, Path.cwd(), target.parent.resolve())
+        )
         return storage.write_files(target.parent, {target.name: text})[0]
 
 
@@ -264,7 +267,8 @@ class PlacesFile(TaskPart):
     file: Text = required(
         "Path of a CSV file, relative to this file, with the columns x, y, z, and "
         "qx, qy, qz, qw for orientations; its numbers are in this file's unit of "
-        "length"
+        "length",
+        path=True,
     )
     parent: Text = optional("base or the name of a frame", "base", key="in")
 

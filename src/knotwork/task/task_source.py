@@ -3,53 +3,67 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
+
+from pydantic import BaseModel
 
 from knotwork.errors import InputError
 from knotwork.errors.arguments import require_type
 from knotwork.files import documents
-from knotwork.files.documents import Document, Location, apply_edits, resources
+from knotwork.files.documents import Document, Location, apply_edits, field_at, resources
+from knotwork.files.documents.values import is_path
 from knotwork.task.task_part import plain
 
-PATH_KEYS = frozenset(
-    {"file", "mesh", "motion", "package_paths", "points", "robot", "scenario", "srdf", "urdf"}
-)
-"""Keys whose text is a path relative to the file, if the file or folder exists."""
+ROBOT_PATHS = frozenset({"package_paths", "srdf", "urdf"})
+"""Keys for paths in a robot that is described in place, whose model is not a part of the task."""
 
 
 def moved_paths(
-    data: Any, old: Path, new: Path | None, place: Location = ()
+    model: type[BaseModel], data: Any, old: Path, new: Path | None
 ) -> dict[Location, str]:
-    """Relative paths of a file that moves to another folder, by location.
+    """Paths of a file that moves to another folder, if a file or folder exists there, by location.
 
     Args:
+        model: Model of the file, which marks its paths.
         data: Content of the file.
         old: Its old folder.
         new: Its new folder; `None` for absolute paths.
-        place: Location of the data in the file.
     """
     if old == new:
         return {}
-    if isinstance(data, dict | list):
-        parts = data.items() if isinstance(data, dict) else enumerate(data)
-        inner = [moved_paths(value, old, new, (*place, key)) for key, value in parts]
-        return {location: path for moved in inner for location, path in moved.items()}
-    key = next((part for part in reversed(place) if isinstance(part, str)), "")
-    if not isinstance(data, str) or key not in PATH_KEYS:
-        return {}
-    if Path(data).expanduser().is_absolute() or not (old / data).exists():
-        return {}
-    if key in ("robot", "scenario") and not (old / data).is_file():
-        return {}  # the name of a shipped file
-    path = old / data if new is None else Path(os.path.relpath(old / data, new))
-    return {place: path.as_posix()}
+    moved: dict[Location, str] = {}
+    for location, text in _texts(data):
+        path = old / text
+        if not os.path.exists(path) or not _is_relative_path(model, data, location, text):
+            continue
+        if location[-1] in ("robot", "scenario") and not path.is_file():
+            continue  # the name of a shipped file
+        moved[location] = (path if new is None else Path(os.path.relpath(path, new))).as_posix()
+    return moved
 
 
-def with_moved_paths(data: Any, old: Path, new: Path | None) -> Any:
+def _is_relative_path(model: type[BaseModel], data: Any, location: Location, text: str) -> bool:
+    """Whether a text of a file's content is a relative path."""
+    if location[0] == "robot" and len(location) > 1 and ROBOT_PATHS.isdisjoint(location):
+        return False
+    is_marked = is_path(field_at(model, data, location))
+    return is_marked and not Path(text).expanduser().is_absolute()
+
+
+def _texts(data: Any, location: Location = ()) -> Iterator[tuple[Location, str]]:
+    """All texts of a file's content, with their locations."""
+    if isinstance(data, str):
+        yield location, data
+    elif isinstance(data, dict | list):
+        for key, value in data.items() if isinstance(data, dict) else enumerate(data):
+            yield from _texts(value, (*location, key))
+
+
+def with_moved_paths(model: type[BaseModel], data: Any, old: Path, new: Path | None) -> Any:
     """The content of a file that moves to another folder; see `moved_paths`."""
-    return apply_edits(Document(data), moved_paths(data, old.resolve(), new)).data
+    return apply_edits(Document(data), moved_paths(model, data, old.resolve(), new)).data
 
 
 def read_document(reference: str | Path | Mapping[str, Any]) -> Document:

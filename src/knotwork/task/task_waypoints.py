@@ -165,6 +165,7 @@ class AlongPoints(TaskPart):
         "or nx, ny, nz for normals of the surface, opposite to the tool's z axis, "
         "with free turn",
         unit="length",
+        path=True,
     )
 
 

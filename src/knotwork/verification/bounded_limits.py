@@ -83,8 +83,8 @@ def check_singularity(motion: Motion, scenario: Scenario, space: JointSpace) -> 
     brief = f"almost singular: smallest singular value {bound.value:.4g} at {bound.time:.3f} s"
     yield Finding(
         *subject, SMALLEST_SINGULAR_VALUE, "information",
-        f"{label} is {bound.value:.4g} at {bound.time:.6g} s", bound.value, time=bound.time,
-        proof=worst.proof, excess=worst.excess,
+        f"{label} is {bound.value:.4g} at {bound.time:.6g} s", value=bound.value, time=bound.time,
+        proof=worst.proof, proof_gap=worst.proof_gap,
         brief=brief if bound.value < ALMOST_SINGULAR else "",
     )  # fmt: skip
 

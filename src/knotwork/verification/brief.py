@@ -47,7 +47,7 @@ def group_lines(
         if is_listed(findings):
             listed.append(heading)
         elif ok or (texts and not required):
-            rows[heading] = texts or _tightest(findings, units)
+            rows[heading] = texts or _group_texts(findings, units)
     max_texts = min(MAX_GROUP_TEXTS, max(MAX_TEXTS // max(len(rows), 1), 1))
     indent = max(map(len, rows), default=0) + len(BRIEF_INDENT) + 2
     lines: list[str] = []
@@ -94,7 +94,7 @@ def brief_texts_by_group(groups: Mapping[str, list[Finding]]) -> dict[str, list[
     return {name: texts for name, findings in groups.items() if (texts := brief_texts(findings))}
 
 
-def _tightest(findings: Sequence[Finding], units: Units) -> list[str]:
+def _group_texts(findings: Sequence[Finding], units: Units) -> list[str]:
     """The finding nearest its limit, with its utilisation, or else its margin.
 
     Without limits, the largest value of each quantity.

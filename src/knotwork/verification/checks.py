@@ -56,7 +56,7 @@ CHECKS: dict[str, Check] = {
     "singularity": check_singularity,
     "no_start": report_no_start,
 }
-"""Checks by name: the quantity of their findings, or what they are about if there are several.
+"""Checks by name. It is the quantity of their findings, or their subject if there are several.
 
 `CHECKS["name"] = function` adds a check. Its findings are in the report, in pages and tables and in
 the exit code like all others.

@@ -44,7 +44,7 @@ def check_collisions(motion: Motion, scenario: Scenario, space: JointSpace) -> I
     for pair in sorted(clearances_found, key=lambda pair: pair.distance)[::-1]:
         nearest[pair.first.name if pair.involves_scene else None] = pair
     for pair in sorted(clearances_found, key=lambda pair: pair.distance - pair.margin):
-        yield _pair_finding(pair, scenario, robot, detail=pair not in nearest.values())
+        yield _pair_finding(pair, scenario, robot, hidden=pair not in nearest.values())
 
 
 def clearance_from_robot(
@@ -54,7 +54,7 @@ def clearance_from_robot(
 
     Args:
         trajectory: The motion.
-        scenario: The task, whose scene has the other robot.
+        scenario: The scenario, whose scene has the other robot.
         space: The joints and their robot.
         name: Name of the other robot.
 
@@ -73,7 +73,7 @@ def clearance_from_robot(
     pairs = tuple(pair for pair in model.pairs if is_other[pair.first] or is_other[pair.second])
     model, resolution = replace(model, pairs=pairs), scenario.scene.collisions.resolution
     nearest = least_clearance(model, motion.curve, resolution, MINIMUM_PRECISION)
-    return None if nearest is None else _pair_finding(nearest, scenario, robot, detail=False)
+    return None if nearest is None else _pair_finding(nearest, scenario, robot, hidden=False)
 
 
 def motion_model(motion: Motion, scenario: Scenario, robot: Robot) -> CollisionModel:
@@ -118,7 +118,7 @@ def _shape_findings(model: CollisionModel, scenario: Scenario, robot: Robot) -> 
         yield Finding.of_motion(Group.COLLISIONS, "pairs_not_checked", message)
 
 
-def _pair_finding(pair: Clearance, scenario: Scenario, robot: Robot, *, detail: bool) -> Finding:
+def _pair_finding(pair: Clearance, scenario: Scenario, robot: Robot, *, hidden: bool) -> Finding:
     clear = pair.verdict == "clear"
     world = robot.base_placement.inverse()
     points = [world.act(point) for point in pair.nearest.points]
@@ -137,10 +137,10 @@ def _pair_finding(pair: Clearance, scenario: Scenario, robot: Robot, *, detail: 
         interval=pair.interval,
         intervals=pair.contacts,
         proof="bounded",
-        excess=max(pair.distance - pair.bound, 0.0) if np.isfinite(pair.bound) else 0.0,
+        proof_gap=max(pair.distance - pair.bound, 0.0) if np.isfinite(pair.bound) else 0.0,
         points=tuple(tuple(float(x) for x in point) for point in points),
         label=("undecided: " if pair.verdict == "undecided" else "") + _pair_text(pair, scenario),
-        detail=detail and clear,
+        hidden_in_tables=hidden and clear,
         involves_scene=pair.involves_scene,
         bodies=(pair.second.name, pair.first.name),
         remedy=_remedy(pair, scenario),

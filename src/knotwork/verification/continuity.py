@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from knotwork.curves.polynomial.jumps import ALWAYS_A_JUMP, evaluation_noise, measure_jumps
-from knotwork.joint_quantities import DERIVATIVES, rate_unit
+from knotwork.joint_quantities import MOTION_QUANTITIES, rate_unit
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.verification.finding import Finding, Group
@@ -16,7 +16,7 @@ from knotwork.verification.motion import Motion
 JUMP_ORDERS = 3
 """Jumps of position, velocity and acceleration are measured: derivatives below this order."""
 
-ROUNDING_QUANTITIES = tuple(f"{quantity}_rounding" for quantity in DERIVATIVES[:JUMP_ORDERS])
+ROUNDING_QUANTITIES = tuple(f"{quantity}_rounding" for quantity in MOTION_QUANTITIES[:JUMP_ORDERS])
 """Quantities of findings on rounding errors."""
 
 FASTEST_CHANGES = (1e3, 1e5, 1e6)
@@ -34,7 +34,7 @@ def check_continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> I
     Jumps of derivatives up to the order of the scenario's `continuity` fail. A change faster than
     `FASTEST_CHANGES` counts as a jump as well.
     """
-    for order, quantity in enumerate(DERIVATIVES[:JUMP_ORDERS]):
+    for order, quantity in enumerate(MOTION_QUANTITIES[:JUMP_ORDERS]):
         required = order <= scenario.given.continuity
         sizes, allowed = measure_jumps(motion.curve, order)
         if not len(sizes):
@@ -50,7 +50,7 @@ def check_continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> I
             text = f"jumps by {scenario.units.text(value, unit, '.3g')} at {time:.6g} s"
             yield Finding.at_most(
                 Group.CONTINUITY, "joint", space.joint_names[joint], f"{quantity}_jump",
-                f"joint {space.joint_names[joint]!r}: {quantity} {text}", value, limit,
+                f"joint {space.joint_names[joint]!r}: {quantity} {text}", value=value, limit=limit,
                 required=required, unit=unit, time=time,
             )  # fmt: skip
         rates, limit = motion.curve.extrema(order + 1), FASTEST_CHANGES[order]
@@ -61,7 +61,7 @@ def check_continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> I
             yield Finding.at_most(
                 Group.CONTINUITY, "joint", space.joint_names[joint], f"{quantity}_change",
                 f"joint {space.joint_names[joint]!r}: {quantity} changes at {rate} at {time:.6g} "
-                f"s, which is a jump for any drive (at most {fastest})", value, limit,
+                f"s, which is a jump for any drive (at most {fastest})", value=value, limit=limit,
                 required=required, unit=unit, time=time,
             )  # fmt: skip
 
@@ -73,7 +73,7 @@ def check_resolution(motion: Motion, scenario: Scenario, space: JointSpace) -> I
     assume that these errors are negligible.
     """
     noise = evaluation_noise(motion.curve, JUMP_ORDERS)
-    for order, quantity in enumerate(DERIVATIVES[:JUMP_ORDERS]):
+    for order, quantity in enumerate(MOTION_QUANTITIES[:JUMP_ORDERS]):
         for joint in np.flatnonzero(~(noise[order] <= ALWAYS_A_JUMP[order])):
             name, unit = space.joint_names[joint], rate_unit(space.joint_units[joint], order)
             value, limit = float(noise[order, joint]), ALWAYS_A_JUMP[order]
@@ -81,5 +81,5 @@ def check_resolution(motion: Motion, scenario: Scenario, space: JointSpace) -> I
                 Group.MOTION, "joint", name, ROUNDING_QUANTITIES[order],
                 f"joint {name!r}: the terms of its polynomials cancel, so {quantity} has a "
                 f"rounding error of {scenario.units.text(value, unit, '.3g')}, tolerance "
-                f"{scenario.units.text(limit, unit, 'g')}", value, limit, unit=unit,
+                f"{scenario.units.text(limit, unit, 'g')}", value=value, limit=limit, unit=unit,
             )  # fmt: skip

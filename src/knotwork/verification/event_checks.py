@@ -109,7 +109,7 @@ def _compare_on_path(
     located = f"{event.text} at {event.time:.3f} s, {_location_text(request, scenario)}"
     fact = f"{located}: the tool is {shown} from that position, tolerance {allowed}"
     return Finding.at_most(
-        Group.EVENTS, "event", event.name, "event_position", fact, miss, tolerance,
+        Group.EVENTS, "event", event.name, "event_position", fact, value=miss, limit=tolerance,
         unit="m", time=event.time, points=(tuple(pose.translation.tolist()),),
     )  # fmt: skip
 

@@ -19,13 +19,21 @@ Proof = Literal["exact", "bounded", "sampled"]
 
 
 class Group:
-    """Headings of a report, under which its findings are grouped."""
+    """Headings of a report, under which its findings are grouped.
+
+    Chosen times are those of a task in which a time was free; it is a chosen motion if only
+    velocities, knots or solutions were. Feasibility is that of every motion through the joint
+    waypoints.
+    """
 
     AGAINST_PLAN = "Against the plan"
+    CHOSEN_MOTION = "Chosen motion"
+    CHOSEN_TIMES = "Chosen times"
     COLLISIONS = "Collisions"
     CONTINUITY = "Continuity"
     CYCLES = "Cycles"
     EVENTS = "Events"
+    FEASIBILITY = "Feasibility"
     FREEDOM = "Freedom"
     JOINT_LIMITS = "Joint limits"
     JOINTS_AT_WAYPOINTS = "Joints at the waypoints"
@@ -41,6 +49,7 @@ class Group:
     TOOL_PATHS = "Tool paths"
     WAITS = "Waits"
     WARNINGS = "Warnings"
+    WAYS = "Ways"
 
 
 PASSING_VERDICTS: tuple[Verdict, ...] = ("met", "undecided", "warning", "information")
@@ -81,17 +90,17 @@ class Finding:
         time: Time of the worst value [s], or `None`.
         interval: Time interval [s]; `None` for a single time or the whole motion.
         intervals: All intervals if there are several; `interval` is the worst.
-        proof: `"exact"` and `"bounded"` (value plus excess) hold for all time; `"sampled"` holds at
-            samples only, so there is no margin to a limit.
-        excess: Maximum difference between the true worst value and `value`.
+        proof: `"exact"` and `"bounded"` (value plus `proof_gap`) hold for all time; `"sampled"`
+            holds at samples only, so there is no margin to a limit.
+        proof_gap: Maximum difference between the true worst value and `value`.
         requested: Requested vector; an orientation as a quaternion x, y, z, w.
         achieved: Achieved vector, in the same form.
         points: Points of the finding in the base frame [m].
         label: Label in pictures; by default it is composed of quantity, value and limit.
         remedy: Remedy, or why the usual one does not help, if known.
         brief: Text that short reports print even if nothing fails; may be empty.
-        detail: Whether tables leave the finding out, because another one is more informative. JSON
-            has it.
+        hidden_in_tables: Whether tables leave the finding out, because another one is more
+            informative. JSON has it.
         involves_scene: Whether one body of a pair is an object of the scene.
         bodies: Names of the bodies of a pair.
     """
@@ -110,14 +119,14 @@ class Finding:
     interval: tuple[float, float] | None = None
     intervals: tuple[tuple[float, float], ...] = ()
     proof: Proof = "exact"
-    excess: float = 0.0
+    proof_gap: float = 0.0
     requested: tuple[float, ...] | None = None
     achieved: tuple[float, ...] | None = None
     points: tuple[tuple[float, ...], ...] = ()
     label: str = ""
     remedy: str = ""
     brief: str = ""
-    detail: bool = False
+    hidden_in_tables: bool = False
     involves_scene: bool = False
     bodies: tuple[str, ...] = ()
 
@@ -151,9 +160,9 @@ class Finding:
         name: str,
         quantity: str,
         fact: str,
+        *,
         value: float,
         limit: float,
-        *,
         required: bool = True,
         **more: Any,
     ) -> Finding:

@@ -133,8 +133,7 @@ def report_freedoms(motion: Motion, scenario: Scenario, space: JointSpace) -> It
         (_, unit), values = max(use.values.items(), key=lambda item: float(np.ptp(item[1])))
         size = np.ptp(values) if use.subject == "path" else np.abs(values).max()
         yield _sampled_finding(use.subject, use.name, "free", text, float(size), unit, use.time)
-    if robot.external_axes:
-        yield from _external_axis_findings(motion, scenario, robot)
+    yield from _external_axis_findings(motion, scenario, robot)
 
 
 def _external_axis_findings(motion: Motion, scenario: Scenario, robot: Robot) -> Iterator[Finding]:

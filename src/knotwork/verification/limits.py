@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.jumps import measure_jumps
-from knotwork.joint_quantities import DERIVATIVES, JOINT_QUANTITIES, MAGNITUDES, rate_unit
+from knotwork.joint_quantities import JOINT_QUANTITIES, MAGNITUDES, MOTION_QUANTITIES, rate_unit
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.units import Units, rounded_up
@@ -46,7 +46,7 @@ MAX_ACCELERATION = 1e3
 def check_joint_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Check position, velocity, acceleration and jerk of each joint against their limits."""
     for finding in check_derivative_limits(space, motion.curve):
-        remedy = slowing_remedy(finding, DERIVATIVES.index(finding.quantity), scenario)
+        remedy = slowing_remedy(finding, MOTION_QUANTITIES.index(finding.quantity), scenario)
         if remedy and finding.time is not None:
             remedy = f"it is broken {describe_time(scenario, finding.time)}; {remedy}"
         yield replace(finding, remedy=remedy)
@@ -61,7 +61,7 @@ def slowing_remedy(finding: Finding, order: int, scenario: Scenario) -> str:
     Args:
         finding: Comparison of a derivative with its limit.
         order: Order of the derivative.
-        scenario: The task of the motion.
+        scenario: The scenario of the motion.
     """
     utilisation = finding.utilisation
     if finding.ok or not order or utilisation is None or np.isinf(utilisation):
@@ -78,7 +78,7 @@ def check_derivative_limits(space: JointSpace, curve: PiecewisePolynomial) -> It
         space: The joints and their limits.
         curve: Joint positions, trailing shape (d,), joints in the order of `space`.
     """
-    for order, quantity in enumerate(DERIVATIVES):
+    for order, quantity in enumerate(MOTION_QUANTITIES):
         extrema, jumps = curve.extrema(order), lower_order_jumps(curve, order)
         lower, upper = space.limits.bounds(quantity)
         highest = np.transpose([extrema.maximum, extrema.maximum_time, upper]).tolist()
@@ -119,7 +119,7 @@ class LimitedValue(NamedTuple):
         limit: The upper or lower limit, whichever `side` selects; infinite if none is given.
         side: 1 for an upper limit, -1 for a lower one.
         proof: Kind of proof.
-        excess: Maximum difference between the true worst value and `value`.
+        proof_gap: Maximum difference between the true worst value and `value`.
     """
 
     value: float
@@ -127,20 +127,20 @@ class LimitedValue(NamedTuple):
     limit: float
     side: float = 1.0
     proof: Proof = "exact"
-    excess: float = 0.0
+    proof_gap: float = 0.0
 
     @classmethod
     def from_bound(cls, bound: Bound, limit: float, side: float = 1.0) -> LimitedValue:
-        """Convert a bound; its excess is kept only if it is proved."""
+        """Convert a bound; its gap is kept only if it is proved."""
         if not bound.proved:
             return cls(bound.value, bound.time, limit, side, "sampled")
-        return cls(bound.value, bound.time, limit, side, "bounded", bound.excess)
+        return cls(bound.value, bound.time, limit, side, "bounded", bound.proof_gap)
 
     @property
     def margin(self) -> float:
         """Proved distance to the limit; beyond the limit, the negative distance of the value."""
         margin = self.side * (self.limit - self.value)
-        return margin - self.excess if margin >= 0.0 else margin
+        return margin - self.proof_gap if margin >= 0.0 else margin
 
 
 def add_slack(limit: ArrayLike) -> FloatArray:
@@ -202,9 +202,9 @@ def limit_finding(
     text = compare_text(worst, unit, units) if required else "has no limit given"
     ok = keeps_limit(worst.margin, worst.limit) if ok is None else ok
     return Finding(
-        *subject, quantity, verdict_on(ok, required=required), f"{label} {text}", worst.value,
+        *subject, quantity, verdict_on(ok, required=required), f"{label} {text}", value=worst.value,
         limit=worst.limit if required else None, margin=worst.margin if required else None,
-        unit=unit, time=worst.time, proof=worst.proof, excess=worst.excess,
+        unit=unit, time=worst.time, proof=worst.proof, proof_gap=worst.proof_gap,
     )  # fmt: skip
 
 
@@ -293,5 +293,5 @@ def check_acceleration_spike(
             Group.CONTINUITY, "joint", name, "acceleration_spike",
             f"joint {name!r}: acceleration peaks at {reached} at {time:.6g} s, "
             f"{describe_time(scenario, time)}; without a limit, no more than {allowed} is accepted",
-            value, MAX_ACCELERATION, unit=unit, time=time,
+            value=value, limit=MAX_ACCELERATION, unit=unit, time=time,
         )  # fmt: skip

@@ -40,20 +40,21 @@ Even a circle through five points is below it.
 
 
 def check_tool_paths(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
-    """Compare the motion of the tool with each stretch of each path of the scenario."""
+    """Compare the motion of the tool with each stretch of each path of the scenario.
+
+    At another speed than planned, woven paths and those in moving frames are not compared.
+    """
     if space.robot is None:
         return
     for group in group_paths_by_turn(scenario):
-        comparable = []
-        for path in group:
-            if path.clock is None or not path.motion.has_own_clock:
-                comparable.append(path)
-                continue
+        skipped = [path for path in group if path.clock is not None and path.motion.has_own_clock]
+        for path in skipped:
             begin, end = (scenario.waypoints[i].name for i in (path.first, path.last))
             kind = "in a moving frame" if path.motion.frame.is_moving else "woven"
             fact = f"the tool path from {begin!r} to {end!r} is {kind} and is not checked"
             yield Finding.of_motion(Group.WARNINGS, "path", fact, "warning")
-        for followed in _follow_paths(motion, scenario, space.robot, comparable):
+        compared = [path for path in group if path not in skipped]
+        for followed in _follow_paths(motion, scenario, space.robot, compared):
             yield from _stretch_findings(scenario, followed)
 
 
@@ -234,7 +235,7 @@ def _stretch_findings(scenario: Scenario, followed: _FollowedStretch) -> Iterato
             if quantity == "path_speed"
             else (stretch.start, stretch.end),
             proof="bounded" if bound.proved else "sampled",
-            excess=max(bound.bound - bound.value, 0.0),
+            proof_gap=max(bound.bound - bound.value, 0.0),
             brief=brief,
         )
 

@@ -58,7 +58,7 @@ def check(
 
     Args:
         trajectory: The motion, with joints in any order.
-        scenario: The task.
+        scenario: The scenario.
         space: The scenario's joints and robot, if already loaded.
         defects: Texts on known faults of the trajectory; each becomes a finding that fails.
         known: Findings to add to the report.
@@ -82,8 +82,8 @@ def check(
     space = space if space is not None else joint_space(scenario)
     motion = Motion(trajectory, space)
     faults = [Finding.of_motion(Group.MOTION, "defect", message, "failed") for message in defects]
-    judges = [judge for name, judge in CHECKS.items() if name not in without]
-    by_check = (judge(motion, scenario, space) for judge in judges)
+    checks = [check_of for name, check_of in CHECKS.items() if name not in without]
+    by_check = (check_of(motion, scenario, space) for check_of in checks)
     return Report(
         scenario=scenario.name,
         robot=space.robot.name if space.robot is not None else None,
@@ -109,7 +109,7 @@ class Report:
     Attributes:
         scenario: Name of the scenario.
         robot: Name of the robot, or `None`.
-        planner: Planner of the trajectory, as stored in it.
+        planner: Origin of the trajectory, see `JointTrajectory.planner`.
         start_time, end_time: Start and end of the trajectory [s].
         findings: All findings, in the order of the checks.
         units: Units of the scenario, for text; findings are in SI.
@@ -185,7 +185,9 @@ class Report:
         met = [
             finding
             for finding in self.findings
-            if finding.verdict == "met" and finding.utilisation is not None and not finding.detail
+            if finding.verdict == "met"
+            and finding.utilisation is not None
+            and not finding.hidden_in_tables
         ]
         worst = [kind[0] for kind in group_alike(met)]
         return tuple(sorted(worst, key=lambda finding: -(finding.utilisation or 0.0)))
@@ -289,7 +291,7 @@ class CheckedMotion:
     """A motion with its task and the verdict on it.
 
     Attributes:
-        scenario: The task.
+        scenario: The scenario.
         space: The joints that the task moves, and their robot.
         joint_waypoints: Joint positions and velocities at the waypoints; `None` if they are
             unknown, as for a motion from a file.

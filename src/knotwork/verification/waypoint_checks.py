@@ -11,7 +11,7 @@ from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.errors.plain_text import waypoint_text
-from knotwork.joint_quantities import DERIVATIVES, rate_unit
+from knotwork.joint_quantities import MOTION_QUANTITIES, rate_unit
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_reader import JointState
 from knotwork.task.scenario.joint_space import JointSpace
@@ -146,10 +146,8 @@ def _tool_findings(
     elif velocity_freedom is not None and velocity_freedom.turn[0] < velocity_freedom.turn[1]:
         axis = pose.rotation[:, 2]
         spin = spin - axis * (axis @ (spin - waypoint.angular))
-    speed, rate = (
-        float(np.linalg.norm(difference))
-        for difference in (twist.linear - waypoint.linear, spin - waypoint.angular)
-    )
+    speed = float(np.linalg.norm(twist.linear - waypoint.linear))
+    rate = float(np.linalg.norm(spin - waypoint.angular))
     quaternion, reached = (np.array(pin.Quaternion(R).coeffs()) for R in (rotation, pose.rotation))
     reached = reached if quaternion @ reached >= 0 else -reached
     rows = (
@@ -187,7 +185,7 @@ def _joint_finding(
     space: JointSpace,
 ) -> Finding:
     """Compare joint values, and report the joint with the largest error relative to tolerance."""
-    quantity = f"joint_{DERIVATIVES[order]}"
+    quantity = f"joint_{MOTION_QUANTITIES[order]}"
     tolerances = space.tolerances[quantity]
     errors = np.abs(achieved - requested)
     worst = worst_joint(errors, tolerances)
@@ -223,8 +221,8 @@ def _error_finding(
         f"{units.text(error, unit, '.3g')}, tolerance {units.text(tolerance, unit, '.3g')}"
     )
     return Finding.at_most(
-        group, "waypoint", waypoint, quantity, fact, error, tolerance, unit=unit, time=time,
-        requested=tuple(requested.tolist()), achieved=tuple(achieved.tolist()),
+        group, "waypoint", waypoint, quantity, fact, value=error, limit=tolerance, unit=unit,
+        time=time, requested=tuple(requested.tolist()), achieved=tuple(achieved.tolist()),
     )  # fmt: skip
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from knotwork.arrays import FloatArray
-from knotwork.curves.tool_paths.moving_frame import BASE_FRAME
+from knotwork.curves.tool_paths.task_frame import BASE_FRAME
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.scene.other_robots import load_other_motion
 from knotwork.view.base_joints import drawn_joints

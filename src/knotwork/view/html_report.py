@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from knotwork.files.documents import read_text
-from knotwork.joint_quantities import DERIVATIVES, rate_unit
+from knotwork.joint_quantities import MOTION_QUANTITIES, rate_unit
 from knotwork.units import Units
 from knotwork.verification import Finding, Report
 from knotwork.verification.brief import (
@@ -155,7 +155,7 @@ def _gauges(plan: CheckedMotion, figures: Sequence[Figure]) -> dict[str, Any]:
     prefix = f"curve:{ShownMotion.of_plan(plan).label}:"
     joints: dict[str, dict[tuple[str, str], dict[str, Any]]] = {name: {} for name in names}
     kinds: dict[tuple[str, str], None] = {}
-    for order, quantity in enumerate(DERIVATIVES):
+    for order, quantity in enumerate(MOTION_QUANTITIES):
         for name, *limits in zip(names, *plan.space.limits.bounds(quantity), strict=True):
             joint_unit = trajectory.joint_units[trajectory.joint_names.index(name)]
             factor, unit = plan.scenario.units.shown(1.0, rate_unit(joint_unit, order))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from knotwork.errors import InputError
-from knotwork.joint_quantities import DERIVATIVES, rate_unit
+from knotwork.joint_quantities import MOTION_QUANTITIES, rate_unit
 from knotwork.task.scenario import Scenario
 from knotwork.units import Units
 from knotwork.verification import Finding
@@ -105,7 +105,7 @@ def plot_joints(
     """
     drawn = motions_of(motions, scenario)
     names = choose_names("joint", joints, drawn[0].trajectory.joint_names)
-    kinds = choose_names("quantity", quantities, DERIVATIVES)
+    kinds = choose_names("quantity", quantities, MOTION_QUANTITIES)
     heading = picture_title(drawn, "joint motions")
 
     def panel(kind: str, series: list[Series]) -> DrawPanel:
@@ -150,7 +150,7 @@ def _joint_panel(axes: Axes, quantity: str, series: Sequence[Series], units: Uni
         series: The curves, of joints with one unit.
         units: Displayed units.
     """
-    first, order = series[0], DERIVATIVES.index(quantity)
+    first, order = series[0], MOTION_QUANTITIES.index(quantity)
     factor, unit = units.shown(1.0, rate_unit(first.unit, order))
     panel = Panel(axes, quantity, unit, factor)
     for item in series:
@@ -179,7 +179,7 @@ def _joint_panel(axes: Axes, quantity: str, series: Sequence[Series], units: Uni
 def _draw_curve(panel: Panel, series: Series, count: int) -> None:
     """Draw one of `count` curves, its jumps and, if the check fails, its parts beyond the limit."""
     motion, quantity, factor = series.motion, panel.title, panel.factor
-    drawn = strokes(motion.curve, series.component, DERIVATIVES.index(quantity), factor)
+    drawn = strokes(motion.curve, series.component, MOTION_QUANTITIES.index(quantity), factor)
     name = f"{motion.label}:{series.joint}:{quantity}"
     panel.draw_curve(name, series.index, *drawn.line(steps=quantity == "jerk"))
     if quantity != "jerk":

@@ -294,10 +294,8 @@ def _robot_parts(shown: ShownMotion, before: Mapping[str, Any] | None) -> dict[s
 
 def _merge_labels(labels: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     """Labels, of which an object and a frame of the same name share one."""
-    frames, objects = (
-        {label["text"] for label in labels if label["kind"] == kind} for kind in ("frame", "object")
-    )
-    shared = frames & objects
+    frames = {label["text"] for label in labels if label["kind"] == "frame"}
+    shared = frames & {label["text"] for label in labels if label["kind"] == "object"}
     merged = [label for label in labels if label["kind"] != "object" or label["text"] not in shared]
     for label in merged:
         if label["text"] in shared:

@@ -11,10 +11,10 @@ import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.curves.tool_paths.moving_frame import MovingFrame
+from knotwork.curves.tool_paths.task_frame import TaskFrame
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
-from knotwork.joint_quantities import DERIVATIVES, JointLimits
+from knotwork.joint_quantities import MOTION_QUANTITIES, JointLimits
 from knotwork.robot import Robot
 from knotwork.scene.collision_model import CollisionModel, find_carrier
 from knotwork.task import ExpandedTask
@@ -134,7 +134,7 @@ class ShownMotion:
         return {
             (finding.name, finding.quantity): finding
             for finding in findings
-            if finding.subject == "joint" and finding.quantity in DERIVATIVES
+            if finding.subject == "joint" and finding.quantity in MOTION_QUANTITIES
             if finding.limit is not None
         }
 
@@ -227,7 +227,7 @@ class ShownMotion:
         """No joint, and the base frame in the axes of the URDF's root."""
         return None, self.robot.base_placement
 
-    def carrier_of(self, frame: MovingFrame, time: float | None = None) -> tuple[int | None, Any]:
+    def carrier_of(self, frame: TaskFrame, time: float | None = None) -> tuple[int | None, Any]:
         """The joint that carries a frame, and the transform from base axes to the joint's.
 
         The frame is at rest, or where it is at a time [s]. If it is fixed relative to the URDF's

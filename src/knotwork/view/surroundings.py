@@ -38,7 +38,7 @@ def cloud_mesh(shape: PlacedShape, path: Path, colour: Sequence[float]) -> Mesh:
     from trimesh import creation
 
     changed = path.stat().st_mtime_ns
-    cells = read_cells(path, changed, shape.scale[0], shape.resolution)
+    cells = read_cells(path, changed, shape.scale[0], shape.resolution, shape.units)
     while len(cells.index) > MAX_DRAWN:
         cells = cells.coarser()
     cube = creation.box(bounds=[[0, 0, 0], [1, 1, 1]])

@@ -137,14 +137,10 @@ def _mark_limit(
         shown = full_speeds(first) if signed else stretches(first)
         spans = [(start, end) for *_, start, end in shown]
     kind = "tolerance" if row.tolerance else "limit"
-    always = row.tolerance or row.least
-    panel.levels = [
-        LimitLine(kind, level, spans, always=always)
-        for level in ((-limit, limit) if signed else (limit,))
-    ]
-    reached_text = (
-        f"{rounded_text(side * worst)} {panel.unit}".rstrip() + f" at {rounded_text(when)} s"
-    )
+    always, levels = row.tolerance or row.least, (-limit, limit) if signed else (limit,)
+    panel.levels = [LimitLine(kind, level, spans, always=always) for level in levels]
+    value_text = f"{rounded_text(side * worst)} {panel.unit}".rstrip()
+    reached_text = f"{value_text} at {rounded_text(when)} s"
     if not np.isfinite(worst):
         reached_text = f"infinite at the jump at {rounded_text(when)} s"
     elif row.tolerance and worst < ZERO_SHARE * limit:

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial.extended_curve import ExtendedCurve
-from knotwork.curves.tool_paths.moving_frame import BASE_FRAME, MovingFrame, ToolMotion, add_weave
+from knotwork.curves.tool_paths.task_frame import BASE_FRAME, TaskFrame, ToolMotion, add_weave
 from knotwork.curves.tool_paths.timing_profile import Timing
 from knotwork.curves.tool_paths.tool_path import LENGTH_MISMATCH, ToolPath
 from knotwork.errors import PathError, TimeRangeError
@@ -53,7 +53,7 @@ class TimedPath:
         path: ToolPath,
         timing: Timing,
         start_time: float = 0.0,
-        frame: MovingFrame = BASE_FRAME,
+        frame: TaskFrame = BASE_FRAME,
         weave: ExtendedCurve | None = None,
         breaks: ArrayLike = (),
     ) -> None:

@@ -17,7 +17,7 @@ from knotwork.curves.trajectory.exportable import Exportable
 from knotwork.curves.trajectory.motion_events import Event, Load, Segment
 from knotwork.curves.trajectory.sampling import MAX_SAMPLES, Knots, Samples, make_sample_times
 from knotwork.errors import InputError, UnknownNameError
-from knotwork.joint_quantities import DERIVATIVES
+from knotwork.joint_quantities import MOTION_QUANTITIES
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
         joint_names: Names of the joints, length d.
         polynomial: Joint positions [rad or m] over time [s], trailing shape (d,).
         joint_units: `"rad"` or `"m"` for each joint; by default all `"rad"`.
-        planner: Name of its planner, or empty.
+        planner: Origin of the motion: its planner, or its file and interpolation; or empty.
         waypoint_times: Times of its waypoints [s], or `None`.
         events: Switching events, in order of time.
         loads: Loads of the arm, in order of time; empty if unknown.
@@ -132,7 +132,7 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
             position: Positions at the breaks [rad or m], shape (m, d).
             velocity: Velocities at the breaks [rad/s or m/s], shape (m, d).
             joint_units: `"rad"` or `"m"` for each joint; by default all `"rad"`.
-            planner: Name of its planner.
+            planner: Origin of the motion, for example the name of its planner.
             waypoint_times: Times of the waypoints [s].
 
         Raises:
@@ -301,9 +301,9 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
         (array([1.5]), array([0.5]))
         """
         if isinstance(quantity, str):
-            if quantity not in DERIVATIVES:
-                raise UnknownNameError("quantity", quantity, DERIVATIVES)
-            return self.polynomial.extrema(DERIVATIVES.index(quantity))
+            if quantity not in MOTION_QUANTITIES:
+                raise UnknownNameError("quantity", quantity, MOTION_QUANTITIES)
+            return self.polynomial.extrema(MOTION_QUANTITIES.index(quantity))
         return self.polynomial.extrema(quantity)
 
     @property

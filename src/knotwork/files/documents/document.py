@@ -91,11 +91,6 @@ class Document(Locations):
 
     data: Any
 
-    @property
-    def locations(self) -> Locations:
-        """Locations of the parts, without the data."""
-        return Locations(file=self.file, lines=self.lines, prefix=self.prefix, origins=self.origins)
-
     def part(self, location: Location) -> Document:
         """Make a part a document, with locations in the same file."""
         data = self.data

@@ -131,11 +131,8 @@ def with_change(text: str, location: Location, value: Any, *, insert: bool = Fal
             location = location[:-1]
     else:
         while len(location) > 1 and value_at(data, location[:-1]) is None:
-            location, value, insert = (
-                location[:-1],
-                [value] if insert else {location[-1]: value},
-                False,
-            )
+            value = [value] if insert else {location[-1]: value}
+            location, insert = location[:-1], False
     parent, last = value_at(data, location[:-1]), location[-1]
     inside = isinstance(parent, list) and isinstance(last, int) and 0 <= last < len(parent) + insert
     exists = value_at(data, location) is not None if value is REMOVED else isinstance(last, str)

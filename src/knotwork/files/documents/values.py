@@ -90,9 +90,11 @@ class StrictModel(BaseModel):
         return self
 
 
-def required(description: str, *, unit: str = "", key: str | None = None) -> Any:
+def required(
+    description: str, *, unit: str = "", key: str | None = None, path: bool = False
+) -> Any:
     """A field that must be given. The arguments have the same meaning as in `optional`."""
-    return Field(**_field_arguments(description, unit, key))
+    return Field(**_field_arguments(description, unit, key, path=path))
 
 
 def optional(
@@ -101,6 +103,7 @@ def optional(
     *,
     unit: str = "",
     key: str | None = None,
+    path: bool = False,
     si_default: float | None = None,
 ) -> Any:
     """An optional field.
@@ -111,10 +114,11 @@ def optional(
         unit: Unit of the numbers in the field, for example `"length/s"`. The description shows it
             in brackets after its first clause.
         key: Key in a file, if the field has another name in Python.
+        path: Whether a text in the field is a path relative to the file.
         si_default: Default in SI, whatever the units of the file. The schema has no default then,
             but the description states it.
     """
-    about = _field_arguments(description, unit, key)
+    about = _field_arguments(description, unit, key, path=path)
     if si_default is not None:
         return Field(default_factory=lambda: si_default, **about)
     if default in ({}, ()):
@@ -122,15 +126,24 @@ def optional(
     return Field(default=default, **about)
 
 
-def _field_arguments(description: str, unit: str, key: str | None) -> dict[str, Any]:
+def _field_arguments(description: str, unit: str, key: str | None, *, path: bool) -> dict[str, Any]:
     about: dict[str, Any] = {"description": description}
+    extra: dict[str, Any] = {"path": True} if path else {}
     if unit:
         clause, semicolon, others = description.partition(";")
         about["description"] = f"{clause} [{unit}]{semicolon}{others}"
-        about["json_schema_extra"] = {"unit": unit}
+        extra["unit"] = unit
+    if extra:
+        about["json_schema_extra"] = extra
     if key is not None:
         about |= {"validation_alias": key, "serialization_alias": key}
     return about
+
+
+def is_path(field: FieldInfo | None) -> bool:
+    """Whether a text in a field is a path, as given to `optional`."""
+    about = None if field is None else field.json_schema_extra
+    return isinstance(about, dict) and "path" in about
 
 
 def unit_of(field: FieldInfo | None) -> str:

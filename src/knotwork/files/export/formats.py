@@ -62,7 +62,7 @@ _TABLE: dict[str, Any] = {"options": _TABLE_OPTIONS, "events": True, "tabular": 
 _MESSAGE_OPTIONS = ("goal", "accelerations", "fit")
 _DRIVE_OPTIONS = ("degrees", "scale", "offset", "incremental", "fit")
 _PROGRAM_OPTIONS = ("fit", "robot")
-_ROS2 = "YAML for ros2 topic pub, or with --goal for ros2 action send_goal"
+_ROS2 = "YAML for ros2 topic pub, or with goal (--goal) for ros2 action send_goal"
 _PVT = "position-velocity-time table for motion drives, as CSV"
 _URSCRIPT = "program for a controller of Universal Robots"
 _KRL = "program for a controller of KUKA: spline blocks"
@@ -178,7 +178,7 @@ def checked_target(path: Path | str, *, force: bool = False) -> Path:
         raise InputError(f"can't write to {path}: it is no regular file; give the path of a file")
     if exists and not force:
         raise InputError(
-            f"{path} exists and is kept; give another path, or replace it with force=True (--force)"
+            f"{path} exists and is kept; give another path, or force=True (--force) to replace it"
         )
     return target
 

@@ -53,10 +53,8 @@ class Arm:
         if self.slowing is None:
             return (np.broadcast_to(self.velocity, q.shape),) * 2
         k, offset, lower, upper = self.slowing
-        down, up = (
-            np.clip(np.sqrt(np.maximum(k * distance, 0.0)) - offset, 0.0, self.velocity)
-            for distance in (q - lower, upper - q)
-        )
+        distance = np.stack((q - lower, upper - q))
+        down, up = np.clip(np.sqrt(np.maximum(k * distance, 0.0)) - offset, 0.0, self.velocity)
         return down, up
 
 

@@ -74,7 +74,7 @@ def unsupported_event(event: Event, maker: str, accepted: str) -> ExportError:
     """Make the error for an event that a maker's controller can't switch."""
     return ExportError(
         f"{event.text} at {event.time:.3f} s, {waypoint_text(event.waypoint)}: a program for "
-        f"{maker} can't switch it; accepted: on and off, with {accepted}; or "
-        "leave out the events of the trajectory (--without-events)",
+        f"{maker} can't switch it; accepted: on and off, with {accepted}; or no events "
+        "(--without-events)",
         time=event.time,
     )

@@ -19,7 +19,7 @@ from knotwork.curves.polynomial.two_point import raise_degree, two_point_coeffic
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import ExportError, InputError
 from knotwork.errors.arguments import require_flag, require_number
-from knotwork.joint_quantities import DERIVATIVES, rate_unit
+from knotwork.joint_quantities import MOTION_QUANTITIES, rate_unit
 
 LOSSLESS = 1e-12
 """Error of the curve below which points are lossless, relative to the largest term of the motion's
@@ -184,7 +184,7 @@ def _refuse_jumps(trajectory: JointTrajectory, order: int, fit: float | None) ->
     smooth = trajectory.continuity
     if smooth.order >= order - 1:
         return
-    quantity = DERIVATIVES[smooth.order + 1]
+    quantity = MOTION_QUANTITIES[smooth.order + 1]
     jump = getattr(smooth, quantity)
     unit = trajectory.joint_units[trajectory.joint_names.index(jump.joint)]
     unit = rate_unit(unit, smooth.order + 1)
@@ -213,7 +213,7 @@ def _lossy(trajectory: JointTrajectory, order: int, received: PiecewisePolynomia
         f"{off[piece, joint]:.3g} {unit} (joint {name!r}, between {times[piece]:.6g} s and "
         f"{times[piece + 1]:.6g} s): choose a planner of cubics; or give fit (--fit), a "
         "tolerance in rad or m; or, where the format has them and the planner makes quintics, "
-        "send accelerations too (accelerations=True, --accelerations)",
+        "send accelerations too, by accelerations=True (--accelerations)",
         joint=name,
         error=float(off[piece, joint]),
         time=float(times[piece]),

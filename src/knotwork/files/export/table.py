@@ -15,7 +15,7 @@ from knotwork.errors import InputError
 from knotwork.errors.arguments import require_flag
 from knotwork.files.export.labels import labels_at
 from knotwork.files.export.lossless import Points, motion_points
-from knotwork.joint_quantities import DERIVATIVES
+from knotwork.joint_quantities import MOTION_QUANTITIES
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
@@ -67,7 +67,7 @@ class MotionTable:
         """
         columns, motion = {"time_s": self.time}, self.trajectory
         for quantity, table in self.joints.items():
-            order = DERIVATIVES.index(quantity)
+            order = MOTION_QUANTITIES.index(quantity)
             per = "_per_s" * (order > 0) + f"{order}" * (order > 1)
             joints = zip(motion.joint_names, motion.joint_units, table.T, strict=True)
             for name, unit, values in joints:
@@ -119,7 +119,7 @@ def motion_table(
         points = motion_points(motion, accelerations=accelerations, fit=fit)
         trajectory = points.trajectory
         time = trajectory.breaks
-        quantities = DERIVATIVES[: 3 if accelerations else 2]
+        quantities = MOTION_QUANTITIES[: 3 if accelerations else 2]
         note = points.describe()
     else:
         if accelerations or fit is not None:
@@ -132,7 +132,7 @@ def motion_table(
         trajectory = motion
         rate = DEFAULT_RATE if rate is None else rate
         time = _sample_times(motion, rate, has_tool=robot is not None)
-        quantities = DERIVATIVES
+        quantities = MOTION_QUANTITIES
         note = f"{time.size} samples at {rate:g} Hz"
     joints = {name: trajectory(time, order) for order, name in enumerate(quantities)}
     tool = {} if robot is None else _tool(trajectory, robot, time)
@@ -143,7 +143,7 @@ def motion_table(
 
 def _sample_times(motion: JointTrajectory, rate: float, *, has_tool: bool) -> FloatArray:
     """Times of samples [s], of which a table may have only so many."""
-    columns = 1 + len(DERIVATIVES) * len(motion.joint_names)
+    columns = 1 + len(MOTION_QUANTITIES) * len(motion.joint_names)
     if has_tool:
         columns += sum(len(components) for _, components, _ in TOOL_COLUMNS.values())
     return make_sample_times(

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from knotwork.errors import suggest_name
 from knotwork.files.foreign.point_table import QUANTITIES
-from knotwork.joint_quantities import DERIVATIVES
+from knotwork.joint_quantities import MOTION_QUANTITIES
 
 _QUANTITY_WORDS = {
     "position": ("position", "positions", "pos", "q", "angle"),
@@ -30,7 +30,7 @@ _CLOCKS = {
 _TIMES = {name: clock for clock, names in _CLOCKS.items() for name in names}
 _SECONDS = ("s", "sec", "second", "seconds")
 _TIME_UNITS = {**dict.fromkeys(_SECONDS, 1.0), "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
-_OWN_JOINT = re.compile(rf"(.+)\.((?:{'|'.join(DERIVATIVES)})_\w+)", re.DOTALL)
+_OWN_JOINT = re.compile(rf"(.+)\.((?:{'|'.join(MOTION_QUANTITIES)})_\w+)", re.DOTALL)
 _OWN_TOOL = re.compile(
     r"tool\.(position|quaternion|linear_velocity|angular_velocity)_[xyzw](_\w+)?"
 )
@@ -135,9 +135,13 @@ def _joint_quantity(heading: str, parts: list[str], name: str, unit: str) -> tup
         return quantity or "position", 1.0
     base, *per = stated
     kind, factor = _BASES.get(base, ("", 1.0))
-    order = sum(_PER_TIME.get(word, len(DERIVATIVES)) for word in per)
-    if kind == unit and order < len(DERIVATIVES) and quantity in ("", DERIVATIVES[order]):
-        return DERIVATIVES[order], factor
+    order = sum(_PER_TIME.get(word, len(MOTION_QUANTITIES)) for word in per)
+    if (
+        kind == unit
+        and order < len(MOTION_QUANTITIES)
+        and quantity in ("", MOTION_QUANTITIES[order])
+    ):
+        return MOTION_QUANTITIES[order], factor
     raise HeadingError(
         f"the column {heading!r} has {' '.join(stated)!r}, which is no unit of "
         f"{f'a {quantity} of ' if quantity else ''}joint {name!r}, in {unit}",

@@ -14,12 +14,12 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.two_point import two_point_coefficients
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import DocumentError
-from knotwork.joint_quantities import DERIVATIVES
+from knotwork.joint_quantities import MOTION_QUANTITIES
 
 ErrorAt = Callable[[int, str, str, str], DocumentError]
 """Makes the error for a row and quantity of a file, from a message and the accepted input."""
 
-QUANTITIES = DERIVATIVES[:3]
+QUANTITIES = MOTION_QUANTITIES[:3]
 """Quantities by which a controller interpolates points."""
 
 _CURVES = ("straight lines", "cubics", "quintics")
@@ -109,12 +109,8 @@ def to_trajectory(table: PointTable, description: str) -> JointTrajectory:
         c[size - len(pieces) :, of_kind] = pieces[:, of_kind]
     if not np.isfinite(c).all():
         row = int(np.argwhere(~np.isfinite(c))[0][1]) + 1
-        raise table.error(
-            row,
-            "time",
-            "the motion from the previous point exceeds the range of floating-point numbers",
-            "points farther apart in time",
-        )
+        fault = "the motion from the previous point exceeds the range of floating-point numbers"
+        raise table.error(row, "time", fault, "points farther apart in time")
     joined = " and ".join(_CURVES[kind] for kind in sorted(set(kinds.tolist())))
     return JointTrajectory(
         table.joints.names,

@@ -11,7 +11,7 @@ import numpy as np
 
 from knotwork.errors import FollowingError, InputError, PathError
 from knotwork.planning.choosing.chosen_values import solutions_near
-from knotwork.planning.choosing.free_sections import SolvedTask
+from knotwork.planning.choosing.free_sections import FreeTask
 from knotwork.planning.choosing.path_limit_utilisation import LimitUtilisation
 from knotwork.planning.choosing.path_speed_problem import (
     MAX_SLOWDOWN,
@@ -28,7 +28,7 @@ from knotwork.units import rounded_up
 from knotwork.verification.limits import LIMIT_SLACK
 
 
-def with_path_speeds(solved: SolvedTask, problems: Sequence[PathSpeedProblem]) -> SolvedTask:
+def with_path_speeds(solved: FreeTask, problems: Sequence[PathSpeedProblem]) -> FreeTask:
     """The task with the chosen speeds along its paths, solved and found to keep the limits there.
 
     Args:
@@ -51,7 +51,7 @@ def with_path_speeds(solved: SolvedTask, problems: Sequence[PathSpeedProblem]) -
     given = tuple(replace(at, path_speed_is_free=False) for at in solved.free_values.waypoints)
     free = scenario.free_values or replace(solved.free_values, waypoints=given)
     try:
-        timed = SolvedTask.solve(scenario, free)
+        timed = FreeTask.solve(scenario, free)
     except (PathError, FollowingError) as blocked:
         faulty = [problem for problem in problems if problem.path.first == blocked.path_start]
         for problem in faulty or problems:
@@ -64,7 +64,7 @@ def with_path_speeds(solved: SolvedTask, problems: Sequence[PathSpeedProblem]) -
 
 
 def active_path_limits(
-    solved: SolvedTask, problems: Sequence[PathSpeedProblem]
+    solved: FreeTask, problems: Sequence[PathSpeedProblem]
 ) -> tuple[ActiveLimit, ...]:
     """Bounds of the chosen speeds along the paths of a task, as active limits."""
     names = [waypoint.name for waypoint in solved.scenario.waypoints]
@@ -76,7 +76,7 @@ def active_path_limits(
 
 
 def given_speeds_beyond_limits(
-    solved: SolvedTask, problems: Sequence[PathSpeedProblem]
+    solved: FreeTask, problems: Sequence[PathSpeedProblem]
 ) -> list[InputError]:
     """Errors for given speeds that exceed a limit along a path.
 
@@ -98,7 +98,7 @@ def given_speeds_beyond_limits(
 
 
 def path_speed_error(
-    solved: SolvedTask, fault: NoSpeedsError, utilisation: float | None = None
+    solved: FreeTask, fault: NoSpeedsError, utilisation: float | None = None
 ) -> InputError:
     """The error for a stretch of a path without feasible speeds, with accepted changes.
 
@@ -122,8 +122,8 @@ def path_speed_error(
         given = requested.lengths[stretch] / duration
     speed = "no speed keeps the limits" if chosen else f"at {text(given, 'm/s')}"
     if path.motion.has_own_clock:
-        woven = path.stretches[stretch].kind.startswith("woven")
-        accepted = "a narrower weave, a lower frequency" if woven else "a slower frame"
+        weave = path.stretches[stretch].weave
+        accepted = "a slower frame" if weave is None else "a narrower weave, a lower frequency"
     elif chosen:
         accepted = "another path or path.acceleration"
     else:
@@ -145,7 +145,7 @@ def path_speed_error(
     )
 
 
-def _key(solved: SolvedTask, i: int) -> str:
+def _key(solved: FreeTask, i: int) -> str:
     """The key that gives the speed to waypoint i, on a path."""
     given = solved.scenario.given.waypoints[solved.scenario.task_index[i]]
     return next(key for key in ("speed", "after", "time") if getattr(given, key) is not None)

@@ -20,7 +20,7 @@ from knotwork.planning.choosing.chosen_values import with_chosen_values
 from knotwork.planning.choosing.free_section_motions import SectionsUnsolvedError, solve_sections
 from knotwork.planning.choosing.free_sections import (
     FreeSection,
-    SolvedTask,
+    FreeTask,
     assumed_jerk,
     find_sections,
 )
@@ -46,8 +46,8 @@ MIN_GAIN = 0.01
 
 
 @dataclass(frozen=True, eq=False)
-class ChosenTimes:
-    """Result of `choose_times`: numbers for the free values of a scenario, and their quality.
+class ChosenValues:
+    """Values chosen by `choose_times` in place of free ones, and their quality.
 
     Attributes:
         requested: The scenario with free values.
@@ -121,7 +121,7 @@ class ChosenTimes:
 
 def choose_times(
     scenario: Scenario, budget: Budget, solution: TaskSolution | None = None
-) -> ChosenTimes:
+) -> ChosenValues:
     """Choose the times, speeds and knots that a task leaves free.
 
     Constant speeds along tool paths come first: each is the maximum within the limits. Then the
@@ -131,18 +131,18 @@ def choose_times(
     tried while the total duration decreases and the budget lasts.
 
     Args:
-        scenario: A task with free values.
+        scenario: A scenario with free values.
         budget: Computing time after which the best motion so far is taken, and progress.
         solution: Solutions of the poses, if not the best.
 
     Raises:
         InputError: The task can't be solved, or no motion within the limits was found.
     """
-    solved = SolvedTask.solve(scenario, scenario.required_free_values, solution)
+    solved = FreeTask.solve(scenario, scenario.required_free_values, solution)
     free_paths = [k for k, path in enumerate(scenario.paths) if path.requested.at_most]
     paths = [PathSpeedProblem(solved, k) for k in free_paths]
     adjacent = set[PathSpeedProblem]()
-    best: ChosenTimes | None = None
+    best: ChosenValues | None = None
     error: InputError | None = None
     longest = np.inf
     for _ in range(MAX_MOTIONS):
@@ -181,8 +181,8 @@ def choose_times(
 
 
 def _choose_motions(
-    scenario: Scenario, solved: SolvedTask, paths: Sequence[PathSpeedProblem], budget: Budget
-) -> ChosenTimes:
+    scenario: Scenario, solved: FreeTask, paths: Sequence[PathSpeedProblem], budget: Budget
+) -> ChosenValues:
     """Choose the motions of all sections, with known speeds along paths.
 
     Raises:
@@ -192,7 +192,7 @@ def _choose_motions(
     sections = find_sections(solved)
     _check_given(solved, sections, paths)
     motions = solve_sections(solved, sections, budget)
-    return ChosenTimes(
+    return ChosenValues(
         requested=scenario,
         scenario=with_chosen_values(solved, motions),
         solution=solved.solution,
@@ -211,7 +211,7 @@ def _adjacent_paths(
 
 
 def _check_given(
-    solved: SolvedTask, sections: Sequence[FreeSection], paths: Sequence[PathSpeedProblem]
+    solved: FreeTask, sections: Sequence[FreeSection], paths: Sequence[PathSpeedProblem]
 ) -> None:
     """Refuse given values beyond a limit, and too short times.
 

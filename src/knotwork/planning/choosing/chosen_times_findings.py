@@ -11,7 +11,7 @@ import numpy as np
 from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.joint_quantities import rate_unit
-from knotwork.planning.choosing.chosen_times import ChosenTimes
+from knotwork.planning.choosing.chosen_times import ChosenValues
 from knotwork.planning.choosing.path_speed_problem import ADJACENT_MOTION, RAMPS, TOLERANCES
 from knotwork.task import ChosenSectionFields
 from knotwork.task.scenario import Scenario
@@ -19,11 +19,7 @@ from knotwork.task.scenario.joint_space import JointSpace
 from knotwork.verification import Finding, Motion
 from knotwork.verification.bounds.clearance import least_clearance
 from knotwork.verification.collisions import motion_model
-from knotwork.verification.finding import Verdict
-
-TIMES_GROUP, MOTION_GROUP = "Chosen times", "Chosen motion"
-"""Groups of findings if a time was free, and if only velocities, knots or solutions were."""
-WAYS_GROUP = "Ways"
+from knotwork.verification.finding import Group, Verdict
 
 SHOWN_CLEARANCE_PRECISION = 1e-5
 """Precision of the minimum clearance [m]."""
@@ -39,7 +35,7 @@ _Shares = list[tuple[str, float | None]]
 """Texts of limiting constraints, each with its share of the time."""
 
 
-def chosen_times_findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Finding]:
+def chosen_times_findings(chosen: ChosenValues, space: JointSpace) -> Iterator[Finding]:
     """Report the duration, its gap to the lower bound, and the limiting constraints.
 
     Args:
@@ -51,9 +47,10 @@ def chosen_times_findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Fi
     given = free.total_duration is not None or not timed
     brief = _duration(chosen, given=given)
     verdict: Verdict = "warning" if chosen.status != "optimal" else "information"
-    group, fact = (TIMES_GROUP, "times chosen") if timed else (MOTION_GROUP, "motion chosen")
+    group = Group.CHOSEN_TIMES if timed else Group.CHOSEN_MOTION
+    fact = f"{group.removeprefix('Chosen ')} chosen: {brief}"
     yield Finding.of_motion(
-        group, "duration", f"{fact}: {brief}", verdict, value=chosen.duration, unit="s", brief=brief
+        group, "duration", fact, verdict, value=chosen.duration, unit="s", brief=brief
     )
     if not given:
         shortest = f"{chosen.lower_bound:.6g} s{_conditions(chosen)}"
@@ -82,7 +79,7 @@ def chosen_times_findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Fi
         )
 
 
-def _duration(chosen: ChosenTimes, *, given: bool) -> str:
+def _duration(chosen: ChosenValues, *, given: bool) -> str:
     """Text of the duration, and whether it is given or the minimum."""
     text, conditions = f"{chosen.duration:.6g} s", _conditions(chosen)
     bound = f"lower bound {chosen.lower_bound:.6g} s{conditions}"
@@ -100,7 +97,7 @@ def _duration(chosen: ChosenTimes, *, given: bool) -> str:
     return f"{text}, {100 * chosen.gap:.1f} % above the {bound}"
 
 
-def _conditions(chosen: ChosenTimes) -> str:
+def _conditions(chosen: ChosenValues) -> str:
     """Text of the chosen speeds along paths and fixed arrivals, on which the bound depends."""
     times = {waypoint.name: waypoint.time for waypoint in chosen.scenario.waypoints}
     conditions = [f"{name!r} met at {times[name]:.6g} s" for name in chosen.fixed_arrivals]
@@ -122,7 +119,7 @@ def _unlimited_note(space: JointSpace) -> str:
     )
 
 
-def _assumed_jerk_note(chosen: ChosenTimes) -> str:
+def _assumed_jerk_note(chosen: ChosenValues) -> str:
     """Text of the assumed jerk limits."""
     motion = chosen.sections[0].trajectory
     units = dict(zip(motion.joint_names, motion.joint_units, strict=True))
@@ -140,7 +137,7 @@ def _share_text(share: float | None) -> str:
     return f"{100 * share:.0f} % of the time" if share else "at its peak"
 
 
-def _limits_by_interval(chosen: ChosenTimes) -> dict[tuple[str, str], _Shares]:
+def _limits_by_interval(chosen: ChosenValues) -> dict[tuple[str, str], _Shares]:
     """Limiting constraints by interval, each with its share of the time."""
     limits: defaultdict[tuple[str, str], _Shares] = defaultdict(list)
     for limit in chosen.binding:
@@ -172,7 +169,7 @@ def clear_motion_findings(
 
     Args:
         clear_motions: Waypoints of each, by index, and its motion in the task.
-        scenario: The task, with all times known.
+        scenario: The scenario, with all times known.
         space: The joints and their robot.
         trajectory: The planned motion.
     """
@@ -186,7 +183,7 @@ def clear_motion_findings(
     for indices, chosen in clear_motions:
         start, end = (scenario.waypoints[indices[k]] for k in (0, -1))
         name, interval = f"{start.name} to {end.name}", (start.time, end.time)
-        tries = "1 try" if chosen.way == 1 else f"{chosen.way} tries"
+        tries = "1 try" if chosen.tries == 1 else f"{chosen.tries} tries"
         extra = ""
         if chosen.room is not None:
             room = scenario.units.text(chosen.room * length, "m", ".3g")
@@ -201,7 +198,7 @@ def clear_motion_findings(
             fact += f", {clearance} ({pair}) at {least.time:.2f} s"
             brief = f"{name}:{extra}{',' if extra else ''} {clearance}"
         yield Finding(
-            group=WAYS_GROUP,
+            group=Group.WAYS,
             subject="waypoint",
             name=end.name,
             quantity="way",

@@ -15,9 +15,9 @@ from knotwork.errors import InputError
 from knotwork.files.documents import read, read_text, with_values
 from knotwork.files.documents.edits import differences
 from knotwork.files.documents.yaml_text import to_block_yaml
-from knotwork.planning.choosing.free_sections import FreeSection, SolvedTask
+from knotwork.planning.choosing.free_sections import FreeSection, FreeTask
 from knotwork.planning.timing import TimedMotion
-from knotwork.task import ChosenSectionFields, Velocity
+from knotwork.task import ChosenSectionFields, Task, Velocity
 from knotwork.task.scenario import JointTarget, Scenario
 from knotwork.task.scenario.joint_space import by_joint
 from knotwork.task.scenario.resolve import change_task
@@ -28,7 +28,7 @@ CHOSEN_STOP_SPEED = 1e-9
 """Chosen speeds below this are stops [m/s]."""
 
 
-def with_chosen_values(solved: SolvedTask, motions: Mapping[FreeSection, TimedMotion]) -> Scenario:
+def with_chosen_values(solved: FreeTask, motions: Mapping[FreeSection, TimedMotion]) -> Scenario:
     """The scenario with numbers in place of its free values, from the motions of all sections."""
     scenario, free = solved.scenario, solved.free_values.waypoints
     waypoints: defaultdict[int, dict[str, Any]] = defaultdict(dict)
@@ -60,7 +60,7 @@ def with_chosen_values(solved: SolvedTask, motions: Mapping[FreeSection, TimedMo
 
 
 def solutions_near(
-    solved: SolvedTask, positions: FloatArray | None = None
+    solved: FreeTask, positions: FloatArray | None = None
 ) -> dict[int, dict[str, Any]]:
     """Keys `near` of the waypoints, with which planning chooses the same IK solutions again.
 
@@ -85,7 +85,7 @@ def solutions_near(
     }
 
 
-def _chosen_speed(solved: SolvedTask, i: int, q: FloatArray, v: FloatArray) -> dict[str, Any]:
+def _chosen_speed(solved: FreeTask, i: int, q: FloatArray, v: FloatArray) -> dict[str, Any]:
     """Keys for the speed or velocity of a waypoint where it is chosen."""
     kind, robot = solved.free_values.waypoints[i].speed_kind, solved.space.robot
     waypoint = solved.scenario.waypoints[i]
@@ -128,7 +128,7 @@ def _chosen_section(
         for k, (i, free) in enumerate(zip(section.waypoints, section.free, strict=True))
         if free.speed_kind != "given"
     }
-    extra: dict[str, Any] = {"velocities": velocities, "way": motion.tries}
+    extra: dict[str, Any] = {"velocities": velocities, "tries": motion.tries}
     if motion.extra_clearance is not None:
         extra["room"] = motion.extra_clearance / units.in_si[0]
     return ChosenSectionFields(
@@ -167,5 +167,7 @@ def saved_text(scenario: Scenario, folder: Path) -> str:
 
 def _task_data(scenario: Scenario, folder: Path) -> dict[str, object]:
     source = Path.cwd() if scenario.source is None else scenario.source.parent
-    data: dict[str, object] = with_moved_paths(scenario.given.to_dict(), source, folder.resolve())
+    data: dict[str, object] = with_moved_paths(
+        Task, scenario.given.to_dict(), source, folder.resolve()
+    )
     return data

@@ -14,7 +14,7 @@ from knotwork.errors import InputError, NoWayFoundError
 from knotwork.planning.choosing.free_sections import FreeSection
 from knotwork.planning.timing import TimedMotion, TimingProblem
 from knotwork.planning.timing.bounds import lower_bound, sufficient_duration
-from knotwork.planning.timing.section_motion import SectionMotion
+from knotwork.planning.timing.part_motion import PartMotion
 from knotwork.planning.timing.solving import timed_motion
 from knotwork.planning.timing.timed_motion import Budget
 from knotwork.planning.ways.clear_motion_problem import (
@@ -106,8 +106,8 @@ def _timed_motion(
         for last in ends.goals
     )
     time = motion.time * (float(curve.x[-1]) / motion.duration)
-    section = SectionMotion(time, curve, "resting" if motion.rests else "optimal")
-    return timed_motion(problem, section, least, "way")
+    part = PartMotion(time, curve, "resting" if motion.rests else "optimal")
+    return timed_motion(problem, part, least, "way")
 
 
 def _stop(section: FreeSection, problem: TimingProblem) -> PiecewisePolynomial | None:

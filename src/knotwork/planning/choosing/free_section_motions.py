@@ -9,7 +9,7 @@ from types import MappingProxyType
 from knotwork.arrays import FloatArray
 from knotwork.errors import InputError, TimingError, merge_errors
 from knotwork.planning.choosing.clear_sections import plan_clear_section
-from knotwork.planning.choosing.free_sections import FreeSection, SolvedTask
+from knotwork.planning.choosing.free_sections import FreeSection, FreeTask
 from knotwork.planning.timing import Objective, TimedMotion
 from knotwork.planning.timing.bounds import sufficient_duration
 from knotwork.planning.timing.solving import solve_within
@@ -48,7 +48,7 @@ class SectionsUnsolvedError(Exception):
 
 
 def solve_sections(
-    solved: SolvedTask, sections: list[FreeSection], budget: Budget
+    solved: FreeTask, sections: list[FreeSection], budget: Budget
 ) -> dict[FreeSection, TimedMotion]:
     """Solve all sections, with the given total duration if there is one.
 
@@ -115,7 +115,7 @@ def _motions(
     return motions
 
 
-def _total_too_short(solved: SolvedTask, shortest: float, *, stopped: bool) -> TimingError:
+def _total_too_short(solved: FreeTask, shortest: float, *, stopped: bool) -> TimingError:
     """The error for a duration below that of the shortest motion found [s].
 
     Args:

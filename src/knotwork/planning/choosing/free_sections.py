@@ -32,8 +32,8 @@ MAX_JERK = 2e4
 
 
 @dataclass(frozen=True, eq=False)
-class SolvedTask:
-    """A scenario with free values and the IK solutions of its poses: the input of choosing.
+class FreeTask:
+    """A scenario with free values, its joints and the IK solutions of its poses.
 
     Timing problems need joint positions, loads and bodies, which the scenario alone does not have.
 
@@ -52,7 +52,7 @@ class SolvedTask:
     @classmethod
     def solve(
         cls, scenario: Scenario, free_values: FreeValues, solution: TaskSolution | None = None
-    ) -> SolvedTask:
+    ) -> FreeTask:
         """A scenario with its joints; its poses are solved unless their solution is given."""
         space = joint_space(scenario)
         solution = solution or solve_task(scenario, space, knots_of(scenario))
@@ -132,7 +132,7 @@ class FreeSection:
         waypoints: Their indices in the scenario.
     """
 
-    solved: SolvedTask
+    solved: FreeTask
     waypoints: range
 
     @property
@@ -237,7 +237,7 @@ class FreeSection:
         return accelerations
 
 
-def find_sections(solved: SolvedTask) -> list[FreeSection]:
+def find_sections(solved: FreeTask) -> list[FreeSection]:
     """Find the free sections of a scenario, in order of time.
 
     Raises:

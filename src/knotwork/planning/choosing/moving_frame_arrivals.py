@@ -17,7 +17,7 @@ import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.errors import FollowingError, InputError, OutOfReachError, TimingError
-from knotwork.planning.choosing.chosen_times import ChosenTimes, choose_times
+from knotwork.planning.choosing.chosen_times import ChosenValues, choose_times
 from knotwork.planning.timing.timed_motion import Budget
 from knotwork.task import ExpandedTask
 from knotwork.task.scenario import Scenario
@@ -49,7 +49,7 @@ def fix_arrival_times(scenario: Scenario, budget: Budget) -> Scenario:
     """Fix times and speeds up to the last moving frame as numbers.
 
     Args:
-        scenario: A task with free times before poses in moving frames, or before a time
+        scenario: A scenario with free times before poses in moving frames, or before a time
             since 0.
         budget: Computing time and progress of each iteration.
 
@@ -85,20 +85,20 @@ def fix_arrival_times(scenario: Scenario, budget: Budget) -> Scenario:
     )
 
 
-def _first_choice(scenario: Scenario, budget: Budget) -> tuple[Scenario, ChosenTimes]:
+def _first_choice(scenario: Scenario, budget: Budget) -> tuple[Scenario, ChosenValues]:
     """The scenario with the first expected times, and the choice based on them.
 
     Raises:
         InputError: There is no solution for any guess.
     """
     free, (first, *_) = scenario.required_free_values, scenario.required_free_values.time_dependent
-    task_index, failure = scenario.task_index[first], None
+    step, failure = scenario.task_index[first], None
     guesses: list[dict[int, float]] = [{}]
     at = free.waypoints[first]
-    if scenario.given.waypoints[task_index].time is None and at.duration_is_free:
+    if scenario.given.waypoints[step].time is None and at.duration_is_free:
         start = scenario.expected_times[first - 1]
         spans = dict.fromkeys(max(span, at.min_duration) for span in GUESSES)
-        guesses = [{task_index: start + span} for span in spans]
+        guesses = [{step: start + span} for span in spans]
     for expected in guesses:
         try:
             guessed = change_task(scenario, scenario.given, expected)
@@ -129,7 +129,7 @@ def _with_speeds_before(scenario: Scenario, budget: Budget) -> Scenario:
     return _with_fewer_free(scenario, task.with_waypoints(_speeds(scenario, chosen)))
 
 
-def _speeds(scenario: Scenario, chosen: ChosenTimes) -> dict[int, Any]:
+def _speeds(scenario: Scenario, chosen: ChosenValues) -> dict[int, Any]:
     """Chosen speeds along paths up to the last moving frame, for the task."""
     free, timed = scenario.required_free_values, chosen.scenario.given.waypoints
     until = free.waypoints[: free.time_dependent[-1] + 1]
@@ -138,14 +138,14 @@ def _speeds(scenario: Scenario, chosen: ChosenTimes) -> dict[int, Any]:
     return {k: {"speed": timed[k].speed} for k in ends if k < len(timed)}  # type: ignore[union-attr]
 
 
-def _solutions(scenario: Scenario, chosen: ChosenTimes) -> dict[int, Any]:
+def _solutions(scenario: Scenario, chosen: ChosenValues) -> dict[int, Any]:
     """Chosen solutions of the poses up to the last moving frame, for the task."""
     timed = chosen.scenario.given.waypoints
     reached = scenario.task_index[1 : scenario.required_free_values.time_dependent[-1] + 1]
     return {k: {"near": near} for k in reached if (near := getattr(timed[k], "near", None))}
 
 
-def _times(scenario: Scenario, chosen: ChosenTimes) -> FloatArray:
+def _times(scenario: Scenario, chosen: ChosenValues) -> FloatArray:
     """Times of the waypoints in a minimum-time motion [s], shape (n,).
 
     Raises:
@@ -153,12 +153,12 @@ def _times(scenario: Scenario, chosen: ChosenTimes) -> FloatArray:
     """
     times = np.array(chosen.scenario.times)
     for i in scenario.required_free_values.time_dependent:
-        task_index = scenario.task_index[i]
-        time = scenario.given.waypoints[task_index].time
+        step = scenario.task_index[i]
+        time = scenario.given.waypoints[step].time
         if time is None or ends_wait(scenario.task_index, i):
             continue
         if times[i] > time:
-            with scenario.error_context("waypoints", task_index, "time"):
+            with scenario.error_context("waypoints", step, "time"):
                 raise InputError(
                     f"{scenario.waypoints[i].name!r} is reached at "
                     f"{rounded_up(float(times[i])):.6g} s at the earliest that was found, "
@@ -168,19 +168,19 @@ def _times(scenario: Scenario, chosen: ChosenTimes) -> FloatArray:
     return times
 
 
-def _with_numbers(scenario: Scenario, chosen: ChosenTimes) -> Scenario:
+def _with_numbers(scenario: Scenario, chosen: ChosenValues) -> Scenario:
     """The scenario with numbers for its free values up to the last moving frame."""
     free, task = scenario.required_free_values, scenario.given
     last, spans = free.time_dependent[-1], np.diff(chosen.scenario.times)
     changes: defaultdict[int, dict[str, Any]] = defaultdict(dict)
     changes.update(_speeds(scenario, chosen))
     for i in range(1, last + 1):
-        at, task_index = free.waypoints[i], scenario.task_index[i]
-        if at.duration_is_free and task.waypoints[task_index].time is None:
+        at, step = free.waypoints[i], scenario.task_index[i]
+        if at.duration_is_free and task.waypoints[step].time is None:
             span = float(spans[i - 1])
             waits = at.min_duration > span - AGREEMENT
             after = span if waits else LONGER_TIMES * span + AGREEMENT
-            changes[task_index]["after"] = rounded_up(after, 6)
+            changes[step]["after"] = rounded_up(after, 6)
     task = task.with_waypoints(changes).with_waypoints(_solutions(scenario, chosen))
     return _with_fewer_free(scenario, task)
 

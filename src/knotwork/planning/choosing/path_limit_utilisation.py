@@ -16,7 +16,7 @@ from knotwork.curves.interpolation import ModifiedHermiteSpline
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.tool_paths import TimedPath, Timing, speed_profile
 from knotwork.joint_quantities import RATE_QUANTITIES
-from knotwork.planning.choosing.free_sections import SolvedTask
+from knotwork.planning.choosing.free_sections import FreeTask
 from knotwork.planning.task_to_joint import knots_of
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
@@ -68,7 +68,7 @@ class LimitUtilisation:
         orders: Powers of the speed with which they grow, shape (m,).
     """
 
-    def __init__(self, solved: SolvedTask, path: ScenarioPath) -> None:
+    def __init__(self, solved: FreeTask, path: ScenarioPath) -> None:
         space, motion = solved.space, solved.scenario.motion_limits
         self.robot = robot = cast(Robot, space.robot)  # only robots follow paths
         self._bounds = space.limits
@@ -131,7 +131,7 @@ class LimitUtilisation:
         """Utilisation of each limit, shape (n, m), from components of shape (n, c)."""
         return np.asarray(np.sqrt(np.add.reduceat(components**2, self.starts, axis=1)))
 
-    def of_motion(self, solved: SolvedTask, path: ScenarioPath) -> FloatArray:
+    def of_motion(self, solved: FreeTask, path: ScenarioPath) -> FloatArray:
         """Largest utilisation by the planned motion on each part of a path, shape (n, 3, m).
 
         Args:
@@ -189,7 +189,7 @@ class PathUtilisation:
         limits: Utilisation of its limits by states.
     """
 
-    def __init__(self, solved: SolvedTask, path: ScenarioPath, limits: LimitUtilisation) -> None:
+    def __init__(self, solved: FreeTask, path: ScenarioPath, limits: LimitUtilisation) -> None:
         self._limits, lengths = limits, path.requested.lengths
         # at 1 m/s time is the arc length
         timing = speed_profile(lengths, np.ones(len(lengths)), acceleration=1.0)

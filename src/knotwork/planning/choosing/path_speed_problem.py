@@ -15,7 +15,7 @@ import numpy as np
 from knotwork.arrays import FloatArray
 from knotwork.curves.tool_paths import Timing
 from knotwork.errors import PathError
-from knotwork.planning.choosing.free_sections import SolvedTask
+from knotwork.planning.choosing.free_sections import FreeTask
 from knotwork.planning.choosing.path_limit_utilisation import (
     CONSTANT_SPEED_PART,
     LimitUtilisation,
@@ -85,7 +85,7 @@ class PathSpeedProblem:
         limiting: The limit or other bound of each of them.
     """
 
-    def __init__(self, solved: SolvedTask, number: int) -> None:
+    def __init__(self, solved: FreeTask, number: int) -> None:
         self.number, self.path = number, solved.scenario.paths[number]
         self.requested = self.path.requested
         self.caps = {k: (bound, AT_MOST) for k, bound in self.requested.at_most.items()}
@@ -186,7 +186,7 @@ class PathSpeedProblem:
         """Cap each speed at a fraction of its present value."""
         self.caps = {k: (factor * speed, reason) for k, speed in self.speeds.items()}
 
-    def correct_from_plan(self, solved: SolvedTask) -> NoSpeedsError | None:
+    def correct_from_plan(self, solved: FreeTask) -> NoSpeedsError | None:
         """Correct the expected utilisation by that of a planned motion.
 
         Speeds with which this motion exceeds a limit are capped.

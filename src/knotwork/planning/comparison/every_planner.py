@@ -17,12 +17,12 @@ from knotwork.files import storage
 from knotwork.planning import Plan, plan
 from knotwork.planning.comparison.scores import Refusal, Score, flatten
 from knotwork.planning.planner_options import planner_options, supported_options
-from knotwork.planning.task_to_joint.task_solution import FEASIBILITY
 from knotwork.task import Task
 from knotwork.task.scenario import Scenario, load_scenario
 from knotwork.units import SI, Units
 from knotwork.verification import Report, check, metrics
 from knotwork.verification.brief import worst_failure_text
+from knotwork.verification.finding import Group
 from knotwork.waypoints import JointWaypoints
 
 TIMED_RUNS = 5
@@ -180,7 +180,7 @@ def _score(name: str, trajectory: JointTrajectory, seconds: float, base_plan: Pl
         deviation = straight_path_deviation(space.robot, trajectory, scenario.waypoints, paths)
     report = base_plan.report
     if not _same_motion(trajectory, base_plan.trajectory):
-        known = report.select(group=FEASIBILITY)
+        known = report.select(group=Group.FEASIBILITY)
         report = check(trajectory, scenario, space=space, known=known)
     deviations = _values_and_limits(report, "path", "path_deviation")
     speeds = _values_and_limits(report, "path", "path_speed")

@@ -63,7 +63,7 @@ def scenario_with(document: Document, edits: Edits) -> Scenario:
     Raises:
         DocumentError: Some values are wrong.
     """
-    return resolve_task(validate(Task, apply_edits(document, edits)), document.locations)
+    return resolve_task(validate(Task, apply_edits(document, edits)), document)
 
 
 def _parts(path: str) -> list[tuple[str, bool]]:

@@ -41,7 +41,7 @@ def unsolved_collision_model(
     """The collision model of a scenario whose poses are not solved yet.
 
     Args:
-        scenario: The task.
+        scenario: The scenario.
         space: The joints of the scenario.
         robot: The robot without virtual joints.
         times: Times of the waypoints at which bodies come, go or are held, shape (n,).
@@ -62,7 +62,7 @@ class CandidateCollisions:
     """Tests solutions of a scenario's waypoints for collisions, there and along paths.
 
     Args:
-        scenario: The task.
+        scenario: The scenario.
         robot: The robot without virtual joints; only its joint positions are used.
         model: Its collision model, with one pair or more.
     """
@@ -74,13 +74,13 @@ class CandidateCollisions:
         self._pairs = SolidPairs(model)
 
     @classmethod
-    def read(
+    def for_scenario(
         cls, scenario: Scenario, space: JointSpace, robot: Robot
     ) -> CandidateCollisions | None:
         """The tests of a scenario; `None` if nothing in it can collide.
 
         Args:
-            scenario: The task.
+            scenario: The scenario.
             space: The joints of the scenario.
             robot: The robot without virtual joints.
         """

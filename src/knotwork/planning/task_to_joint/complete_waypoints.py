@@ -63,7 +63,7 @@ def complete_waypoints(
     are known there and during waits.
 
     Args:
-        scenario: The task.
+        scenario: The scenario.
         space: The joints of the scenario.
         positions: Joint positions at its waypoints [rad or m], shape (n, d).
         velocities: Joint velocities at its waypoints [rad/s or m/s], shape (n, d).
@@ -123,7 +123,7 @@ def _insert_waypoints(
     """Rows along a path, with inserted waypoints.
 
     Args:
-        scenario: The task.
+        scenario: The scenario.
         track: The arm along the path.
         start: Joint positions at its start [rad or m], shape (d,).
         knots: Knot placement of the motion: see `ModifiedHermiteSpline`.

@@ -28,19 +28,15 @@ def dependent_groups(scenario: Scenario, waits: Sequence[int]) -> list[range]:
     """Groups of consecutive waypoints that follow from the first of the group.
 
     Args:
-        scenario: The task.
+        scenario: The scenario.
         waits: Indices of the waypoints where a wait begins; the next waypoint is equal.
     """
     dependent = {i + 1 for i in waits}
     for path in scenario.paths:
         dependent.update(range(path.first + 1, path.last + 1))
-    groups: list[range] = []
-    for i in sorted(dependent):
-        if groups and groups[-1].stop == i:
-            groups[-1] = range(groups[-1].start, i + 1)
-        else:
-            groups.append(range(i - 1, i + 1))
-    return groups
+    previous = {i - 1 for i in dependent}
+    ends = zip(sorted(previous - dependent), sorted(dependent - previous), strict=True)
+    return [range(first, last + 1) for first, last in ends]
 
 
 class GroupSolution(NamedTuple):
@@ -73,7 +69,7 @@ class GroupSolver:
     """Finds the candidates at dependent waypoints, from those at the first of their group.
 
     Attributes:
-        scenario: The task.
+        scenario: The scenario.
         chains: The robot with the virtual joints of each pose.
         collisions: Collision model of the arm and the scene, or `None`.
     """

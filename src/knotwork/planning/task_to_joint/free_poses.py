@@ -76,7 +76,7 @@ class FreedomChains:
     """The arm with virtual joints, one chain for each freedom that poses of a scenario have.
 
     Args:
-        scenario: The task.
+        scenario: The scenario.
         robot: The arm.
 
     Attributes:
@@ -137,7 +137,7 @@ def with_virtual_joints(scenario: Scenario, space: JointSpace, chains: FreedomCh
     """The joint space with the virtual joints of the scenario's freedoms appended, if any.
 
     Args:
-        scenario: The task.
+        scenario: The scenario.
         space: The joints of the scenario.
         chains: The arm with its virtual joints.
     """

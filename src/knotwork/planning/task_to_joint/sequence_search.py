@@ -73,7 +73,7 @@ class SequenceSearch:
     """The search for the best sequence of one scenario.
 
     Args:
-        scenario: The task.
+        scenario: The scenario.
         space: The joints of the scenario, followed by the virtual joints of its freedoms.
         chains: The robot with the virtual joints of each pose.
         avoided: Steps that count as collisions.
@@ -96,7 +96,7 @@ class SequenceSearch:
         robot = chains.whole
         self.scenario, self.space, self.chains, self.robot = scenario, space, chains, robot
         self.near = space.near
-        self.collisions = CandidateCollisions.read(scenario, space, chains.arm)
+        self.collisions = CandidateCollisions.for_scenario(scenario, space, chains.arm)
         groups = dependent_groups(scenario, space.waits)
         self._group_of = {i: group for group in groups for i in group}
         check_branch(scenario, robot)
@@ -238,7 +238,7 @@ def velocity_at(
     """Joint velocities for the tool's twist at a waypoint [rad/s or m/s], shape (d,).
 
     Args:
-        scenario: The task.
+        scenario: The scenario.
         chains: The robot with the virtual joints of each pose.
         track: Track of the path of the waypoint, if it is on one.
         index: Index of the waypoint, which is given by a pose.

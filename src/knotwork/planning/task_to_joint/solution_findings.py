@@ -9,7 +9,7 @@ import numpy as np
 from knotwork.arrays import FloatArray
 from knotwork.errors.plain_text import to_one_line
 from knotwork.planning.task_to_joint.sequence_search import ChosenSequence, SequenceSearch
-from knotwork.planning.task_to_joint.task_solution import FEASIBILITY, Choice
+from knotwork.planning.task_to_joint.task_solution import Choice
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.geometry.configuration_flags import (
     configuration_flags,
@@ -19,6 +19,7 @@ from knotwork.robot.kinematics.sequence.step_costs import OVERSPEED_FACTOR
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.scenario import ScenarioWaypoint
 from knotwork.verification import Finding
+from knotwork.verification.finding import Group
 
 
 def describe_choices(search: SequenceSearch, chosen: ChosenSequence) -> tuple[Choice, ...]:
@@ -73,7 +74,7 @@ def _velocity_finding(
 
     Args:
         robot: The robot.
-        scenario: The task.
+        scenario: The scenario.
         speeds: Joint speeds [rad/s or m/s], shape (d,).
         start: Waypoint with these speeds, or where an interval with these mean speeds begins.
         end: Waypoint where the interval ends.
@@ -93,7 +94,7 @@ def _velocity_finding(
         remedy = f"{limit / speed:.3g} of that velocity is feasible"
     text, allowed = scenario.units.text, scenario.units.text(limit, unit, ".4g")
     return Finding(
-        group=FEASIBILITY,
+        group=Group.FEASIBILITY,
         subject="waypoint",
         name=start.name,
         quantity="joint_velocity_needed",

@@ -51,7 +51,7 @@ def step_rules(
     """Rules for the cost of the step in each interval.
 
     Args:
-        scenario: The task.
+        scenario: The scenario.
         chains: The robot with the virtual joints of each pose.
         targets: State of the joints at each waypoint, `None` where a pose is given.
         free_velocity: Waypoints whose speed is chosen later, by index.

@@ -14,9 +14,6 @@ if TYPE_CHECKING:
     from knotwork.robot.kinematics.following.joint_field import Pull
     from knotwork.verification import Finding
 
-FEASIBILITY = "Feasibility"
-"""Group of findings that hold for every motion through the joint waypoints."""
-
 SequenceStep: TypeAlias = tuple[int, FloatArray, FloatArray]
 """Interval between two waypoints, and joint positions at its ends [rad or m], shape (d,) each."""
 

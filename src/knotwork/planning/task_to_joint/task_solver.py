@@ -41,7 +41,7 @@ def solve_task(
     smallest excess over the velocity limits is chosen.
 
     Args:
-        scenario: The task.
+        scenario: The scenario.
         space: The joints and the robot.
         knots: Knot placement of the motion along tool paths: see `ModifiedHermiteSpline`.
         avoided: Steps that count as collisions, because a motion with them collided.
@@ -113,7 +113,7 @@ def _solve_joint_targets(scenario: Scenario, space: JointSpace, knots: Any) -> T
     if space.robot is not None and scenario.scene.has_bodies:
         from knotwork.planning.task_to_joint.candidate_collisions import CandidateCollisions
 
-        if collisions := CandidateCollisions.read(scenario, space, space.robot):
+        if collisions := CandidateCollisions.for_scenario(scenario, space, space.robot):
             collisions.check_start(positions[0])
     waypoints = complete_waypoints(scenario, space, positions, velocities, knots)
     return _with_chosen_velocities(TaskSolution(waypoints), space)
@@ -133,7 +133,7 @@ def _check_pull(scenario: Scenario, space: JointSpace) -> None:
     if scenario.given.pull_to_middle and robot is not None and robot.dof <= 6:
         raise RobotError(
             robot.name,
-            f"is not redundant: it has {robot.dof} joints; leave it out, or use an arm of seven "
-            "joints or more",
+            f"with {robot.dof} joints the arm has no self-motion; leave out pull_to_middle, or use "
+            "an arm of seven joints or more",
             where=scenario.where("pull_to_middle"),
         )

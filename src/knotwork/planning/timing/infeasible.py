@@ -22,7 +22,7 @@ from knotwork.planning.timing.bounds import (
     slowest_text,
     sufficient_duration,
 )
-from knotwork.planning.timing.section_motion import resting_motion
+from knotwork.planning.timing.part_motion import resting_motion
 from knotwork.planning.timing.stop_to_stop import with_longer
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.units import rounded_down, rounded_up
@@ -52,7 +52,7 @@ def infeasible_values(problem: TimingProblem, *, direct: bool = True) -> list[Ti
     return (
         [*_overloads(problem, certain=True), *value_errors(problem)]
         or list(_unlimited_errors(problem))
-        or list(_imfeasible_durations(problem, direct))
+        or list(_infeasible_durations(problem, direct))
     )
 
 
@@ -121,7 +121,7 @@ def _unlimited_errors(problem: TimingProblem) -> Iterator[TimingError]:
         )
 
 
-def _imfeasible_durations(problem: TimingProblem, direct: bool) -> Iterator[TimingError]:
+def _infeasible_durations(problem: TimingProblem, direct: bool) -> Iterator[TimingError]:
     """Infeasible durations: too short, excluded since a joint can't stop, or without a minimum."""
     speeds = np.where(problem.velocity_known[:, None], problem.velocity, 0.0)
     moves = np.abs(np.diff(problem.position, axis=0)) + np.abs(speeds[:-1]) + np.abs(speeds[1:])

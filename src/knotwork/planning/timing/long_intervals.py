@@ -45,20 +45,17 @@ def max_middle_velocities(problem: TimingProblem) -> FloatArray:
     return np.where(np.isnan(stop), np.inf, MIDDLE_FACTOR * mean)
 
 
-def guessed_states(
-    position: FloatArray, duration: FloatArray, velocity: FloatArray, stops: FloatArray
-) -> States:
+def guessed_states(problem: TimingProblem, duration: FloatArray, velocity: FloatArray) -> States:
     """A guess of plain cubics: between waypoints, in long intervals between stops.
 
     Args:
-        position: Positions at the waypoints, shape (n, d).
+        problem: The problem.
         duration: Guessed durations between the waypoints [s], shape (n-1,).
         velocity: Guessed velocities at the waypoints, shape (n, d).
-        stops: Time for a stop in each long interval [s], NaN in others, shape (n-1,).
     """
     pieces = pieces_each(len(duration))
-    spans = np.repeat(duration[:, None] / pieces, pieces, axis=1)
-    time = np.append(0.0, np.cumsum(duration))
+    spans, position = np.repeat(duration[:, None] / pieces, pieces, axis=1), problem.position
+    time, stops = np.append(0.0, np.cumsum(duration)), stop_times(problem)
     for i in np.flatnonzero(~np.isnan(stops))[::-1].tolist():
         stop, middle = stops[i], duration[i] - 2.0 * stops[i]
         spans[i] = (stop / 2, stop / 2, middle, stop / 2, stop / 2)

@@ -16,8 +16,8 @@ from knotwork.joint_quantities import RATE_QUANTITIES
 from knotwork.planning.timing.bounds import lower_bound
 from knotwork.planning.timing.infeasible import infeasible_values, unsolved_errors
 from knotwork.planning.timing.motion_curves import concatenate
+from knotwork.planning.timing.part_motion import PartMotion, solve_part
 from knotwork.planning.timing.robot_limits import robot_limits, utilisation
-from knotwork.planning.timing.section_motion import SectionMotion, solve_section
 from knotwork.planning.timing.timed_motion import (
     ActiveLimit,
     Budget,
@@ -54,8 +54,8 @@ def solve(
 ) -> TimedMotion:
     """Minimise the objective of a problem over its free values, within all limits.
 
-    Sections between waypoints with known velocity and acceleration are independent and solved
-    separately. A long section is solved in windows, each with a few of the following intervals.
+    Parts between waypoints with known velocity and acceleration are independent and solved
+    separately. A long part is solved in windows, each with a few of the following intervals.
     The optimum is local: the solver (IPOPT) starts from plain cubics. If it does not converge, the
     arm comes to rest in each interval.
 
@@ -93,11 +93,11 @@ def solve_within(problem: TimingProblem, budget: Budget) -> TimedMotion:
     if wrong := infeasible_values(problem):
         raise merge_errors(wrong)
     earlier_iterations = budget.iterations
-    motions: list[SectionMotion] = []
+    motions: list[PartMotion] = []
     causes: list[TimingError] = []
-    for start, end in sections(problem):
-        section = problem.section(start, end)
-        motion = solve_windows(section, budget)
+    for start, end in independent_parts(problem):
+        part = problem.between(start, end)
+        motion = solve_windows(part, budget)
         if motion is not None:
             motions.append(motion)
         elif budget.is_over:
@@ -107,7 +107,7 @@ def solve_within(problem: TimingProblem, budget: Budget) -> TimedMotion:
             )
             raise TimingError(message, cause="budget")
         else:
-            for error in unsolved_errors(section):
+            for error in unsolved_errors(part):
                 if error.waypoint is not None:
                     error.waypoint += start
                 causes.append(error)
@@ -117,11 +117,11 @@ def solve_within(problem: TimingProblem, budget: Budget) -> TimedMotion:
     return replace(timed, iterations=budget.iterations - earlier_iterations)
 
 
-def _consecutive(motions: Sequence[SectionMotion]) -> SectionMotion:
+def _consecutive(motions: Sequence[PartMotion]) -> PartMotion:
     """Consecutive motions, each from time 0 on, as one."""
     starts = np.cumsum([0.0, *(motion.time[-1] for motion in motions)])
-    times = [start + part.time[:-1] for start, part in zip(starts, motions, strict=False)]
-    return SectionMotion(
+    times = [start + motion.time[:-1] for start, motion in zip(starts, motions, strict=False)]
+    return PartMotion(
         np.append(np.concatenate(times), starts[-1]),
         concatenate(*(motion.curve for motion in motions)),
         status_of(motion.status for motion in motions),
@@ -129,7 +129,7 @@ def _consecutive(motions: Sequence[SectionMotion]) -> SectionMotion:
 
 
 def timed_motion(
-    problem: TimingProblem, motion: SectionMotion, bound: float, planner: str
+    problem: TimingProblem, motion: PartMotion, bound: float, planner: str
 ) -> TimedMotion:
     """A motion that keeps the limits of a problem, with its figures; see `TimedMotion`.
 
@@ -158,8 +158,8 @@ def timed_motion(
     )
 
 
-def sections(problem: TimingProblem) -> list[tuple[int, int]]:
-    """First and last waypoints of independent sections.
+def independent_parts(problem: TimingProblem) -> list[tuple[int, int]]:
+    """First and last waypoints of independent parts.
 
     A motion is divided where position, velocity and acceleration are known, unless its total
     duration is given.
@@ -169,11 +169,11 @@ def sections(problem: TimingProblem) -> list[tuple[int, int]]:
     return list(pairwise([0, *(np.flatnonzero(divides[1:-1]) + 1).tolist(), last]))
 
 
-def solve_windows(problem: TimingProblem, budget: Budget) -> SectionMotion | None:
-    """Solve a section, window by window if it is long.
+def solve_windows(problem: TimingProblem, budget: Budget) -> PartMotion | None:
+    """Solve a part, window by window if it is long.
 
     Args:
-        problem: The section.
+        problem: The part.
         budget: Progress and budget.
 
     Returns:
@@ -181,22 +181,22 @@ def solve_windows(problem: TimingProblem, budget: Budget) -> SectionMotion | Non
     """
     last = len(problem.position) - 1
     if last <= MAX_INTERVALS or problem.total is not None:
-        motion = solve_section(problem, budget)
+        motion = solve_part(problem, budget)
         budget.finish(last)
         return motion
     velocity, acceleration = np.array(problem.velocity), np.array(problem.acceleration)
     along = np.array(problem.along)
-    windows: list[SectionMotion] = []
+    windows: list[PartMotion] = []
     first = 0
     while first < last:
         is_last = last - first <= WINDOW_INTERVALS + 2 * INTERVALS_AHEAD
         end = last if is_last else first + WINDOW_INTERVALS + INTERVALS_AHEAD
         start_known = replace(problem, velocity=velocity, acceleration=acceleration, along=along)
         count = end - first if is_last else WINDOW_INTERVALS
-        motion = solve_section(start_known.section(first, end), budget)
+        motion = solve_part(start_known.between(first, end), budget)
         if motion is None or motion.status == "resting":  # the start state may be the reason
             budget.finish(last - first)
-            return solve_section(problem, budget)
+            return solve_part(problem, budget)
         budget.finish(count)
         first += count
         seam = motion.time[count]
@@ -206,12 +206,12 @@ def solve_windows(problem: TimingProblem, budget: Budget) -> SectionMotion | Non
     return _consecutive(windows)
 
 
-def _first_intervals(motion: SectionMotion, count: int) -> SectionMotion:
+def _first_intervals(motion: PartMotion, count: int) -> PartMotion:
     """The first intervals of a motion."""
     time, curve = motion.time[: count + 1], motion.curve
     pieces = int(np.searchsorted(curve.x, time[-1]))
-    part = PiecewisePolynomial(curve.c[:, :pieces], curve.x[: pieces + 1])
-    return SectionMotion(time, part, motion.status)
+    first = PiecewisePolynomial(curve.c[:, :pieces], curve.x[: pieces + 1])
+    return PartMotion(time, first, motion.status)
 
 
 def _terms(problem: TimingProblem, motion: JointTrajectory) -> dict[str, float]:
@@ -271,8 +271,8 @@ def binding_limits(
             k = int(peaks[name][i].argmax())
             if peaks[name][i, k] >= 1.0 - TOUCH_DISTANCE:
                 at_limit = [(float(shares[name][i, k]), name, k)]
-        for part, name, k in at_limit:
+        for fraction, name, k in at_limit:
             joint = "" if name == "tool_speed" else problem.joint_names[k]
             ends = problem.names[i], problem.names[i + 1]
-            active.append(ActiveLimit(*ends, joint, name.replace("_", " "), round(part, 2)))
+            active.append(ActiveLimit(*ends, joint, name.replace("_", " "), round(fraction, 2)))
     return tuple(active)

@@ -10,7 +10,6 @@ import numpy as np
 from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.joint_quantities import RATE_QUANTITIES
-from knotwork.planning.timing.long_intervals import stop_times
 from knotwork.planning.timing.robot_limits import (
     robot_limits,
     sampled_utilisation,
@@ -35,23 +34,19 @@ class Tightening:
 
     Attributes:
         margin: Relative margin to each limit.
-        slow_middle: Whether velocities in the middle of long intervals are bounded.
         position: Whether positions between the breaks are limited.
         fractions: Allowed fractions of the limits of `ROBOT_LIMITS` that the solver has, by name:
             see `robot_limit_blocks`.
     """
 
     margin: float = SOLVER_MARGIN
-    slow_middle: bool = False
     position: bool = False
     fractions: Mapping[str, FloatArray] = field(default_factory=dict)
 
-    def same_equations(self, following: Tightening) -> bool:
-        """Whether the solver has the same equations with another tightening."""
-        return (self.position, self.fractions.keys()) == (
-            following.position,
-            following.fractions.keys(),
-        )
+    @property
+    def equations(self) -> tuple[bool, set[str]]:
+        """Kinds of limits that the solver has in addition to those at the breaks."""
+        return self.position, set(self.fractions)
 
 
 def first_tightening(problem: TimingProblem) -> Tightening:
@@ -59,14 +54,13 @@ def first_tightening(problem: TimingProblem) -> Tightening:
 
     It includes efforts only if no other quantity limits a joint.
     """
-    limits, slow_middle = problem.limits, bool(np.isfinite(stop_times(problem)).any())
+    limits = problem.limits
     unlimited = np.isinf(limits.acceleration) & np.isinf(limits.jerk) & np.isfinite(limits.effort)
     if problem.objective.time and problem.free.any() and unlimited.any():
         intervals = len(problem.position) - 1
         utilisation = np.zeros((pieces_each(intervals) * intervals, len(unlimited)))
-        fractions = {"effort": _allowed_fractions(None, utilisation)}
-        return Tightening(slow_middle=slow_middle, fractions=fractions)
-    return Tightening(slow_middle=slow_middle)
+        return Tightening(fractions={"effort": _allowed_fractions(None, utilisation)})
+    return Tightening()
 
 
 def tighten(

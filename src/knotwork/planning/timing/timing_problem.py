@@ -235,7 +235,7 @@ class TimingProblem(ReadOnlyArrays):
         """Whether the acceleration at each waypoint is given, shape (n,)."""
         return known_rows(self.acceleration)
 
-    def section(self, first: int, last: int) -> TimingProblem:
+    def between(self, first: int, last: int) -> TimingProblem:
         """The problem from one waypoint to another."""
         points, between = slice(first, last + 1), slice(first, last)
         return replace(

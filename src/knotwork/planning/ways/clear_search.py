@@ -13,7 +13,7 @@ from knotwork.arrays import FloatArray, IndexArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.retiming.stops import stop_joints
 from knotwork.planning.timing.motion_curves import concatenate, reverse, slow_down
-from knotwork.planning.timing.section_motion import resting_motion
+from knotwork.planning.timing.part_motion import resting_motion
 from knotwork.planning.timing.tightening import exceeded_limit, keeps_limits
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.planning.ways.clear_motion_problem import (
@@ -23,7 +23,7 @@ from knotwork.planning.ways.clear_motion_problem import (
     NoClearMotionError,
 )
 from knotwork.planning.ways.configuration_space import ConfigurationSpace
-from knotwork.planning.ways.exchange import Exchange
+from knotwork.planning.ways.exchange import ExchangeSearch
 from knotwork.planning.ways.rrt import connect, polyline_curve, shorten_polyline
 
 
@@ -121,9 +121,9 @@ def _with_extra_clearance(problem: ClearMotionProblem, extra: float) -> ClearMot
     """The problem with margins increased by a clearance [m]."""
     model, limits = problem.collision_model, problem.timing.limits
     space = ConfigurationSpace(problem.arm_model, model, limits)
-    clearance = dict.fromkeys(space.bodies, extra)
+    clearance = dict.fromkeys(space.pair_names, extra)
     passed = (problem.starts[0], *problem.timing.position[1:-1], problem.goals[0])
-    for names, kept in zip(space.bodies, space.extra_clearance(extra, passed), strict=True):
+    for names, kept in zip(space.pair_names, space.extra_clearance(extra, passed), strict=True):
         clearance[names] = min(clearance[names], float(kept))
     pairs = []
     for pair in model.pairs:
@@ -262,7 +262,7 @@ class _ClearSearch:
             self.space.keep_away(extra, (*starts[few], *goals[few]))
             for k in range(POLYLINE_SEEDS):
                 rng = np.random.default_rng([*seed, k])
-                max_checks = checks * FULL_PAIRS // max(FULL_PAIRS, len(self.space.bodies))
+                max_checks = checks * FULL_PAIRS // max(FULL_PAIRS, len(self.space.pair_names))
                 line = connect(self.space, starts[few], goals[few], rng, step, max_checks)
                 if line is None:
                     break
@@ -291,7 +291,7 @@ class _ClearSearch:
         if best is None:
             self.report(number, motion)
         pieces = min(max(PIECES_AN_EDGE * max(edges), MIN_PIECES), MAX_PIECES)
-        exchange = Exchange(self.space, ends, curve, times, pieces, problem.unproved_pairs)
+        exchange = ExchangeSearch(self.space, ends, curve, times, pieces, problem.unproved_pairs)
         max_duration = np.inf if best is None else best.duration
         faster = exchange.run(self.is_out_of_time, max_duration)
         if faster is curve:

@@ -82,7 +82,7 @@ class ConfigurationSpace:
                 self._joint.append(body.joint)
         self._pairs: list[tuple[int, int]] = []
         margins: list[float] = []
-        self.bodies: list[tuple[str, str]] = []
+        self.pair_names: list[tuple[str, str]] = []
         for pair in model.pairs:
             for a in solids[pair.first]:
                 for b in solids[pair.second]:
@@ -90,13 +90,13 @@ class ConfigurationSpace:
                     self._pairs.append((a, b))
                     margins.append(pair.margin)
                     names = model.bodies[pair.first].name, model.bodies[pair.second].name
-                    self.bodies.append(names)
+                    self.pair_names.append(names)
         self.margin = np.array(margins)
-        self._found = self._geometry.createData()
-        for request in self._found.distanceRequests:
+        self._geometry_data = self._geometry.createData()
+        for request in self._geometry_data.distanceRequests:
             request.enable_signed_distance = True
             request.gjk_tolerance = NEAREST_POINT_TOLERANCE
-        for request in self._found.collisionRequests:
+        for request in self._geometry_data.collisionRequests:
             request.enable_contact = False
         self.keep_away(0.0)
 
@@ -108,7 +108,9 @@ class ConfigurationSpace:
             ends: Configurations that must be clear, see `extra_clearance`.
         """
         limits = self.margin + self.extra_clearance(extra, ends) + DISTANCE_ERROR
-        for request, distance in zip(self._found.collisionRequests, limits.tolist(), strict=True):
+        for request, distance in zip(
+            self._geometry_data.collisionRequests, limits.tolist(), strict=True
+        ):
             request.security_margin = distance
 
     def extra_clearance(self, extra: float, ends: Sequence[FloatArray]) -> FloatArray:
@@ -128,7 +130,7 @@ class ConfigurationSpace:
         """Whether a configuration keeps every margin and the clearance of `keep_away`."""
         self.checks += 1
         return self._holds_arm(q) and not pin.computeCollisions(
-            self.arm_model, self._data, self._geometry, self._found, q, True
+            self.arm_model, self._data, self._geometry, self._geometry_data, q, True
         )
 
     def _holds_arm(self, q: FloatArray) -> bool:
@@ -145,15 +147,15 @@ class ConfigurationSpace:
 
     def gaps(self, q: FloatArray) -> FloatArray:
         """Distances of all pairs of solids minus their margins [m]."""
-        pin.computeDistances(self.arm_model, self._data, self._geometry, self._found, q)
-        distances = [result.min_distance for result in self._found.distanceResults]
+        pin.computeDistances(self.arm_model, self._data, self._geometry, self._geometry_data, q)
+        distances = [result.min_distance for result in self._geometry_data.distanceResults]
         return np.asarray(np.array(distances) - self.margin)
 
     def worst(self, q: FloatArray) -> tuple[float, tuple[str, str]]:
         """The minimum gap at a configuration [m], and the two bodies."""
         gaps = self.gaps(q)
         k = int(np.argmin(gaps))
-        return float(gaps[k]), self.bodies[k]
+        return float(gaps[k]), self.pair_names[k]
 
     def near_pairs(self, q: FloatArray, within: float, max_pairs: int) -> list[NearPair]:
         """The nearest pairs of solids at a configuration, with the gradients of their gaps.
@@ -170,7 +172,7 @@ class ConfigurationSpace:
 
     def _gradient(self, k: int) -> FloatArray:
         """Derivative of the distance of a pair, from the distances and Jacobians computed last."""
-        result = self._found.distanceResults[k]
+        result = self._geometry_data.distanceResults[k]
         points = np.array(result.getNearestPoint1()), np.array(result.getNearestPoint2())
         normal = points[1] - points[0]
         length = float(np.linalg.norm(normal))

@@ -18,8 +18,8 @@ from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.planning.timing.motion_states import States, states_of
 from knotwork.planning.timing.nonlinear_program import Block, Kernel, solve_program
+from knotwork.planning.timing.part_program import PartProgram
 from knotwork.planning.timing.robot_limits import inner_state
-from knotwork.planning.timing.section import SectionProgram
 from knotwork.planning.timing.tightening import Tightening, tighten
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.planning.ways.configuration_space import ConfigurationSpace
@@ -54,11 +54,10 @@ CLEARANCE_RESERVE = 1e-3
 may be smaller between them.
 """
 
-MAX_EXCHANGES = 25
+MAX_ROUNDS = 25
+"""Maximum number of rounds, so that the time of the search is bounded."""
 MAX_CONTACT_TIMES = 30
-"""Maximum numbers of rounds, and of contact times per round that become constraints, so that the
-time of the search is bounded.
-"""
+"""Maximum number of contact times per round that become constraints, for the same reason."""
 
 MAX_REJECTED = 3
 """Number of solutions in contact after which the trust radius is halved."""
@@ -86,7 +85,7 @@ PROGRAM_MARGIN = 3e-5
 """Relative margin to each limit, larger than the solver's tolerance."""
 
 
-class Exchange:
+class ExchangeSearch:
     """Search for the minimum-time motion near a collision-free one.
 
     Args:
@@ -131,7 +130,7 @@ class Exchange:
         radius, rejected = FIRST_TRUST_RADIUS, 0
         guess, options = self._reference, FIRST_OPTIONS
         planes, contact_planes = self._planes_along(guess), list[Plane]()
-        for _ in range(MAX_EXCHANGES):
+        for _ in range(MAX_ROUNDS):
             if is_out_of_time() or radius < LAST_TRUST_RADIUS:
                 break
             solution = self._solve(guess, planes + contact_planes, radius, options)
@@ -176,7 +175,7 @@ class Exchange:
             options: IPOPT options.
         """
         near = self._reference
-        program = SectionProgram(self.problem, near, self.tightening)
+        program = PartProgram(self.problem, near, self.tightening)
         scale, at, d = program.scale, program.layout, program.layout.joints
         low, high = program.bounds()
         nearest = (near.q - radius) / scale.unit(0), (near.q + radius) / scale.unit(0)

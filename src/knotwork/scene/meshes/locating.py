@@ -54,8 +54,8 @@ def _find_mesh(
             return file
     folders = ", ".join(dict.fromkeys(str(folder) for folder in allowed if folder))
     raise InputError(
-        f"there is no mesh {format_value(name)} below {folders} (`package_paths` or --package-path "
-        "adds a folder)"
+        f"there is no mesh {format_value(name)} below {folders}; package_paths (--package-path) "
+        "adds a folder"
     )
 
 

@@ -121,13 +121,11 @@ class EventReader:
         before, length = sum(lengths[: i - path.first]), sum(lengths)
         s = before + at
         if not -EVENT_TOLERANCE * length <= s <= (1.0 + EVENT_TOLERANCE) * length:
-            low, high = (
-                self.reading.units.text(offset, "m", ".6g") for offset in (-before, length - before)
-            )
+            text = self.reading.units.text
             raise self.reading.locations.error(
                 location,
-                f"{self.reading.units.text(at, 'm', '.6g')} from {name!r} is outside the tool path",
-                f"from {low} to {high}",
+                f"{text(at, 'm')} from {name!r} is outside the tool path",
+                f"from {text(-before, 'm')} to {text(length - before, 'm')}",
             )
         return path, min(max(s, 0.0), length)
 

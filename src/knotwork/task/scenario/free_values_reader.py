@@ -66,10 +66,9 @@ class FreeValues:
     time_dependent: tuple[int, ...] = ()
 
     @property
-    def any(self) -> bool:
+    def has_any(self) -> bool:
         """Whether any value is free."""
-        nothing = FreeWaypoint()
-        return self.knots_are_free or any(free != nothing for free in self.waypoints)
+        return self.knots_are_free or any(free != FreeWaypoint() for free in self.waypoints)
 
     @property
     def has_free_durations(self) -> bool:
@@ -156,12 +155,12 @@ def read_free_values(
     """
     waypoints: list[FreeWaypoint] = []
     time_dependent: list[int] = []
-    for i, k in enumerate(task_index):
+    for i, step in enumerate(task_index):
         free = FreeWaypoint()
-        if k >= 0 and not ends_wait(task_index, i):  # otherwise the start, or after a wait
-            free = _free_waypoint(task, k)
+        if step >= 0 and not ends_wait(task_index, i):  # otherwise the start, or after a wait
+            free = _free_waypoint(task, step)
             is_unknown = any(before.duration_is_unknown for before in waypoints)
-            if task.waypoints[k].time is not None and is_unknown:
+            if task.waypoints[step].time is not None and is_unknown:
                 time_dependent.append(i)
                 free = replace(free, duration_is_free=True)
         waypoints.append(free)
@@ -176,7 +175,7 @@ def read_free_values(
     )
     for location, message, accepted in _misused(task, values, task_index):
         raise locations.error(location, message, accepted)
-    return values if values.any else None
+    return values if values.has_any else None
 
 
 def _free_waypoint(task: ExpandedTask, i: int) -> FreeWaypoint:
@@ -278,13 +277,13 @@ def _misused(
         message = "gives no weight to the time, so the slowest motion would be optimal"
         accepted = "time as well, for example {time: 1, effort: 0.01}, or duration: seconds"
         yield ("objective",), message, accepted
-    if task.chosen is not None and free.any:
+    if task.chosen is not None and free.has_any:
         message = "gives the motion between waypoints, but times or speeds are free"
         yield ("chosen",), message, "numbers for all of them; leave out chosen"
-    if isinstance(task.knots, tuple) and free.any:
+    if isinstance(task.knots, tuple) and free.has_any:
         yield ("knots",), "knot times are given, but waypoint times are free", "leave out knots"
-    if task.planner != "modified-hermite" and free.any:
-        accepted = "modified-hermite; plan --freeze writes a scenario with numbers for any planner"
+    if task.planner != "modified-hermite" and free.has_any:
+        accepted = "modified-hermite; its plan.freeze (--freeze) writes numbers for any planner"
         yield ("planner",), f"{task.planner!r} needs given times, and some are free", accepted
     if free.objective.effort > 0.0 and task.robot is None:
         yield ("objective",), "effort needs a robot, and the file names none", ""

@@ -76,7 +76,7 @@ def _torch_at(task: ExpandedTask, i: int) -> Torch | None:
     for end in along:
         if isinstance(end, PathWaypoint) and isinstance(end.orientation, Torch):
             return end.orientation
-    goes_on = isinstance(waypoint, PathWaypoint) and not waypoint.pose.turned and i > 0
+    goes_on = isinstance(waypoint, PathWaypoint) and not waypoint.pose.has_orientation and i > 0
     return _torch_at(task, i - 1) if goes_on else None
 
 

@@ -14,8 +14,8 @@ import pinocchio as pin
 from knotwork.arrays import FloatArray, rotation_error
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.extended_curve import ExtendedCurve
-from knotwork.curves.tool_paths.moving_frame import BASE_FRAME, MovingFrame
 from knotwork.curves.tool_paths.seam import seam_frames, torch_rotation
+from knotwork.curves.tool_paths.task_frame import BASE_FRAME, TaskFrame
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError, PathError, suggest_name
 from knotwork.files.documents import Location, Locations
@@ -116,7 +116,7 @@ def read_placement(placement: Placement, locations: Locations, location: Locatio
     return pin.SE3(rotation(placement, locations, location), np.array(placement.position))
 
 
-class Frames(dict[str, MovingFrame]):
+class Frames(dict[str, TaskFrame]):
     """The named frames of a scenario, and `"base"`.
 
     Args:
@@ -156,7 +156,7 @@ class Frames(dict[str, MovingFrame]):
             if name in frames:
                 self[name] = self._moving(name, frames[name])
 
-    def _moving(self, name: str, frame: Frame) -> MovingFrame:
+    def _moving(self, name: str, frame: Frame) -> TaskFrame:
         """A frame, whose parent is placed already."""
         location: Location = ("frames", name)
         placement = read_placement(frame, self._locations, location)
@@ -181,9 +181,7 @@ class Frames(dict[str, MovingFrame]):
         )
 
 
-def move_frame(
-    frame: MovingFrame, motion: FrameMotion, locations: Locations, name: str
-) -> MovingFrame:
+def move_frame(frame: TaskFrame, motion: FrameMotion, locations: Locations, name: str) -> TaskFrame:
     """A frame in motion.
 
     Args:
@@ -212,8 +210,8 @@ def move_frame(
 
 
 def _move_by_file(
-    frame: MovingFrame, file: str, begin: float, locations: Locations, name: str
-) -> MovingFrame:
+    frame: TaskFrame, file: str, begin: float, locations: Locations, name: str
+) -> TaskFrame:
     location: Location = ("frames", name, "moves", "file")
     path = locations.named_file(file, location)
     try:

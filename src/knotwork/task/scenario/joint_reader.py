@@ -100,10 +100,10 @@ class JointReader:
     def near_at_waypoints(self) -> dict[int, FloatArray]:
         """Joint positions near which solutions are chosen, shape (d,), by index of the waypoint."""
         given, near_at_waypoints = self.scenario.given.waypoints, {}
-        for i, task_index in enumerate(self.scenario.task_index):
-            near = getattr(given[task_index], "near", None) if task_index >= 0 else None
+        for i, step in enumerate(self.scenario.task_index):
+            near = getattr(given[step], "near", None) if step >= 0 else None
             if near is not None:
-                near_at_waypoints[i] = self.array(near, "waypoints", task_index, "near")
+                near_at_waypoints[i] = self.array(near, "waypoints", step, "near")
         return near_at_waypoints
 
     def chosen_sections(self) -> tuple[ChosenSection, ...] | None:
@@ -146,11 +146,11 @@ class JointReader:
         start = self.array(accelerations[0], location, "start", missing=0.0)
         return start, self.array(accelerations[1], location, "end", missing=0.0)
 
-    def _target(self, task_index: int) -> JointState | None:
-        task, location = self.scenario.given, ("waypoints", task_index)
-        if task_index < 0:
+    def _target(self, step: int) -> JointState | None:
+        task, location = self.scenario.given, ("waypoints", step)
+        if step < 0:
             return JointState(self.array(task.start, "start"), np.zeros(len(self.names)))
-        waypoint = task.waypoints[task_index]
+        waypoint = task.waypoints[step]
         if not isinstance(waypoint, JointWaypoint):
             return None
         position = self.array(waypoint.joints, *location, "joints")

@@ -15,7 +15,7 @@ import numpy as np
 from knotwork.arrays import FloatArray
 from knotwork.errors import InputError, RobotError, UnknownNameError
 from knotwork.files.documents import Location
-from knotwork.joint_quantities import DERIVATIVES, JointLimits
+from knotwork.joint_quantities import MOTION_QUANTITIES, JointLimits
 from knotwork.task import TaskUnits, Tool
 from knotwork.task.scenario.joint_reader import JointReader, JointState, find_waits
 from knotwork.task.scenario.payloads import LoadedRobots, read_payload, robots_with_loads
@@ -137,7 +137,7 @@ def _with_requirements(
         near=None if near is None else read.array(near, "near"),
         end_acceleration=read.end_acceleration(),
         accelerations=read.accelerations(),
-        tolerances={f"joint_{name}": read.tolerance(name) for name in DERIVATIVES[:3]},
+        tolerances={f"joint_{name}": read.tolerance(name) for name in MOTION_QUANTITIES[:3]},
         waits=tuple(find_waits(scenario, targets)),
         chosen_sections=read.chosen_sections(),
         near_at_waypoints=read.near_at_waypoints(),

@@ -18,7 +18,7 @@ def find_clear_motions(scenario: Scenario) -> Iterator[tuple[list[int], ChosenSe
     """Waypoints of each collision-free motion in the task, by index, and the motion."""
     times = scenario.expected_times
     for motion in scenario.given.chosen or ():
-        if motion.way:
+        if motion.tries:
             low, high = motion.times[0] - EVENT_TOLERANCE, motion.times[-1] + EVENT_TOLERANCE
             yield np.flatnonzero((low <= times) & (times <= high)).tolist(), motion
 
@@ -27,7 +27,7 @@ def motion_segments(scenario: Scenario, motion_starts: Collection[int] = ()) -> 
     """Segments of a motion, from waypoint to waypoint.
 
     Args:
-        scenario: The task, with all times known.
+        scenario: The scenario, with all times known.
         motion_starts: Indices of the waypoints at the start of a motion found by `way: clear`.
 
     >>> [one.name for one in motion_segments(kw.load_scenario("ur5_deburring"))][:2]

@@ -125,7 +125,7 @@ class PathCurves:
         if isinstance(requested, Torch) or (requested is not None and axes is not None):
             torch = requested if isinstance(requested, Torch) else Torch()
             rotations = self._torch_rotations(i, torch, curve, axes)
-            if isinstance(start, PoseWaypoint) and not start.pose.turned:
+            if isinstance(start, PoseWaypoint) and not start.pose.has_orientation:
                 start_rotation = rotations[0]
         if rotations is not None:
             self._check_rotation(
@@ -137,7 +137,7 @@ class PathCurves:
             rotations[0] = start_rotation
         orientation = self._orientation(i, curve, start_rotation, rotations)
         turn_is_free = axes is not None and requested is None
-        if waypoint.pose.turned:
+        if waypoint.pose.has_orientation:
             end = orientation.rotations[-1].T @ self.poses[i].rotation
             angle = np.linalg.norm(rotation_vector(end))
             if turn_is_free:
@@ -158,13 +158,13 @@ class PathCurves:
         A single rotation, at the start, turns with the path.
         """
         waypoint = self.waypoint(i)
-        with self.errors(i, "pose" if waypoint.pose.turned else "along"):
+        with self.errors(i, "pose" if waypoint.pose.has_orientation else "along"):
             if rotations is not None and len(rotations) > 1:
                 s = cast(tool_paths.ThroughPoints, curve).arc_lengths
                 return OrientationCurve.through(s, rotations)
             if waypoint.orientation is not None:
                 return tool_paths.tangent_orientation(curve, start_rotation)
-            if waypoint.pose.turned:
+            if waypoint.pose.has_orientation:
                 end_rotation = self.poses[i].rotation
                 return OrientationCurve.even_turning(start_rotation, end_rotation, curve.length)
             return OrientationCurve.constant(start_rotation, curve.length)
@@ -220,13 +220,13 @@ class PathCurves:
             rotations = rotations[rows]
             if adds_start:
                 rotations[0] = start_rotation
-            if adds_end and waypoint.pose.turned:
+            if adds_end and waypoint.pose.has_orientation:
                 rotations[-1] = end.rotation
         if axes is not None:
             axes = axes[rows]
             if adds_start and waypoint.orientation is None:
                 axes[0] = start_rotation[:, 2]
-            if adds_end and waypoint.orientation is None and waypoint.pose.turned:
+            if adds_end and waypoint.orientation is None and waypoint.pose.has_orientation:
                 axes[-1] = end.rotation[:, 2]
         return tool_paths.ThroughPoints(points), rotations, axes
 

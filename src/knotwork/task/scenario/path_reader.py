@@ -12,7 +12,7 @@ import pinocchio as pin
 
 from knotwork.arrays import FloatArray
 from knotwork.curves.tool_paths import Curve, Line, OrientationCurve, TimedPath, Timing, ToolPath
-from knotwork.curves.tool_paths.moving_frame import MovingFrame
+from knotwork.curves.tool_paths.task_frame import TaskFrame
 from knotwork.curves.tool_paths.timing_profile import make_wait
 from knotwork.errors import CornerError, PathError, RampError, StretchTimeError
 from knotwork.errors.plain_text import default_waypoint_name, waypoint_text
@@ -32,7 +32,7 @@ WAITING_SPEED, WAITING_LINE = 0.05, 1e-3
 """Speed and length that scale the tolerances of a wait in a moving frame [m/s, m]."""
 
 
-class ReadPath(NamedTuple):
+class PathResult(NamedTuple):
     """A path, and its consequences for its waypoints.
 
     Attributes:
@@ -50,7 +50,7 @@ class ReadPath(NamedTuple):
 
 def read_path(
     reading: TaskReading, first: int, start: float, poses: Mapping[int, pin.SE3]
-) -> ReadPath:
+) -> PathResult:
     """The path that begins at a waypoint and ends at the next stop or free motion.
 
     Args:
@@ -109,10 +109,10 @@ class _PathReader:
         """Index in the task of the waypoint at the end."""
         return self.first + len(self.steps)
 
-    def _place(self, k: int, *key: str) -> Location:
+    def _location(self, k: int, *key: str) -> Location:
         return ("waypoints", self.first + 1 + k, *key)
 
-    def read(self) -> ReadPath:
+    def read(self) -> PathResult:
         frame = self.reading.frames.of_path(self.first, self.last)
         stretches: list[StretchGeometry] = []
         rotation = np.array(self.curves.poses[self.first].rotation)
@@ -155,7 +155,7 @@ class _PathReader:
                 self.steps, speeds, pairwise(times), full, weaves, strict=True
             )
         )
-        return ReadPath(
+        return PathResult(
             ScenarioPath(self.first, motion, parts, requested),
             {self.first + k: path.pose(float(s)) for k, s in enumerate([0.0, *ends])},
             {self.first + 1 + k for k, stretch in enumerate(stretches) if stretch.turn_is_free},
@@ -173,7 +173,7 @@ class _PathReader:
             name = self.steps[k].name or default_waypoint_name(self.first + 1 + k)
             angle = self.reading.units.text(error.angle, "rad")
             raise self.reading.locations.error(
-                self._place(k),
+                self._location(k),
                 f"the path turns sharply by {angle} at {waypoint_text(name)}",
                 "stop: true; or blend: a length, between two lines that do not turn back",
             ) from error
@@ -190,7 +190,7 @@ class _PathReader:
             if step.time is not None:
                 if before is None:
                     raise self.reading.locations.error(
-                        self._place(k, "time"),
+                        self._location(k, "time"),
                         "does not give a duration of the path, as the time of the previous "
                         "waypoint follows from a speed",
                         "after: its duration [s], or speed",
@@ -198,13 +198,13 @@ class _PathReader:
                 duration = step.time - before
                 if duration <= 0.0:
                     raise self.reading.locations.error(
-                        self._place(k, "time"),
+                        self._location(k, "time"),
                         f"is not later than {before:g} s, the time of the previous waypoint",
                         f"a time greater than {before:g} s",
                     )
             if duration is None and step.speed is None:
                 raise self.reading.locations.error(
-                    self._place(k),
+                    self._location(k),
                     "has neither speed nor after, so the speed of the tool is undefined",
                     "speed: along the path, or after: its duration [s]",
                 )
@@ -239,7 +239,7 @@ class _PathReader:
             key = "speed" if requested.speeds[k] is not None else _time_key(self.steps[k])
             lowest_acceleration, _ = units.shown(error.lowest_acceleration, "m/s²")
             raise self.reading.locations.error(
-                self._place(k, key),
+                self._location(k, key),
                 f"the path is {units.text(error.length, 'm')} long here, but its changes of "
                 f"speed take {units.text(error.needed, 'm')} at {units.text(limit, 'm/s²')}",
                 (f"at most {units.text(fits, 'm/s')}, or " if fits else "")
@@ -249,7 +249,7 @@ class _PathReader:
             k, upper = error.stretch, f" and at most {error.longest:.6g} s"
             length = units.text(requested.lengths[k], "m")
             raise self.reading.locations.error(
-                self._place(k, _time_key(self.steps[k])),
+                self._location(k, _time_key(self.steps[k])),
                 f"leaves {durations[k]:.6g} s, but the path is {length} long "
                 f"here, and with its changes of speed takes at least {error.shortest:.6g} s"
                 f"{'' if error.longest == np.inf else upper} at {units.text(limit, 'm/s²')}",
@@ -259,8 +259,8 @@ class _PathReader:
             raise self.reading.locations.error(("waypoints", self.last), str(error)) from error
 
 
-def wait_on(
-    frame: MovingFrame, pose: pin.SE3, first: int, begin: CartesianWaypoint, end: float
+def wait_in_moving_frame(
+    frame: TaskFrame, pose: pin.SE3, first: int, begin: CartesianWaypoint, end: float
 ) -> ScenarioPath:
     """A wait in a moving frame: a path on which the tool keeps its pose.
 

@@ -106,7 +106,7 @@ def robots_with_loads(scenario: Scenario, robot: Robot) -> LoadedRobots:
     """The loads of a scenario's arm over its motion.
 
     Args:
-        scenario: The task.
+        scenario: The scenario.
         robot: Its robot, with its tool.
     """
     held = [

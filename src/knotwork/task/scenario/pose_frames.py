@@ -1,6 +1,6 @@
 """`PoseFrames`: what moves with what.
 
-Every pose is fixed in a frame, a `MovingFrame`. The frame is placed in the cell or, with the key
+Every pose is fixed in a frame, a `TaskFrame`. The frame is placed in the cell or, with the key
 `on`, on a link of the robot. If it or a frame around it has the key `moves`, joints with known
 positions over time move it, like a belt. Otherwise it is at rest.
 
@@ -32,7 +32,7 @@ MAX_SPEED_JUMP = 1e-3
 if TYPE_CHECKING:
     import pinocchio as pin
 
-    from knotwork.curves.tool_paths.moving_frame import MovingFrame
+    from knotwork.curves.tool_paths.task_frame import TaskFrame
     from knotwork.task.scenario.geometry import Frames
 
 
@@ -92,7 +92,7 @@ class PoseFrames:
                 )
         return links[first]
 
-    def __getitem__(self, i: int) -> MovingFrame:
+    def __getitem__(self, i: int) -> TaskFrame:
         """Frame of a pose; of joint values, that in which poses of the tool are given."""
         if i in self.names:
             return self.named[self.names[i]]
@@ -128,7 +128,7 @@ class PoseFrames:
             if k in poses
         }
 
-    def of_path(self, first: int, last: int) -> MovingFrame:
+    def of_path(self, first: int, last: int) -> TaskFrame:
         """The frame of a path.
 
         Args:

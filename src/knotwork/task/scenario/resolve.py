@@ -46,7 +46,7 @@ def load_scenario(reference: str | Path | Mapping[str, Any] | Task) -> Scenario:
     if isinstance(reference, Task):
         return resolve_task(reference)
     document = read_document(reference)
-    return resolve_task(documents.validate(Task, document), document.locations)
+    return resolve_task(documents.validate(Task, document), document)
 
 
 def resolve_task(

@@ -63,9 +63,9 @@ class Stretch:
 
     Attributes:
         kind: `"line"`, `"arc"` or `"points"`, prefixed by `"woven "` if a weave is added, or
-            `"place"` for a wait in a moving frame.
+            `"place"`, as messages say, for a wait in a moving frame.
         start, end: Time interval [s].
-        speed: Speed of the TCP along it [m/s].
+        speed: Speed of the TCP along it [m/s]; in a wait, the scale of its tolerances.
         full_speed_interval: Time interval of that speed [s]; outside, the speed changes.
         weave: The added weave, or `None`.
     """
@@ -143,8 +143,8 @@ class Scenario:
     Attributes:
         name: Name of the scenario.
         waypoints: At least two waypoints, in order of time.
-        given: The task in its own units, its repeats written out. It has the options of planning
-            and check, and is changed and saved.
+        given: The task in its own units, its repeats written out. Planning and check read their
+            options from it; changed tasks are made from it, and it is saved.
         planner: Name of the planner: the task's own, or the one passed to `plan`.
         tolerances: Tolerances of tool and path, in SI.
         task_index: Index in the task of each waypoint, -1 for the start; one with a wait appears

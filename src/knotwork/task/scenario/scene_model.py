@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from knotwork.task.scene_shapes import Collisions
+from knotwork.units import SI, Units
 
 if TYPE_CHECKING:
     import pinocchio as pin
 
-    from knotwork.curves.tool_paths.moving_frame import MovingFrame
+    from knotwork.curves.tool_paths.task_frame import TaskFrame
     from knotwork.robot.payload import Payload
 
 
@@ -31,6 +32,7 @@ class PlacedShape:
         exact: Whether the exact mesh is checked, not its convex hull.
         resolution: Edge length of the cells of a point cloud [m].
         location: Location in the scenario.
+        units: Units of its file, for messages.
     """
 
     kind: str
@@ -41,6 +43,7 @@ class PlacedShape:
     exact: bool = False
     resolution: float = 0.0
     location: tuple[str | int, ...] = ()
+    units: Units = SI
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +61,7 @@ class PlacedObject:
 
     name: str
     shape: PlacedShape
-    frame: MovingFrame
+    frame: TaskFrame
     allow: tuple[str, ...] = ()
     visual: bool = False
     appears: int | None = None
@@ -82,7 +85,7 @@ class GraspedObject:
     shape: PlacedShape
     take: int
     leave: int
-    frames: tuple[MovingFrame, MovingFrame]
+    frames: tuple[TaskFrame, TaskFrame]
     allow: tuple[str, ...] = ()
     appears: int | None = None
     payload: Payload | None = None
@@ -127,7 +130,7 @@ class Scene:
     robots: tuple[PlacedRobot, ...] = ()
     collisions: Collisions = field(default_factory=Collisions.model_construct)
     margin: float = 0.0
-    frames: Mapping[str, MovingFrame] = field(default_factory=dict)
+    frames: Mapping[str, TaskFrame] = field(default_factory=dict)
 
     @property
     def has_moving_bodies(self) -> bool:

@@ -192,9 +192,16 @@ class _SceneReader:
             path = locations.named_file(item.mesh, (*location, "mesh"))
             has_unit = path.suffix.lower() == ".dae"
             scale = (item.scale or 1.0) * (1.0 if has_unit else self.reading.length)
-        scales, size = (scale, scale, scale), _shape_size(item)
         return PlacedShape(
-            kind, size, placement, path, scales, bool(item.exact), resolution, location
+            kind,
+            _shape_size(item),
+            placement,
+            path,
+            scale=(scale, scale, scale),
+            exact=bool(item.exact),
+            resolution=resolution,
+            location=location,
+            units=self.reading.units,
         )
 
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class TaskReading:
-    """A task that is read to a scenario: in SI, with its frames; waypoints by `task_index`.
+    """Common data of the readers of a task's parts. Waypoints are counted as in the task.
 
     Attributes:
         task: The task, in SI except joint values.

@@ -33,7 +33,7 @@ EXPECTED_DURATION = 1.0
 """Expected time to a waypoint whose time is chosen later [s]."""
 
 
-class ReadWaypoints(NamedTuple):
+class WaypointsResult(NamedTuple):
     """The waypoints of a scenario.
 
     Attributes:
@@ -48,7 +48,7 @@ class ReadWaypoints(NamedTuple):
     task_index: tuple[int, ...]
 
 
-def read_waypoints(reading: TaskReading, expected: Mapping[int, float]) -> ReadWaypoints:
+def read_waypoints(reading: TaskReading, expected: Mapping[int, float]) -> WaypointsResult:
     """Read the waypoints of a task, and the paths between them.
 
     Args:
@@ -90,18 +90,20 @@ def read_waypoints(reading: TaskReading, expected: Mapping[int, float]) -> ReadW
         end = waypoint.time + wait
         departure = replace(waypoint, name=WAITED.format(name), time=end)
         if isinstance(waypoint, CartesianWaypoint) and reading.frames[i].is_moving:
-            from knotwork.task.scenario.path_reader import wait_on
+            from knotwork.task.scenario.path_reader import wait_in_moving_frame
 
             reading.frames.check_smooth(i, waypoint.time, end)
-            path = wait_on(reading.frames[i], arrivals.poses[i], len(waypoints) - 1, waypoint, end)
+            path = wait_in_moving_frame(
+                reading.frames[i], arrivals.poses[i], len(waypoints) - 1, waypoint, end
+            )
             waits.append(path)
             departure = replace(departure, pose=path.motion.pose(end), twist=path.motion.twist(end))
         waypoints.append(departure)
         task_index.append(i)
-    departures = {in_task: i for i, in_task in enumerate(task_index)}
+    departures = {step: i for i, step in enumerate(task_index)}
     paths = [*waits, *(replace(path, first=departures[path.first]) for path in paths)]
     paths.sort(key=lambda path: path.first)
-    return ReadWaypoints(tuple(waypoints), tuple(paths), tuple(task_index))
+    return WaypointsResult(tuple(waypoints), tuple(paths), tuple(task_index))
 
 
 def _names(reading: TaskReading) -> list[str]:
@@ -133,18 +135,18 @@ def _rest_poses(reading: TaskReading) -> dict[int, pin.SE3]:
             continue
         reading.frames.refuse_unsupported_keys(i, waypoint)
         if isinstance(waypoint, PoseWaypoint):
-            _check_turned(reading, i, waypoint)
+            _require_orientation(reading, i, waypoint)
         placed = reading.placement(waypoint.pose, "waypoints", i, "pose")
         poses[i] = reading.frames[i].rest_placement * placed
         poses[i].rotation = reading.frames.axes(i) @ placed.rotation
     return poses
 
 
-def _check_turned(reading: TaskReading, i: int, waypoint: PoseWaypoint) -> None:
+def _require_orientation(reading: TaskReading, i: int, waypoint: PoseWaypoint) -> None:
     """Refuse a pose without orientation unless a path with an orientation begins there."""
     following = reading.task.waypoints[i + 1 : i + 2]
     begins_torch = any(isinstance(getattr(end, "orientation", None), Torch) for end in following)
-    if not waypoint.pose.turned and not begins_torch:
+    if not waypoint.pose.has_orientation and not begins_torch:
         raise reading.locations.error(
             ("waypoints", i, "pose"),
             f"has no orientation; give one of {', '.join(ORIENTATIONS)}",
@@ -255,10 +257,8 @@ class _WaypointReader:
 
     def waypoint(self, i: int, name: str) -> ScenarioWaypoint:
         """A waypoint at the arrival of the tool, possibly along a path."""
-        given, where = (
-            self.reading.task.waypoints[i],
-            self.reading.locations.where(("waypoints", i)),
-        )
+        given = self.reading.task.waypoints[i]
+        where = self.reading.locations.where(("waypoints", i))
         time, freedom = self.arrivals.times[i], self.freedoms[i]
         if isinstance(given, JointWaypoint):
             if given.velocity is None:

@@ -265,7 +265,7 @@ class Bound(NamedTuple):
     proved: bool
 
     @property
-    def excess(self) -> float:
+    def proof_gap(self) -> float:
         """Difference between the bound and the worst sample."""
         return abs(self.bound - abs(self.value))
 

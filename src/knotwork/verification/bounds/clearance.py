@@ -285,8 +285,8 @@ class _ClearanceSearch:
             if bound >= goal[c]:
                 continue
             enough = max(goal[c] + moved + 2 * DISTANCE_ERROR, smallest[c])
-            d = self.table.measure(c, placed[0][interval], placed[1][interval], enough)
-            tests.distance[test], tests.normal[test] = d, self.table.last_normal
+            d, normal = self.table.measure(c, placed[0][interval], placed[1][interval], enough)
+            tests.distance[test], tests.normal[test] = d, normal
             self.measurements += 1
             if d < smallest[c] - 10.0**-LENGTH_DIGITS:
                 smallest[c] = self.distance[c] = d

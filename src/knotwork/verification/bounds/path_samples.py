@@ -12,9 +12,9 @@ import pinocchio as pin
 from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.extended_curve import stack_curves
-from knotwork.curves.tool_paths.moving_frame import KnownJoints
 from knotwork.curves.tool_paths.path_progress import track_arc_length
 from knotwork.curves.tool_paths.rotations import rotation_angle
+from knotwork.curves.tool_paths.task_frame import KnownJoints
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.robot.joint_tree import JointTree, join_trees, joint_tree, make_serial_chain

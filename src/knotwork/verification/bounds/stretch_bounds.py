@@ -10,7 +10,6 @@ an angle φ they differ by √8 sin(φ/2) in the Frobenius norm.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -153,7 +152,7 @@ def path_bounds(
 
 
 def _first_times(
-    curve: PiecewisePolynomial, interval: tuple[float, float], full: Sequence[float]
+    curve: PiecewisePolynomial, interval: tuple[float, float], full: tuple[float, ...]
 ) -> FloatArray:
     low, high = max(interval[0], float(curve.x[0])), min(interval[1], float(curve.x[-1]))
     inner = curve.x[(curve.x > low) & (curve.x < high)]

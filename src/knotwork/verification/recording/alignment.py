@@ -72,10 +72,8 @@ class Alignment:
         grid, motion = self.smoothed.grid - self.lead, self.trajectory
         ends = (motion.start_time, motion.end_time) if time is None else (time, time)
         first, last = (int(np.abs(grid - end).argmin()) for end in ends)
-        noise, residual = (
-            errors[order, first : last + 1].max(axis=0)
-            for errors in (self.smoothed.errors, self.residual.errors)
-        )
+        noise = self.smoothed.errors[order, first : last + 1].max(axis=0)
+        residual = self.residual.errors[order, first : last + 1].max(axis=0)
         return np.asarray(STANDARD_ERRORS * noise + PLAN_RESIDUAL_RATIO * residual)
 
     @cached_property

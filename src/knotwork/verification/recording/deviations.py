@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -167,12 +167,8 @@ def _deviation(
     """Make the finding on a deviation from the plan, compared with its tolerance if it has one."""
     if unit != "s":
         fact += f" by up to {units.text(abs(value), unit, '.3g')}, at {time:.4f} s"
+    numbers: dict[str, Any] = {"value": value, "unit": unit, "time": time}
     if limit is None:
-        return Finding(
-            Group.AGAINST_PLAN, subject, name, quantity, "information", fact, value, unit=unit,
-            time=time,
-        )  # fmt: skip
+        return Finding(Group.AGAINST_PLAN, subject, name, quantity, "information", fact, **numbers)
     fact += f", tolerance {units.text(limit, unit, '.3g')}"
-    return Finding.at_most(
-        Group.TOLERANCES, subject, name, quantity, fact, value, limit, unit=unit, time=time
-    )
+    return Finding.at_most(Group.TOLERANCES, subject, name, quantity, fact, limit=limit, **numbers)

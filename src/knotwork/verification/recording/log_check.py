@@ -19,7 +19,7 @@ from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.errors import InputError, UnknownNameError
-from knotwork.joint_quantities import DERIVATIVES
+from knotwork.joint_quantities import MOTION_QUANTITIES
 from knotwork.units import SI, Units
 from knotwork.verification import Finding, Report, check
 from knotwork.verification.continuity import ROUNDING_QUANTITIES
@@ -76,7 +76,7 @@ def check_log(
 
     Args:
         alignment: The smoothed log, by the clock of a plan of this scenario.
-        scenario: The task.
+        scenario: The scenario.
         space: The scenario's joints and robot.
         tolerances: Tolerances of the log relative to its plan, or `None`.
     """
@@ -183,10 +183,10 @@ def _uncertainty(finding: Finding, alignment: Alignment, space: JointSpace) -> f
     if finding.subject == "wait" and finding.interval is not None:
         # the finding compares two times, so both errors add
         return float((errors(0) + errors(0, finding.interval[0])).max())
-    if quantity in DERIVATIVES and finding.name in names and finding.subject == "joint":
-        return float(errors(DERIVATIVES.index(quantity))[names.index(finding.name)])
-    if quantity in DERIVATIVES and finding.group == Group.JOINTS_AT_WAYPOINTS:
-        return float(errors(DERIVATIVES.index(quantity)).max())
+    if quantity in MOTION_QUANTITIES and finding.name in names and finding.subject == "joint":
+        return float(errors(MOTION_QUANTITIES.index(quantity))[names.index(finding.name)])
+    if quantity in MOTION_QUANTITIES and finding.group == Group.JOINTS_AT_WAYPOINTS:
+        return float(errors(MOTION_QUANTITIES.index(quantity)).max())
     if robot is None:
         return None
     motion = alignment.trajectory.reordered(names, space.joint_units)
@@ -240,7 +240,7 @@ def _residual_findings(
             if not curve.noise.stated:
                 fact += f"; if such errors are expected, give a noise of {float(sizes.max()):.0e}"
         yield Finding.at_most(
-            Group.CONTINUITY, "joint", name, "sample_off_the_curve", fact, value, limit,
+            Group.CONTINUITY, "joint", name, "sample_off_the_curve", fact, value=value, limit=limit,
             unit=unit, time=time,
         )  # fmt: skip
 

@@ -78,10 +78,8 @@ def estimate_delays(curve: Smoothed, plan: JointTrajectory, shift: float) -> tup
         return (constant,)
     spans = [span._replace(delay=shift + span.delay) for span in spans]
     spans = [span._replace(delay=fit_delay(curve, plan, span, 1)[0]) for span in spans]
-    squares, several = (
-        sum(float((_residuals(curve, plan, span) ** 2).sum()) for span in considered)
-        for considered in ([constant], spans)
-    )
+    squares = float((_residuals(curve, plan, constant) ** 2).sum())
+    several = sum(float((_residuals(curve, plan, span) ** 2).sum()) for span in spans)
     return tuple(spans) if several < EVIDENCE * squares else (constant,)
 
 

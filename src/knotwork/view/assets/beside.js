@@ -43,15 +43,15 @@ const ready = (frame) => frame.contentDocument?.documentElement?.dataset.ready =
 // Turns and shifts of the view in one scene are repeated in the other.
 function shareCamera() {
   const viewers = frames.map((frame) => frame.contentWindow.viewer);
-  const follow = (one, other) => {
-    other.camera.position.copy(one.camera.position);
-    other.controls.target.copy(one.controls.target);
-    other.controls.update();
-    other.set_dirty();
+  const follow = (moved, follower) => {
+    follower.camera.position.copy(moved.camera.position);
+    follower.controls.target.copy(moved.controls.target);
+    follower.controls.update();
+    follower.set_dirty();
   };
   const place = ({ camera, controls }) => [...camera.position.toArray(), ...controls.target.toArray()].join();
-  viewers.forEach((one, i) => one.controls.addEventListener("change", () => {
-    if (place(one) !== place(viewers[1 - i])) follow(one, viewers[1 - i]);
+  viewers.forEach((viewer, i) => viewer.controls.addEventListener("change", () => {
+    if (place(viewer) !== place(viewers[1 - i])) follow(viewer, viewers[1 - i]);
   }));
   follow(...viewers);
 }

@@ -25,9 +25,9 @@ function layout() {
   const [width, height] = [canvas.clientWidth - ROOM.left - ROOM.right, canvas.clientHeight - ROOM.top - ROOM.bottom];
   const [x, y] = [axis("across"), axis("up")];
   const cells = data.grid && x.names.length > 0 && y.names.length > 0;
-  const share = (one, value) => {
-    const [low, high] = span(one);
-    return one.names.length ? (value - low) / (high - low) : 0.04 + (0.92 * (value - low)) / (high - low || 1);
+  const share = (axis, value) => {
+    const [low, high] = span(axis);
+    return axis.names.length ? (value - low) / (high - low) : 0.04 + (0.92 * (value - low)) / (high - low || 1);
   };
   const place = (i) => [ROOM.left + share(x, x.at[i]) * width, ROOM.top + (1 - share(y, y.at[i])) * height];
   const size = cells ? [width / x.names.length, height / y.names.length] : [9, 9];
@@ -38,7 +38,7 @@ function colours() {
   const name = byId("colour").value;
   const values = data.figures[name];
   if (!values) return { of: (i) => data.palette[data.kind[i]] };
-  const known = values.filter((one) => one !== null);
+  const known = values.filter((value) => value !== null);
   const [low, high] = [Math.min(...known), Math.max(...known)];
   const of = (i) => {
     if (values[i] === null) return "rgba(128, 128, 128, 0.25)";
@@ -79,12 +79,12 @@ function draw() {
 
 function ticks(pen, { x, y, share, width, height }, ink) {
   Object.assign(pen, { fillStyle: ink, font: "12px system-ui, sans-serif", textAlign: "center" });
-  const marks = (one, most) => {
-    const count = one.names.length;
-    const [low, high] = span(one);
+  const marks = (axis, most) => {
+    const count = axis.names.length;
+    const [low, high] = span(axis);
     if (!count) return [...Array(most).keys()].map((k) => low + (k / (most - 1)) * (high - low)).map((value) => [value, `${+value.toPrecision(3)}`]);
     const step = Math.ceil(count / most);
-    return one.names.map((name, k) => [k, name]).filter(([k]) => k % step === 0);
+    return axis.names.map((name, k) => [k, name]).filter(([k]) => k % step === 0);
   };
   for (const [value, text] of marks(x, Math.max(Math.floor(width / 70), 2))) pen.fillText(text, ROOM.left + share(x, value) * width, ROOM.top + height + 16);
   pen.fillText(x.title, ROOM.left + width / 2, ROOM.top + height + 34);
@@ -105,10 +105,10 @@ function legend({ low, high, name }) {
     return span;
   };
   if (low !== undefined) {
-    const scale = `width: 120px; background: linear-gradient(to right, ${SCALE.map((one) => `rgb(${one})`).join()})`;
+    const scale = `width: 120px; background: linear-gradient(to right, ${SCALE.map((colour) => `rgb(${colour})`).join()})`;
     return byId("legend").replaceChildren(entry(scale, `${name}: ${low.toPrecision(3)} to ${high.toPrecision(3)}; grey: does not pass`));
   }
-  const kinds = Object.entries(data.palette).map(([kind, colour]) => [kind, colour, data.kind.filter((one) => one === kind).length]);
+  const kinds = Object.entries(data.palette).map(([kind, colour]) => [kind, colour, data.kind.filter((other) => other === kind).length]);
   return byId("legend").replaceChildren(...kinds.filter(([, , count]) => count).map(([kind, colour, count]) => entry(`background: ${colour}`, `${kind} (${count})`)));
 }
 

@@ -35,7 +35,7 @@ class Panel {
       .filter(({ dataset: { part } }) => !/^(xtick|note|panel)/.test(part))
       .flatMap((part) => {
         part.setAttribute("clip-path", `url(#${clip.id})`);
-        return [...part.querySelectorAll("path, use")].filter((one) => !one.closest("defs"));
+        return [...part.querySelectorAll("path, use")].filter((mark) => !mark.closest("defs"));
       })
       .map((element) => ({ element, d: element.getAttribute("d"), x: Number(element.getAttribute("x")) }));
   }
@@ -45,8 +45,8 @@ class Panel {
     if (!this.read) {
       this.read = [...this.group.querySelectorAll('[data-part^="curve:"]')].map((part) => {
         const points = [...(part.querySelector("path")?.getAttribute("d") ?? "").matchAll(/([ML]) ([-\d.e]+) ([-\d.e]+)/g)];
-        return { name: part.dataset.part, starts: points.map((one) => one[1] === "M"),
-          x: points.map((one) => Number(one[2])), y: points.map((one) => Number(one[3])) };
+        return { name: part.dataset.part, starts: points.map((point) => point[1] === "M"),
+          x: points.map((point) => Number(point[2])), y: points.map((point) => Number(point[3])) };
       });
     }
     return this.read;
@@ -54,7 +54,7 @@ class Panel {
 
   value({ x, y, starts }, time) {
     const at = this.box.x + ((time - this.start) / (this.end - this.start)) * this.box.width;
-    const i = x.findIndex((one) => one >= at - 1e-3);
+    const i = x.findIndex((time) => time >= at - 1e-3);
     if (i < 0 || x[i] > at + 1e-3 && (i === 0 || starts[i])) return null;
     const share = i && x[i] > x[i - 1] && !starts[i] ? (at - x[i - 1]) / (x[i] - x[i - 1]) : 1;
     return this.level(i ? y[i - 1] + share * (y[i] - y[i - 1]) : y[0]);
@@ -99,7 +99,7 @@ class Panel {
     const [from, to] = this.window;
     const rough = (to - from) / 7;
     const ten = 10 ** Math.floor(Math.log10(rough));
-    const step = [1, 2, 5, 10].map((one) => one * ten).find((one) => one >= rough);
+    const step = [1, 2, 5, 10].map((factor) => factor * ten).find((factor) => factor >= rough);
     const y = this.box.y + this.box.height;
     const found = [];
     for (let at = Math.ceil(from / step - 1e-9) * step; at <= to + 1e-9; at += step) {
@@ -117,7 +117,7 @@ class Panel {
 const panels = [...document.querySelectorAll(".plot")].flatMap((plot) => {
   const found = JSON.parse(plot.dataset.axes).map((axis, i) => new Panel(plot, axis, i));
   const lowest = Math.max(...found.map(({ top }) => top));
-  for (const one of found) one.last = one.top === lowest;
+  for (const panel of found) panel.last = panel.top === lowest;
   return found;
 });
 if (panels.length) AXES.whole = [Math.min(...panels.map(({ start }) => start)), Math.max(...panels.map(({ end }) => end))];
@@ -153,8 +153,8 @@ function showTime(time, hover = null) {
     panel.line.classList.toggle("hover", hover !== null);
     panel.line.style.left = `${100 * (panel.left + share * panel.width)}%`;
   }
-  const said = document.getElementById("now");
-  if (said) said.textContent = `${shown.toFixed(3)} s`;
+  const readout = document.getElementById("now");
+  if (readout) readout.textContent = `${shown.toFixed(3)} s`;
   showValues(shown);
 }
 
@@ -226,9 +226,9 @@ for (const button of document.querySelectorAll("[data-at]")) {
 showTime(clock.time);
 // Parts that are wider than the page can be scrolled by keys, too.
 function reach() {
-  for (const one of document.querySelectorAll(".wide, figure, pre")) {
-    if (one.scrollWidth > one.clientWidth) one.tabIndex = 0;
-    else one.removeAttribute("tabindex");
+  for (const box of document.querySelectorAll(".wide, figure, pre")) {
+    if (box.scrollWidth > box.clientWidth) box.tabIndex = 0;
+    else box.removeAttribute("tabindex");
   }
 }
 reach();
@@ -236,7 +236,7 @@ window.addEventListener("resize", reach);
 document.addEventListener("toggle", reach, true);
 window.addEventListener("beforeprint", () => {
   if (panels.length) zoom(null, null);
-  for (const one of document.querySelectorAll("details")) one.open = true;
+  for (const details of document.querySelectorAll("details")) details.open = true;
 });
 // On paper a still picture replaces the 3D view, as soon as one has been made.
 window.addEventListener("message", (event) => {

@@ -43,7 +43,7 @@ def waypoint_here(
     """Make the changes that add a waypoint at the arm's present state, between two others.
 
     Args:
-        scenario: The task.
+        scenario: The scenario.
         robot: The robot of the task.
         q: Joint positions, joints in the robot's order, shape (d,).
         after: Index in `scenario.given` of the previous waypoint; -1 for the start.

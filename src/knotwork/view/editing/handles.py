@@ -67,7 +67,7 @@ def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
     """Make a handle for each fixed waypoint, via point, object and frame placed by numbers.
 
     Args:
-        scenario: The task.
+        scenario: The scenario.
         robot: The robot of the task.
     """
     file = to_si(scenario.given, scenario.given.units)

@@ -43,7 +43,7 @@ class DraftReading:
 
     Attributes:
         revision: The draft's revision.
-        scenario: The task.
+        scenario: The scenario.
         robot: The robot of the task, or `None`.
         handles: Handles of the task; of repeated waypoints only those of the first repetition.
         structure: Digest of the structure of the text, from `structure_digest`.
@@ -67,7 +67,7 @@ class DraftReading:
             KnotworkError: The draft can't be read.
         """
         revision, document = draft.revision, draft.document()
-        scenario = resolve_task(validate(Task, document), document.locations)
+        scenario = resolve_task(validate(Task, document), document)
         robot = joint_space(scenario).robot
         all_handles = [] if robot is None else handles(scenario, robot)
         return cls(
@@ -243,9 +243,7 @@ class Session:
             after, fraction = _place_in_task(planned, float(request.get("time", 0.0)))
             if "after" in request:
                 place, fraction = tuple(request["after"]), 0.5
-                locations = map(
-                    scenario.locations.in_file, (("waypoints", i) for i in range(count))
-                )
+                locations = [scenario.locations.in_file(("waypoints", i)) for i in range(count)]
                 inside = [i for i, known in enumerate(locations) if known[: len(place)] == place]
                 after = max(inside, default=after)
             joints = request.get("what") == "joints"
@@ -309,5 +307,5 @@ def draft_of(source: Path, copy: Path | None = None) -> Draft:
         return Draft(source)
     document = read(source)
     folders = source.parent.resolve(), copy.parent.resolve()
-    text = with_values(Draft(source).text, moved_paths(document.data, *folders))
+    text = with_values(Draft(source).text, moved_paths(Task, document.data, *folders))
     return Draft(storage.write_file(copy, text, kind="a scenario", replace=False))

@@ -57,7 +57,7 @@ class Camera {
     const [left, top] = [((x + 1) / 2) * pane.width - wide, ((1 - y) / 2) * pane.height - wide];
     const box = [left, top, left + 2 * wide, top + 2 * wide];
     const inside = left >= 0 && top >= 0 && box[2] <= pane.width && box[3] <= pane.height;
-    if (!inside || panels(pane).some((one) => overlap(one, box))) this.near(point, Infinity);
+    if (!inside || panels(pane).some((panel) => overlap(panel, box))) this.near(point, Infinity);
   }
 
   // Look at a point from the same side and nearby, in the middle of the area without panels.

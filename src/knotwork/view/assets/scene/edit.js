@@ -21,7 +21,7 @@ class Editing {
     });
     this.jog = new Jog(this);
     byId("labels").addEventListener("click", (event) => {
-      const handle = this.gizmo.handles.find((one) => one.name === event.target.textContent);
+      const handle = this.gizmo.handles.find((own) => own.name === event.target.textContent);
       if (handle) this.pick(handle.at);
     });
     window.knotwork.edit = this;
@@ -57,7 +57,7 @@ class Editing {
   }
 
   // Take over a newer state of the draft. Handles of an older state stay until newer ones are known.
-  told(state) {
+  update(state) {
     const before = this.draft;
     const { draft, error, busy } = state;
     Object.assign(this, { draft, wrong: Boolean(error) && !busy });
@@ -108,7 +108,7 @@ class Editing {
     const { player, data } = this.stage;
     if (!this.draft?.data) return;
     const time = player.start + player.time;
-    const before = data.waypoints.filter((one) => one.time <= time + AT_FRAME).at(-1);
+    const before = data.waypoints.filter((waypoint) => waypoint.time <= time + AT_FRAME).at(-1);
     const named = (at) => within(this.draft.data, at).name ?? this.called(at);
     byId("add-where").textContent = `+ waypoint: at ${time.toFixed(2)} s${before ? `, after ${quoted(before.name)}` : ""}`;
     byId("jog-where").textContent = `a waypoint here comes after ${quoted(named(this.after()))}`;
@@ -185,7 +185,7 @@ class Editing {
     this.choose(at);
     const name = this.part?.[0] === "waypoints" && (this.gizmo.held?.name.split(": ")[0] ?? this.called(this.part));
     const { player, data } = this.stage;
-    const there = data.waypoints.find((one) => one.name === name);
+    const there = data.waypoints.find((waypoint) => waypoint.name === name);
     if (there) player.seek(there.time - player.start);
   }
 
@@ -193,7 +193,7 @@ class Editing {
   called(at) {
     const { names } = this.draft;
     const key = JSON.stringify(at);
-    const first = Object.keys(names).find((one) => one.startsWith(key.replace("]", ",")));
+    const first = Object.keys(names).find((place) => place.startsWith(key.replace("]", ",")));
     return names[key] ?? names[first] ?? `waypoint ${at.at(-1) + 1}`;
   }
 
@@ -206,7 +206,7 @@ class Editing {
     }
     const size = at[0] === "waypoints" || at[0] === "frames" ? 2 : at[0] === "scene" ? 3 : 1;
     this.part = at.slice(0, size);
-    const handle = this.gizmo.handles.find((one) => same(one, { at })) ?? this.gizmo.handles.find((one) => String(one.at.slice(0, size)) === String(this.part));
+    const handle = this.gizmo.handles.find((own) => same(own, { at })) ?? this.gizmo.handles.find((own) => String(own.at.slice(0, size)) === String(this.part));
     this.gizmo.choose(handle);
     if (at[0] !== "jog") this.fill();
     this.hold();
@@ -226,7 +226,7 @@ class Editing {
     const names = (at) => {
       const group = within(data, at);
       if (!at.length) return PARTS.filter((key) => key in data).map((key) => [[key], key]);
-      return Object.entries(group ?? {}).map(([key, one]) => (Array.isArray(group) ? [[...at, Number(key)], one.name ?? `${one.repeat ? "repeat of " : ""}${this.called([...at, Number(key)])}`] : [[...at, key], key]));
+      return Object.entries(group ?? {}).map(([key, part]) => (Array.isArray(group) ? [[...at, Number(key)], part.name ?? `${part.repeat ? "repeat of " : ""}${this.called([...at, Number(key)])}`] : [[...at, key], key]));
     };
     byId("part").replaceChildren(...(chosen ? [] : [made("option", { value: "null", textContent: "choose a part" })]), ...GROUPS.map(([label, at]) => made("optgroup", { label },
       ...names(at).map(([place, text]) => made("option", { value: JSON.stringify(place), textContent: text, selected: String(place) === String(this.part) })))));
@@ -241,10 +241,10 @@ class Editing {
     const uses = { change: (at, value) => this.edit([{ at, value }], gesture()), remove: (at) => this.edit([{ at }]), refuse: (words) => this.refuse(words) };
     const rows = [...valuesOf(part, this.part ?? [])];
     const titled = ({ at }) => { // the last key, unless another row has the same
-      const alone = typeof at.at(-1) === "string" && rows.filter((one) => one.at.at(-1) === at.at(-1)).length === 1;
+      const alone = typeof at.at(-1) === "string" && rows.filter((row) => row.at.at(-1) === at.at(-1)).length === 1;
       return (alone ? at.slice(-1) : at.slice(this.part.length)).join(".");
     };
-    byId("rows").replaceChildren(...rows.map((one) => formRow({ ...one, shown: titled(one), unit: typeof one.value === "string" ? "" : this.draft.units[JSON.stringify(one.at)] }, this.part?.length, uses)));
+    byId("rows").replaceChildren(...rows.map((row) => formRow({ ...row, shown: titled(row), unit: typeof row.value === "string" ? "" : this.draft.units[JSON.stringify(row.at)] }, this.part?.length, uses)));
     if (focused) byId("rows").querySelector(`[data-at='${CSS.escape(focused)}']`)?.focus();
     this.where();
   }

@@ -20,8 +20,8 @@ function touches(polygon, box) {
   });
   return [[1, 0], [0, 1], ...edges].every((axis) => {
     const along = (point) => point[0] * axis[0] + point[1] * axis[1];
-    const [one, other] = [polygon.map(along), corners.map(along)];
-    return Math.max(...one) >= Math.min(...other) && Math.max(...other) >= Math.min(...one);
+    const [a, b] = [polygon.map(along), corners.map(along)];
+    return Math.max(...a) >= Math.min(...b) && Math.max(...b) >= Math.min(...a);
   });
 }
 
@@ -63,7 +63,7 @@ function parts(taken, pane) {
 // The nearest position of the camera from which no panel hides anything; if there is none, the one
 // that fills the largest part without a panel.
 function nearest(points, taken, pane, fov) {
-  const choices = parts(taken, pane).map((part) => fit(points, part, pane, fov)).sort((one, other) => one.distance - other.distance);
+  const choices = parts(taken, pane).map((part) => fit(points, part, pane, fov)).sort((a, b) => a.distance - b.distance);
   const free = ({ outline }) => {
     const polygon = outline();
     return !taken.some((box) => touches(polygon, box));
@@ -75,5 +75,5 @@ function nearest(points, taken, pane, fov) {
 function roomiest(taken, pane) {
   const free = ([left, top, right, bottom]) => taken.every((box) => box[2] <= left || box[0] >= right || box[3] <= top || box[1] >= bottom);
   const area = ([left, top, right, bottom]) => (right - left) * (bottom - top);
-  return parts(taken, pane).filter(free).reduce((best, one) => (!best || area(one) > area(best) ? one : best), null) ?? [0, 0, pane.width, pane.height];
+  return parts(taken, pane).filter(free).reduce((best, part) => (!best || area(part) > area(best) ? part : best), null) ?? [0, 0, pane.width, pane.height];
 }

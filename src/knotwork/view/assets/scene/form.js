@@ -1,11 +1,11 @@
 // A form for a part of the task, with a row for each value in it.
 
-const isRow = (value) => Array.isArray(value) && value.length <= 6 && value.every((one) => typeof one !== "object");
+const isRow = (value) => Array.isArray(value) && value.length <= 6 && value.every((item) => typeof item !== "object");
 
 // The values of a part, with their locations
 function* valuesOf(value, at) {
   if (value === null || typeof value !== "object" || isRow(value)) yield { at, value };
-  else for (const [key, one] of Object.entries(value)) yield* valuesOf(one, [...at, Array.isArray(value) ? Number(key) : key]);
+  else for (const [key, item] of Object.entries(value)) yield* valuesOf(item, [...at, Array.isArray(value) ? Number(key) : key]);
 }
 
 // Input, read as YAML
@@ -34,25 +34,25 @@ function formRow({ at, value, shown, unit = "" }, from, { change, remove, refuse
   const key = made("span", { className: "key", title: unit ? `${name} [${unit}]` : name }, `${shown.replaceAll(".", ".\u200b")} `, made("span", { className: "unit", textContent: unit }));
   const row = made("div", { className: isRow(value) && value.length > 1 ? "row wide" : "row" }, key);
   const fields = made("span", { className: "fields" });
-  (isRow(value) ? value : [value]).forEach((one, i) => {
+  (isRow(value) ? value : [value]).forEach((item, i) => {
     const place = isRow(value) ? [...at, i] : at;
     const label = isRow(value) ? `${name} ${i + 1}` : name;
     const field = made("input", { ariaLabel: label });
     field.dataset.at = JSON.stringify(place);
-    if (typeof one === "boolean") {
-      Object.assign(field, { type: "checkbox", checked: one });
+    if (typeof item === "boolean") {
+      Object.assign(field, { type: "checkbox", checked: item });
       field.addEventListener("change", () => (field.checked ? change(place, true) : remove(at)));
     } else {
-      Object.assign(field, { type: "text", value: String(one ?? ""), title: String(one ?? ""), autocomplete: "off", spellcheck: false });
-      if (typeof one === "number") field.inputMode = "decimal";
+      Object.assign(field, { type: "text", value: String(item ?? ""), title: String(item ?? ""), autocomplete: "off", spellcheck: false });
+      if (typeof item === "number") field.inputMode = "decimal";
       // A number is applied when typing pauses, a word when it is complete.
       let timer = 0;
       const take = () => {
         clearTimeout(timer);
-        const wrong = fault(field.value, one, isRow(value));
+        const wrong = fault(field.value, item, isRow(value));
         if (wrong || field.ariaInvalid) refuse(wrong && `${label}: ${wrong}`);
         field.ariaInvalid = wrong ? "true" : null;
-        if (!wrong && field.value.trim() !== "" && field.value !== String(one ?? "")) change(place, typed(field.value));
+        if (!wrong && field.value.trim() !== "" && field.value !== String(item ?? "")) change(place, typed(field.value));
       };
       field.addEventListener("input", () => {
         clearTimeout(timer);

@@ -50,7 +50,7 @@ class Gizmo {
   set(handles) {
     if (JSON.stringify(handles) === JSON.stringify(this.handles)) return;
     const held = this.hand && this.held;
-    this.handles = handles.map((one) => (held && same(one, held) ? held : { ...one }));
+    this.handles = handles.map((handle) => (held && same(handle, held) ? held : { ...handle }));
     this.choose(this.held);
     for (const ball of this.balls.children) ball.geometry.dispose();
     this.balls.clear();
@@ -70,7 +70,7 @@ class Gizmo {
   }
 
   choose(handle) {
-    this.held = handle ? this.handles.find((one) => same(one, handle)) ?? null : null;
+    this.held = handle ? this.handles.find((other) => same(other, handle)) ?? null : null;
     this.viewer.set_dirty();
   }
 
@@ -109,7 +109,7 @@ class Gizmo {
     const hits = this.held ? hit(this.tool).map(({ object }) => object.userData) : [];
     const pulled = hits.find(({ use }) => use === "pull") ?? hits[0]; // an arrow has priority over a ring
     const near = (ball) => this.distance(ball, event);
-    const [ball] = this.balls.children.filter((one) => near(one) < 14).sort((a, b) => near(a) - near(b));
+    const [ball] = this.balls.children.filter((ball) => near(ball) < 14).sort((a, b) => near(a) - near(b));
     if (!pulled && !ball) return;
     event.stopPropagation();
     const handle = pulled && !(ball && near(ball) < 8) ? this.held : ball.userData.handle;
@@ -176,4 +176,4 @@ class Gizmo {
   }
 }
 
-const same = (one, other) => String(one.at) === String(other.at);
+const same = (a, b) => String(a.at) === String(b.at);

@@ -63,7 +63,7 @@ class Labels {
     const pane = event && paneBox();
     const away = ({ x, y }) => Math.hypot(x - event.clientX + pane.left, y - event.clientY + pane.top);
     const near = event ? this.labels.filter((label) => label.visible && away(label) < NEAR) : [];
-    const called = near.length ? near.reduce((best, one) => (away(one) < away(best) ? one : best)) : null;
+    const called = near.length ? near.reduce((best, label) => (away(label) < away(best) ? label : best)) : null;
     if (called === this.called) return;
     this.called = called;
     this.again = true;
@@ -173,11 +173,11 @@ class Labels {
       return [left, top, left + width, top + height];
     });
     const onArm = (box) => (miss ? this.arm.filter((part) => touches(part, padded(box, ARM_MARGIN))).length : 0);
-    const choice = boxes.findIndex((box) => !taken.some((one) => overlap(one, box)) && !onArm(box));
+    const choice = boxes.findIndex((box) => !taken.some((other) => overlap(other, box)) && !onArm(box));
     let at = boxes[choice];
     // A failure always has a label; without a free place, it is where it covers least, as near as possible.
     if (!at && boxes.length && (miss || label === this.called)) {
-      const covered = (box) => taken.reduce((sum, one) => sum + overlap(one, box), 0);
+      const covered = (box) => taken.reduce((sum, other) => sum + overlap(other, box), 0);
       const away = (box) => Math.hypot((box[0] + box[2]) / 2 - x, (box[1] + box[3]) / 2 - y);
       const cost = (box) => 1000 * covered(box) + 100 * onArm(box) + away(box);
       const costs = new Map([...boxes, ...spread(pane, width, height)].map((box) => [cost(box), box]));

@@ -6,7 +6,7 @@ function followChanges(stage, version) {
   changes.onmessage = async (event) => {
     const state = JSON.parse(event.data);
     tell(state);
-    stage.editing?.told(state);
+    stage.editing?.update(state);
     if (state.version === shown) return;
     shown = state.version;
     const query = new URLSearchParams(location.search);

@@ -114,8 +114,8 @@ class Stage {
   // Bodies are red while they are too near to each other.
   redden(time) {
     const touching = this.data.contacts.filter(({ spans }) => spans.some(([from, to]) => time >= from - AT_FRAME && time <= to + AT_FRAME));
-    const joints = new Set(touching.flatMap((one) => one.joints));
-    const things = new Set(touching.flatMap((one) => one.things));
+    const joints = new Set(touching.flatMap((contact) => contact.joints));
+    const things = new Set(touching.flatMap((contact) => contact.things));
     const dye = ({ material: paint }, on) => paint.emissive?.setHex(on ? TOUCHING : 0);
     this.links.forEach((parts, joint) => parts.forEach((part) => dye(part, joints.has(joint))));
     for (const { object, of } of this.data.things) dye(object, things.has(of));
@@ -133,7 +133,7 @@ class Stage {
     this.faded = [];
     if (!touching.length) return;
     scene.updateMatrixWorld();
-    const spans = touching.flatMap((one) => one.spans);
+    const spans = touching.flatMap((contact) => contact.spans);
     const within = (at) => spans.some(([from, to]) => at >= from - AT_FRAME && at <= to + AT_FRAME);
     const others = this.links.filter((_, joint) => !joints.has(joint)).flat();
     const around = [...others, ...this.data.things.filter(({ around, of, object }) => (around || of) && object.visible).map(({ object }) => object)];
@@ -144,7 +144,7 @@ class Stage {
       const way = world(at).sub(eye);
       const ray = new THREE.Raycaster(eye, way.clone().normalize(), 0, way.length());
       for (const { object: { material: paint } } of ray.intersectObjects(around)) {
-        if (this.faded.some(([one]) => one === paint)) continue;
+        if (this.faded.some(([faded]) => faded === paint)) continue;
         const { transparent, opacity } = paint;
         this.faded.push([paint, { transparent, opacity }]);
         Object.assign(paint, { transparent: true, opacity: 0.35 * opacity });

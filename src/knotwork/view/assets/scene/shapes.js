@@ -43,8 +43,8 @@ function translucent(form, mesh, opacity, tint, renderOrder) {
   Object.assign(paint, { transparent: true, polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 8 });
   const depth = Object.assign(paint.clone(), { colorWrite: false, depthWrite: true });
   const group = new THREE.Group();
-  [depth, paint].forEach((one, pass) => {
-    const part = new THREE.Mesh(form, one);
+  [depth, paint].forEach((layer, pass) => {
+    const part = new THREE.Mesh(form, layer);
     part.renderOrder = renderOrder + pass;
     group.add(part);
   });

@@ -47,16 +47,16 @@ class Strip {
     if (player.speeds) {
       const limit = this.data.speed_limit;
       found.push({ name: "tool speed", colour: "speed", unit: `${length}/s`, time: player.times,
-        value: player.speeds.map((one) => factor * one), limits: limit ? [factor * limit] : [],
+        value: player.speeds.map((speed) => factor * speed), limits: limit ? [factor * limit] : [],
         given: this.data.given.map(([start, end, speed]) => [start, end, factor * speed]) });
     }
     if (this.data.clearance) {
       const { time, distance, pair, names, margin } = this.data.clearance;
-      const least = Math.min(...distance.filter((one) => one !== null));
+      const least = Math.min(...distance.filter((gap) => gap !== null));
       found.push({ name: "clearance", colour: "clear", unit: length, time, limits: [factor * margin], words: pair.map((k) => `: ${names[k]}`),
-        value: distance.map((one) => (one === null ? null : factor * one)), most: factor * CLEAR * Math.max(margin, least, 1e-3) });
+        value: distance.map((gap) => (gap === null ? null : factor * gap)), most: factor * CLEAR * Math.max(margin, least, 1e-3) });
     }
-    return [...found, ...this.data.curves.map((one) => ({ ...one, colour: "way" }))];
+    return [...found, ...this.data.curves.map((curve) => ({ ...curve, colour: "way" }))];
   }
 
   get chosen() {
@@ -88,12 +88,12 @@ class Strip {
     const use = this.useAt(time);
     if (data.use.some((part) => part > 0)) parts.push(use < Infinity ? `${(100 * use).toFixed(0)} % of a limit` : "a limit is broken at a jump");
     for (const { name, unit, time: times, value, words = [] } of this.curves) {
-      const at = times.findLastIndex((one) => one <= time + AT_FRAME);
+      const at = times.findLastIndex((sample) => sample <= time + AT_FRAME);
       const known = at >= 0 && time <= times[times.length - 1] + AT_FRAME && value[at] !== null;
       if (known) parts.push(`${name} ${plain(value[at])} ${unit}${words[at] ?? ""}`);
     }
     const beside = (at) => Math.abs(at - time) < 0.012 * player.animator.duration;
-    parts.push(...data.events.filter(([at]) => beside(at)).map(([, said]) => said));
+    parts.push(...data.events.filter(([at]) => beside(at)).map(([, text]) => text));
     const near = data.waypoints.filter((stop) => beside(stop.time - player.start));
     parts.push(...near.map((stop) => stop.name).filter(Boolean));
     const tip = byId("tip");
@@ -202,12 +202,12 @@ class Strip {
 
   drawCurve(pen, colour, top, bottom) {
     const { name, unit, time, value, limits, given = [], most: scale = Infinity, colour: look } = this.chosen;
-    const known = [...value].filter((one) => one !== null);
-    const reach = known.reduce((far, one) => [Math.min(far[0], one), Math.max(far[1], one)], [Infinity, -Infinity]);
-    const near = limits.filter((one) => one <= 1.6 * Math.max(reach[1], 1e-9) && one >= reach[0] - (reach[1] - reach[0]));
+    const known = [...value].filter((number) => number !== null);
+    const reach = known.reduce((far, number) => [Math.min(far[0], number), Math.max(far[1], number)], [Infinity, -Infinity]);
+    const near = limits.filter((limit) => limit <= 1.6 * Math.max(reach[1], 1e-9) && limit >= reach[0] - (reach[1] - reach[0]));
     const low = Math.min(look === "way" ? reach[0] : 0, ...near, reach[0]);
-    const high = Math.max(Math.min(reach[1], scale), ...near, ...given.map((one) => one[2]), low + 1e-9);
-    const up = (one) => bottom - 1 - ((bottom - top - 2) * (Math.min(one, high) - low)) / (high - low);
+    const high = Math.max(Math.min(reach[1], scale), ...near, ...given.map(([, , speed]) => speed), low + 1e-9);
+    const up = (number) => bottom - 1 - ((bottom - top - 2) * (Math.min(number, high) - low)) / (high - low);
     pen.lineWidth = 6;
     pen.strokeStyle = colour("given");
     pen.beginPath();
@@ -225,7 +225,7 @@ class Strip {
       if (value[i] !== null) pen[i && value[i - every] !== null ? "lineTo" : "moveTo"](this.x(time[i]), up(value[i]));
     }
     pen.stroke();
-    const far = limits.filter((one) => !near.includes(one)).map((one) => `, limit ${plain(one)}`).join("");
+    const far = limits.filter((limit) => !near.includes(limit)).map((limit) => `, limit ${plain(limit)}`).join("");
     this.write(pen, colour, `${scale < reach[1] ? "≥ " : ""}${plain(high)} ${unit}${this.curves.length < 2 ? ` ${name}` : ""}${far}`, KNOB + 2, top + 8, look);
     if (bottom - top > 26) this.write(pen, colour, plain(low), KNOB + 2, bottom - 1, look);
     for (const limit of near) {
@@ -240,7 +240,7 @@ class Strip {
     const { start, animator: { duration } } = this.player;
     const rough = (70 * duration) / Math.max(this.canvas.clientWidth, 1);
     const ten = 10 ** Math.floor(Math.log10(rough || 1));
-    const step = [1, 2, 5, 10].map((one) => one * ten).find((one) => one >= rough) || 1;
+    const step = [1, 2, 5, 10].map((factor) => factor * ten).find((factor) => factor >= rough) || 1;
     pen.fillStyle = colour("leader");
     for (let at = Math.ceil(start / step - 1e-6) * step; at <= start + duration + 1e-9; at += step) {
       const x = this.x(at - start);
@@ -253,11 +253,11 @@ class Strip {
   // Events, with their names where they fit
   drawEvents(pen, colour, top) {
     let free = 0;
-    this.data.events.forEach(([time, said]) => {
+    this.data.events.forEach(([time, text]) => {
       const x = this.x(time);
-      const width = pen.measureText(said).width;
+      const width = pen.measureText(text).width;
       if (x > free && x + 5 + width < this.canvas.clientWidth) {
-        this.write(pen, colour, said, x + 5, top + 10, "event");
+        this.write(pen, colour, text, x + 5, top + 10, "event");
         free = x + 5 + width;
       }
       pen.fillStyle = colour("event");

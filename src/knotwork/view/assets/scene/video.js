@@ -4,7 +4,7 @@ const VIDEO_END = 2000; // time for which the end is shown [ms]
 
 function offerVideo(viewer, player) {
   const canvas = viewer.renderer.domElement;
-  const kind = ["video/webm;codecs=vp8", "video/webm", "video/mp4"].find((one) => window.MediaRecorder?.isTypeSupported(one));
+  const kind = ["video/webm;codecs=vp8", "video/webm", "video/mp4"].find((type) => window.MediaRecorder?.isTypeSupported(type));
   if (!kind || !canvas.captureStream) return;
   const button = Object.assign(document.createElement("button"), { id: "video", type: "button", textContent: "video" });
   button.title = "record the motion from start to end, at the speed chosen, and download it";

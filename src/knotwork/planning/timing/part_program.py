@@ -1,4 +1,4 @@
-"""The nonlinear program of one section of a motion, and the curve of its solution."""
+"""The nonlinear program of one part of a motion, and the curve of its solution."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ WARM_START_OPTIONS: dict[str, Any] = {
 """IPOPT options for a start from the solution of a problem with slightly different limits."""
 
 
-class SectionProgram:
+class PartProgram:
     """The nonlinear program of a problem; IPOPT solves it.
 
     Args:
@@ -110,7 +110,7 @@ class SectionProgram:
         inner = 1.0 - self.margin
         V, A = (inner * problem.limits[name] for name in ("velocity", "acceleration"))
         V = np.tile(V, (at.pieces + 1, 1))
-        for k in MIDDLE_BREAKS if self.tightening.slow_middle else ():
+        for k in MIDDLE_BREAKS:
             V[k::each] = np.minimum(V[k::each], max_middle_velocities(problem))
         low[at.v], high[at.v] = -V / scale.unit(1), V / scale.unit(1)
         low[at.a], high[at.a] = -A / scale.unit(2), A / scale.unit(2)

@@ -1,4 +1,4 @@
-"""`MovingFrame`: a frame at rest, or moved by joints with known positions over time."""
+"""`TaskFrame`: a frame at rest, or moved by joints with known positions over time."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class FrameDerivatives(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class MovingFrame:
+class TaskFrame:
     """A frame at rest or in motion, relative to a link of the robot or the cell.
 
     Its fixed points are given in two ways: at a time, and at rest, with all joints at 0.
@@ -106,16 +106,16 @@ class MovingFrame:
             placed = placed * joints.placement
         return placed * self.placement
 
-    def inside(self, placement: pin.SE3) -> MovingFrame:
+    def inside(self, placement: pin.SE3) -> TaskFrame:
         """A frame fixed in this one."""
         return replace(self, placement=self.placement * placement)
 
     def with_joints(
         self, axis: FloatArray, turns: tuple[bool, ...], curve: ExtendedCurve, name: str = ""
-    ) -> MovingFrame:
+    ) -> TaskFrame:
         """This frame with joints added at its origin; arguments of `KnownJoints`."""
         added = KnownJoints(self.placement, axis, turns, curve, name)
-        return MovingFrame((*self.joints, added), pin.SE3.Identity(), self.link)
+        return TaskFrame((*self.joints, added), pin.SE3.Identity(), self.link)
 
     def motion(self, t: ArrayLike, placement: pin.SE3 | None = None) -> FrameDerivatives:
         """Motion at times (k,) [s] of the frame, or of another placement in the last axes."""
@@ -196,10 +196,10 @@ class MovingFrame:
         return self.motion(t, self.placement * self.rest_placement.inverse())
 
 
-BASE_FRAME = MovingFrame()
+BASE_FRAME = TaskFrame()
 
 
-def add_weave(frame: MovingFrame, weave: ExtendedCurve) -> MovingFrame:
+def add_weave(frame: TaskFrame, weave: ExtendedCurve) -> TaskFrame:
     """Add a motion to a frame, in base axes at rest [m]."""
     return frame.inside(frame.rest_placement.inverse()).with_joints(np.eye(3), (False,) * 3, weave)
 

@@ -1,18 +1,18 @@
-"""Solution of one section: a first guess, then solutions until one keeps every limit exactly."""
+"""Solution of a part of a timing problem: a guess, then solutions until one keeps every limit."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.planning.timing.long_intervals import guessed_states, stop_times
+from knotwork.planning.timing.long_intervals import guessed_states
 from knotwork.planning.timing.motion_curves import concatenate
 from knotwork.planning.timing.motion_states import States
 from knotwork.planning.timing.nonlinear_program import Solution
-from knotwork.planning.timing.section import SectionProgram
+from knotwork.planning.timing.part_program import PartProgram
 from knotwork.planning.timing.stop_to_stop import SLOWDOWN_FACTORS, resting_intervals
 from knotwork.planning.timing.tightening import first_tightening, keeps_limits, tighten
 from knotwork.planning.timing.timed_motion import Budget, Status
@@ -26,8 +26,8 @@ MAX_RESTING_RATIO = 1.001
 
 
 @dataclass(frozen=True, eq=False)
-class SectionMotion:
-    """Motion of one section, which keeps every limit; `TimedMotion` is that of a whole problem.
+class PartMotion:
+    """Motion of one part, which keeps every limit; `TimedMotion` is that of a whole problem.
 
     Attributes:
         time: Times of the waypoints from 0 on [s], shape (n,).
@@ -40,11 +40,11 @@ class SectionMotion:
     status: Status
 
 
-def solve_section(problem: TimingProblem, budget: Budget) -> SectionMotion | None:
-    """Solve a section from a plain guess.
+def solve_part(problem: TimingProblem, budget: Budget) -> PartMotion | None:
+    """Solve a part from a plain guess.
 
     Args:
-        problem: The section.
+        problem: The part.
         budget: Progress and budget.
 
     Returns:
@@ -62,7 +62,7 @@ def solve_section(problem: TimingProblem, budget: Budget) -> SectionMotion | Non
     return resting_motion(problem, "stopped" if budget.is_over else "resting")
 
 
-def resting_motion(problem: TimingProblem, status: Status) -> SectionMotion | None:
+def resting_motion(problem: TimingProblem, status: Status) -> PartMotion | None:
     """A motion that rests in every interval and keeps every limit, or `None`.
 
     It is the first of `SLOWDOWN_FACTORS` that does; a smaller factor between them may be enough.
@@ -77,47 +77,42 @@ def resting_motion(problem: TimingProblem, status: Status) -> SectionMotion | No
             curve = concatenate(*intervals)
             if keeps_limits(problem, curve):
                 time = np.cumsum([0.0, *(interval.x[-1] for interval in intervals)])
-                return SectionMotion(time, curve, status)
+                return PartMotion(time, curve, status)
     return None
 
 
-def _optimised_motion(problem: TimingProblem, budget: Budget) -> SectionMotion | None:
-    """Solve a section with more tightening whenever the exact check finds an excess."""
-    tightening = first_tightening(problem)
-    guess = plain_guess(problem, slow_middle=tightening.slow_middle)
+def _optimised_motion(problem: TimingProblem, budget: Budget) -> PartMotion | None:
+    """Solve a part with more tightening whenever the exact check finds an excess."""
+    guess, tightening = plain_guess(problem), first_tightening(problem)
     last: Solution | None = None
     for _ in range(MAX_TIGHTENINGS):
         seconds = budget.remaining()
         if seconds <= 0.0:
             return None
-        program = SectionProgram(problem, guess, tightening)
+        program = PartProgram(problem, guess, tightening)
         solution = program.solve(last, seconds)
         budget.step(solution.iterations)
         if not solution.solved:
-            if last is None and not tightening.slow_middle:
+            if last is None:
                 return None
-            if last is None:  # efforts may not allow stops that are so short
-                tightening = replace(tightening, slow_middle=False)
-                guess = plain_guess(problem, slow_middle=False)
             last = None  # the previous solution is too far away
             continue
         time, curve = program.motion_of(solution.x)
         more = tighten(problem, tightening, curve)
         if more is None:
-            return SectionMotion(time, curve, "optimal")
+            return PartMotion(time, curve, "optimal")
         if more.margin >= 1.0:
             return None  # no margin is left
         # with further equations the solution is a poor start
-        last = solution if more.same_equations(tightening) else None
+        last = solution if more.equations == tightening.equations else None
         tightening = more
     return None
 
 
-def plain_guess(problem: TimingProblem, *, slow_middle: bool) -> States:
+def plain_guess(problem: TimingProblem) -> States:
     """An initial guess of plain cubics, by the states at the breaks of the solver's pieces.
 
-    Joints pass waypoints without a stop where they may. In the middle of long intervals they are
-    slow if `slow_middle` is true.
+    Joints pass waypoints without a stop where they may.
     """
     velocity = first_velocities(problem)
     duration = first_durations(problem, velocity)
@@ -126,8 +121,7 @@ def plain_guess(problem: TimingProblem, *, slow_middle: bool) -> States:
     duration = np.where(np.isnan(short), duration, np.minimum(short, duration))
     if problem.total is not None:
         duration = duration * (problem.total / duration.sum())
-    stops = stop_times(problem) if slow_middle else np.full(duration.shape, np.nan)
-    return guessed_states(problem.position, duration, velocity, stops)
+    return guessed_states(problem, duration, velocity)
 
 
 def first_durations(problem: TimingProblem, velocity: FloatArray) -> FloatArray:
