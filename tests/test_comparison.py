@@ -182,7 +182,7 @@ def test_table_has_a_line_for_each_planner_and_each_reason(knotwork: Command) ->
 def test_planners_lists_each_with_what_it_gives_up(knotwork: Command) -> None:
     rows = {row["name"]: row for row in json.loads(knotwork("planners", "--json").out)}
     assert set(rows) == set(PLANNERS)
-    assert all(row["cannot"] and row["guarantees"] for row in rows.values())
+    assert all(row["limitations"] and row["guarantees"] for row in rows.values())
     assert "quintic" in knotwork("planners").out
 
 

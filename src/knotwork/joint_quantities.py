@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
@@ -74,10 +74,10 @@ _UNLIMITED: Any = None
 
 
 @dataclass(frozen=True, eq=False)
-class JointLimits(ReadOnlyArrays, Mapping[str, FloatArray]):
+class JointLimits(ReadOnlyArrays):
     """Limits of joints in SI; an absent limit is infinite.
 
-    It maps the name of each of `MAGNITUDES` to its limits. All arrays have shape (d,).
+    `limits[name]` are the limits of one of `MAGNITUDES`. All arrays have shape (d,).
 
     Attributes:
         velocity: Velocity limits [rad/s or m/s], positive.
@@ -136,12 +136,6 @@ class JointLimits(ReadOnlyArrays, Mapping[str, FloatArray]):
             raise KeyError(quantity)
         return np.asarray(getattr(self, quantity))
 
-    def __iter__(self) -> Iterator[str]:
-        return iter(MAGNITUDES)
-
-    def __len__(self) -> int:
-        return len(MAGNITUDES)
-
     def bounds(self, quantity: str) -> tuple[FloatArray, FloatArray]:
         """Lower and upper limit of a quantity of `JOINT_QUANTITIES`, shape (d,) each."""
         if JOINT_QUANTITIES[quantity].limit == "range":
@@ -150,7 +144,7 @@ class JointLimits(ReadOnlyArrays, Mapping[str, FloatArray]):
 
     def scaled(self, margin: float) -> JointLimits:
         """Multiply the limits of magnitudes by a margin, in addition to an earlier one."""
-        magnitudes: dict[str, Any] = {name: margin * limit for name, limit in self.items()}
+        magnitudes: dict[str, Any] = {name: margin * self[name] for name in MAGNITUDES}
         return replace(self, margin=margin * self.margin, **magnitudes)
 
     def text(self, limit: float, unit: str, units: Units) -> str:

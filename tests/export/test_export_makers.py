@@ -231,15 +231,13 @@ def test_what_turns_beside_the_arm_is_an_external_axis_too() -> None:
     _, axes = read_stream(export.to_j519(motion, robot=robot))
     assert axes[-1, [0, 3]] == pytest.approx([table, arm[2] - arm[1]], abs=1e-6)
     for make in (export.to_krl, export.to_ls, export.to_j519):
-        with pytest.raises(
-            ExportError, match=r"of the arm: 7, external axes: 0; .*`external_axes`"
-        ):
+        with pytest.raises(ExportError, match=r"7 revolute joints.*; .*`external_axes`"):
             make(motion)
 
 
 def test_other_arms_and_moving_ends_are_refused(motion: JointTrajectory) -> None:
     panda = planned("panda_pick_place").trajectory
-    with pytest.raises(ExportError, match=r"of the arm: 7, .*; this format takes 6, and"):
+    with pytest.raises(ExportError, match=r"7 revolute joints and 0 external axes; accepted: 6"):
         export.to_krl(panda)
     cut = JointTrajectory.from_knots(["a"], [0, 1], [[0], [1]], [[0], [0.5]])
     with pytest.raises(ExportError, match=r"ends with joint 'a' at 0.5 rad/s.*stop: true after it"):
@@ -277,7 +275,7 @@ def test_abb_switches_eight_signals_in_a_move(motion: JointTrajectory) -> None:
     time = 0.5 * motion.duration
     events = tuple(Event(time, f"lamp{i}", True, "waypoint 2") for i in range(9))
     assert "\\T8:=kw_t8" in export.to_rapid(replace(motion, events=events[:8]))
-    with pytest.raises(ExportError, match=rf"9 signals .* at {time:.3f} s; .* at most 8"):
+    with pytest.raises(ExportError, match=r"9 signals at [\d.]+ s; .* at most 8"):
         export.to_rapid(replace(motion, events=events))
 
 

@@ -175,17 +175,17 @@ def test_finds_thin_rods_that_1_khz_samples_miss() -> None:
         assert plan.trajectory(one.time)[0] == pytest.approx(angle, abs=2e-3)
 
 
-def test_clearance_within_distance_error_of_margin_is_undecided_and_fails() -> None:
+def test_clearance_within_distance_error_of_margin_is_unproved_and_fails() -> None:
     radius = 1.0 + 5e-4 + 2e-4  # the rod's, with the margin
     plan = swing({"rod": rod(1.3, radius + 5e-7)}, margin=5e-4)
     (one,) = plan.report.select(quantity="clearance")
     assert not one.ok
     assert not plan.report.ok
-    assert "not decided whether tool comes too near to rod" in " ".join(str(plan.report).split())
-    assert "not decided" in plan.report.to_dict()["failures"][0]
+    assert "not proved that tool keeps clear of rod" in " ".join(str(plan.report).split())
+    assert "not proved" in plan.report.to_dict()["failures"][0]
     shown = scene(plan.view())
     (miss,) = [label["text"] for label in shown["labels"] if label["kind"] == "miss"]
-    assert "undecided: tool comes within" in miss
+    assert "unproved: tool comes within" in miss
     assert len(shown["strip"]["broken"]) == 1
     assert "not decided" in one.message
     assert one.interval is not None

@@ -305,8 +305,10 @@ def test_plane_gap_is_at_most_distance(arm: str) -> None:
         for i, c in enumerate(combo):
             distance[i], across[i] = table.measure(int(c), turn[k], shift[k])
         apart = distance > 1e-3
-        assert (table.gaps(item, combo, normal, turn, shift)[apart] <= distance[apart] + 1e-6).all()
-        gaps = table.gaps(item, combo, across, turn, shift)
+        assert (
+            table.distances_along(item, combo, normal, turn, shift)[apart] <= distance[apart] + 1e-6
+        ).all()
+        gaps = table.distances_along(item, combo, across, turn, shift)
         np.testing.assert_allclose(gaps[apart], distance[apart], atol=1e-6)
 
 

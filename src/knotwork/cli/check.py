@@ -45,7 +45,7 @@ from knotwork.verification.recording import compare_log
 
 LOG_HINT = "for a recording of a robot, which has noise, use --log"
 
-SceneOptions = tuple[str | None, str | None, str | None]
+SceneOptions = dict[str, str | None]
 """Robot, scene and limits for the check of a trajectory without a scenario."""
 
 
@@ -54,7 +54,7 @@ def _scene_options(robot: str | None, scene: str | None, limits: str | None) -> 
         if limits is not None:
             raise click.UsageError("--limits goes with --robot or --scene, not with a scenario")
         return None
-    return robot, scene, limits
+    return {"robot": robot, "scene": scene, "limits": limits}
 
 
 scene_options = bundle_options("scene_only", _scene_options, (
@@ -184,7 +184,7 @@ def _checked_report(
     """Report and scenario of the check that the options select; a log may have no scenario."""
     if scene_only is not None:
         try:
-            checked = planning.check_without_task(trajectory, *scene_only)
+            checked = planning.check_without_task(trajectory, **scene_only)
         except DocumentError as error:
             if error.file is None:
                 raise DocumentError("command line", error.problems) from error

@@ -89,7 +89,7 @@ def planners(as_json: bool) -> int:
             f"degree {row['degree']}, C{row['continuity']}",
             {
                 "meets": row["guarantees"],
-                "can not": row["cannot"],
+                "limitations": row["limitations"],
                 "options": ", ".join(row["supports"]),
                 "rules": ", ".join(f"{row['name']}:{rule}" for rule in row["rules"]),
             },

@@ -13,6 +13,7 @@ from knotwork.cli.parameters import PASSED, json_option
 from knotwork.cli.tables import console, plain_table, print_entry, print_table, print_wrapped
 from knotwork.cli.terminal import cell, echo, echo_json
 from knotwork.files.documents import resources
+from knotwork.joint_quantities import MAGNITUDES
 from knotwork.robot import Robot, load_robot, robot_names
 from knotwork.robot.load import robots_of_missing_packages
 from knotwork.scene.building import build_robot_collision_model
@@ -117,7 +118,7 @@ def print_robot(robot: Robot) -> None:
     limits = {
         "lower": robot.lower_position_limit,
         "upper": robot.upper_position_limit,
-        **robot.limits,
+        **{name: robot.limits[name] for name in MAGNITUDES},
     }
     table = plain_table("Joint limits", ["joint", "unit", *limits], 2)
     for i, (name, unit) in enumerate(zip(robot.joint_names, robot.joint_units, strict=True)):
@@ -194,7 +195,7 @@ def robot_to_dict(robot: Robot) -> dict[str, Any]:
         "limits": {
             "lower_position_limit": finite(robot.lower_position_limit),
             "upper_position_limit": finite(robot.upper_position_limit),
-            **{f"{kind}_limit": finite(values) for kind, values in robot.limits.items()},
+            **{f"{name}_limit": finite(robot.limits[name]) for name in MAGNITUDES},
         },
         "locked": dict(robot.locked),
         "configurations": {

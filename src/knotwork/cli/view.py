@@ -168,20 +168,20 @@ def _scene(
     source: str,
     robot: Robot | None,
     motions: list[AnyMotion],
-    before: Mapping[str, Any] | None = None,
+    previous: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """The scene of the first motion; failures of all are printed."""
     print_failures(motions)
     motion = motions[0]
     if not isinstance(motion, JointTrajectory):
         refuse({"--robot": robot}, "the scenario names the robot")
-        return scene_of(motion, before)
+        return scene_of(motion, previous)
     if robot is None:
         raise InputError(
             f"{source} does not name its robot; give its scenario "
             "with --scenario, or its robot with --robot"
         )
-    return scene_of_trajectory(robot, motion, before)
+    return scene_of_trajectory(robot, motion, previous)
 
 
 def _watch(

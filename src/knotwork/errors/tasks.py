@@ -231,17 +231,17 @@ class NoWayFoundError(InputError):
     """No collision-free motion to a waypoint was found. This does not prove that none exists.
 
     Attributes:
-        end: `"start"`, `"goal"` or the number of a waypoint between them (`"1"`, ...), if the
-            fault is known to be there; else empty.
+        waypoint: Place of the fault: 0 for the start, -1 for the goal, or the number of a waypoint
+            between them; `None` if unknown.
         bodies: Names of two bodies that are too close there.
-        depth: Missing distance between them, from the required clearance [m].
+        shortfall: Missing distance between them, from the required clearance [m].
         waypoints: Indices of the two waypoints between which no motion was found, if only one
             solution of each was a candidate; else `None`.
     """
 
-    end: str = ""
+    waypoint: int | None = None
     bodies: Sequence[str] = ()
-    depth: float = 0.0
+    shortfall: float = 0.0
     waypoints: Sequence[int] | None = None
 
 

@@ -33,8 +33,8 @@ class VirtualJoint:
         lower, upper: Limits of its position [rad or m], which may be infinite.
         unit: `"rad"`, or `"m"` if prismatic.
         axes: Rotation of its axes relative to the TCP, or `None`.
-        ease: Factor on its mobility in the minimum norm of joint velocities.
-        soft: Whether its mobility decreases towards its limits.
+        mobility: Factor on its velocity in the minimum norm of joint velocities.
+        slows_at_limits: Whether its mobility decreases towards its limits.
     """
 
     name: str
@@ -43,8 +43,8 @@ class VirtualJoint:
     upper: float
     unit: str = "rad"
     axes: Any = None
-    ease: float = 30.0
-    soft: bool = True
+    mobility: float = 30.0
+    slows_at_limits: bool = True
 
 
 @dataclass(frozen=True, eq=False)

@@ -161,17 +161,17 @@ def joint_tree(model: Any) -> JointTree:
 
 
 def make_serial_chain(
-    placements: Sequence[Any], axis: FloatArray, turns: Sequence[bool]
+    placements: Sequence[Any], axis: FloatArray, is_revolute: Sequence[bool]
 ) -> JointTree:
     """Make a serial chain of joints.
 
     Args:
         placements: Placement of each joint in the previous one at position 0, `pin.SE3`.
         axis: Unit vectors, shape (n, 3).
-        turns: Whether each joint is revolute; otherwise prismatic.
+        is_revolute: Whether each joint is revolute; otherwise prismatic.
     """
     n = len(placements)
-    turned = np.array([0.0, *(float(revolute) for revolute in turns)])
+    turned = np.array([0.0, *(float(revolute) for revolute in is_revolute)])
     return JointTree(
         parent=(0, *range(n)),
         column=(-1, *range(n)),
@@ -198,8 +198,8 @@ def invert_chain(tree: JointTree, joint: int, placement: Any) -> tuple[JointTree
     joints = tree.path(joint)[::-1]
     steps = [pin.SE3(tree.rotation[i], tree.translation[i]).inverse() for i in joints]
     axes = np.array([*(-tree.axis[i] for i in joints), [0.0, 0.0, 1.0]])
-    turns = [*(bool(tree.turns[i]) for i in joints), True]
-    return make_serial_chain([placement.inverse(), *steps], axes, turns), [
+    is_revolute = [*(bool(tree.turns[i]) for i in joints), True]
+    return make_serial_chain([placement.inverse(), *steps], axes, is_revolute), [
         tree.column[i] for i in joints
     ]
 

@@ -251,12 +251,13 @@ class _Builder:
         joint, placement = _joint_of_link(self.robot, frame.link or self.robot.world_frame)
         if frame.joints:
             placements: list[Any] = []
-            axes, turns = [], list[bool]()
+            axes, is_revolute = [], list[bool]()
             for joints in frame.joints:
-                placements += [joints.placement, *[pin.SE3.Identity()] * (len(joints.turns) - 1)]
+                followers = len(joints.is_revolute) - 1
+                placements += [joints.placement, *[pin.SE3.Identity()] * followers]
                 axes.append(joints.axis)
-                turns += joints.turns
-            chain = make_serial_chain(placements, np.concatenate(axes), turns)
+                is_revolute += joints.is_revolute
+            chain = make_serial_chain(placements, np.concatenate(axes), is_revolute)
             known = [joints.curve for joints in frame.joints]
             joint, placement = self._add_joints(chain, placement, known, joint), pin.SE3.Identity()
         self.carriers[frame.link, frame.joints] = joint, placement
@@ -291,13 +292,12 @@ class _Builder:
         lying_before = Body(name, "object", joint_before, solids_before, start=appears)
         in_tool = Body(name, "held", int(frame.parentJoint), held_solids)
         lying_after = Body(name, "object", joint_after, solids_after, start=hold.end)
-        approached, left = hold.approach_start, hold.departure_end
         bodies = [
-            replace(lying_before, end=approached, tool_keeps_clear=True),
-            replace(lying_before, start=max(appears, approached), end=hold.start),
+            replace(lying_before, end=hold.approach_start, tool_keeps_clear=True),
+            replace(lying_before, start=max(appears, hold.approach_start), end=hold.start),
             replace(in_tool, start=hold.start, end=hold.end),
-            replace(lying_after, end=left),
-            replace(lying_after, start=left, tool_keeps_clear=True),
+            replace(lying_after, end=hold.departure_end),
+            replace(lying_after, start=hold.departure_end, tool_keeps_clear=True),
         ]
         return [body for body in bodies if body.start < body.end]
 

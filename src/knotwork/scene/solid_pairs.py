@@ -15,14 +15,14 @@ from knotwork.scene.solids import Placed, support_values
 
 
 class SolidPairs:
-    """The pairs of solids, here called combinations, of all checked pairs of bodies, as arrays.
+    """The pairs of solids of all checked pairs of bodies, as arrays.
 
     Attributes:
         model: Bodies and pairs.
         solids: Solids of all bodies.
         joint: Index of the joint that carries each solid, shape (s,).
-        first, second: Indices of the two solids of each combination, shape (c,).
-        pair: Index of the pair of bodies of each combination, shape (c,).
+        first, second: Indices of the two solids of each pair, shape (c,).
+        body_pair: Index of the pair of bodies of each pair of solids, shape (c,).
         margin: Required clearance [m], shape (c,).
         exact: Whether one of the two solids is an exact mesh, shape (c,).
         convex: Whether both solids are convex, shape (c,).
@@ -34,15 +34,15 @@ class SolidPairs:
         self.solids = [solid for body in model.bodies for solid in body.solids]
         offset = np.cumsum([0, *(len(body.solids) for body in model.bodies)])
         self.joint = np.array([body.joint for body in model.bodies for _ in body.solids])
-        combos = [
+        solid_pairs = [
             (offset[pair.first] + a, offset[pair.second] + b, k)
             for k, pair in enumerate(model.pairs)
             for a in range(len(model.bodies[pair.first].solids))
             for b in range(len(model.bodies[pair.second].solids))
         ]
-        self.first, self.second, self.pair = np.array(combos).T
+        self.first, self.second, self.body_pair = np.array(solid_pairs).T
         self._both = list(zip(self.first.tolist(), self.second.tolist(), strict=True))
-        self.margin = np.array([model.pairs[k].margin for k in self.pair])
+        self.margin = np.array([model.pairs[k].margin for k in self.body_pair])
         exact = np.array([solid.triangles is not None for solid in self.solids])
         self.exact = exact[self.first] | exact[self.second]
         convex = np.array([solid.outer_hull is None for solid in self.solids])
@@ -51,11 +51,11 @@ class SolidPairs:
         corners = np.array([solid.corners for solid in self.solids])
         corners[~np.isfinite(corners)] = 0.0  # half spaces are fixed
         self._corners = corners.swapaxes(1, 2)
-        self._turn = np.array([solid.rotation for solid in self.solids])
-        self._shift = np.array([solid.translation for solid in self.solids])
+        self._rotation = np.array([solid.rotation for solid in self.solids])
+        self._origin = np.array([solid.translation for solid in self.solids])
         self._middle = (corners[:, 0] + corners[:, -1]) / 2
         # half the edges of the box, in the solid's own axes
-        self._half = np.einsum("sij,si->sj", self._turn, corners[:, -1] - self._middle)
+        self._half = np.einsum("sij,si->sj", self._rotation, corners[:, -1] - self._middle)
         self._planes = [
             (np.flatnonzero(self.first == s), solid.plane)
             for s, solid in enumerate(self.solids)
@@ -70,9 +70,9 @@ class SolidPairs:
             rotation: Rotations of all joints, shape (k, n + 1, 3, 3).
             origin: Origins of all joints [m], shape (k, n + 1, 3).
         """
-        turn = rotation[:, self.joint]
-        shift = (turn @ self._shift[:, :, None])[..., 0] + origin[:, self.joint]
-        return turn @ self._turn, shift
+        carrier = rotation[:, self.joint]
+        moved = (carrier @ self._origin[:, :, None])[..., 0] + origin[:, self.joint]
+        return carrier @ self._rotation, moved
 
     def corners(self, rotation: FloatArray, origin: FloatArray) -> FloatArray:
         """Corners of boxes around the solids [m], shape (k, s, 3, 8).
@@ -85,7 +85,7 @@ class SolidPairs:
         return np.asarray(turned + origin[:, self.joint, :, None])
 
     def min_distances(
-        self, item: IndexArray, combo: IndexArray, rotation: FloatArray, origin: FloatArray
+        self, item: IndexArray, pair: IndexArray, rotation: FloatArray, origin: FloatArray
     ) -> FloatArray:
         """Lower bounds of distances, by planes that separate their boxes [m], shape (m,).
 
@@ -93,122 +93,126 @@ class SolidPairs:
 
         Args:
             item: Indices of the k placements, shape (m,).
-            combo: Indices of the pairs of solids, shape (m,).
+            pair: Indices of the pairs of solids, shape (m,).
             rotation: Rotations of all joints, shape (k, n + 1, 3, 3).
             origin: Origins of all joints [m], shape (k, n + 1, 3).
         """
-        first, second = self.first[combo], self.second[combo]
-        turn = rotation[:, self.joint]
-        middle = (turn @ self._middle[:, :, None])[..., 0] + origin[:, self.joint]
+        first, second = self.first[pair], self.second[pair]
+        carrier = rotation[:, self.joint]
+        middle = (carrier @ self._middle[:, :, None])[..., 0] + origin[:, self.joint]
         # axis; component; pair: contiguous memory access
-        axes, middle = (turn @ self._turn).reshape(-1, 3, 3).T, middle.reshape(-1, 3).T
+        axes, middle = (carrier @ self._rotation).reshape(-1, 3, 3).T, middle.reshape(-1, 3).T
         at_first, at_second = (len(self.solids) * item + solid for solid in (first, second))
         a, b = axes.take(at_first, 2), axes.take(at_second, 2)
         half_a, half_b = self._half.T[:, first], self._half.T[:, second]
-        gap = middle[:, at_second] - middle[:, at_first]
-        on_a, on_b = (np.abs(np.einsum("ijm,jm->im", box, gap)) for box in (a, b))
+        between = middle[:, at_second] - middle[:, at_first]
+        on_a, on_b = (np.abs(np.einsum("ijm,jm->im", box, between)) for box in (a, b))
         crossed = np.abs(np.einsum("ijm,kjm->ikm", a, b))
         along_a = on_a - half_a - np.einsum("ikm,km->im", crossed, half_b)
         along_b = on_b - half_b - np.einsum("ikm,im->km", crossed, half_a)
-        length = np.maximum(np.linalg.norm(gap, axis=0), np.finfo(float).tiny)
+        length = np.maximum(np.linalg.norm(between, axis=0), np.finfo(float).tiny)
         support = (on_a * half_a + on_b * half_b).sum(axis=0)
         bounds: FloatArray = (
             np.maximum(along_a, along_b).max(axis=0).clip(length - support / length)
         )
         for columns, plane in self._planes:
-            rows = np.flatnonzero(np.isin(combo, columns))
+            rows = np.flatnonzero(np.isin(pair, columns))
             support = (np.abs(plane[:3] @ b[:, :, rows]) * half_b[:, rows]).sum(axis=0)
             bounds[rows] = plane[:3] @ middle[:, at_second[rows]] - plane[3] - support
         return bounds
 
     def measure(
-        self, combo: int, turn: FloatArray, shift: FloatArray, max_distance: float = math.inf
+        self, pair: int, rotation: FloatArray, origin: FloatArray, max_distance: float = math.inf
     ) -> tuple[float, FloatArray]:
         """Distance of a pair of solids [m], at most 0 if they overlap, and its direction.
 
         The direction is a unit vector from the second to the first, shape (3,).
 
         Args:
-            combo: Index of the combination.
-            turn: Rotations of the solids' own axes, shape (s, 3, 3).
-            shift: Their origins [m], shape (s, 3).
+            pair: Index of the pair of solids.
+            rotation: Rotations of the solids' own axes, shape (s, 3, 3).
+            origin: Their origins [m], shape (s, 3).
             max_distance: Upper bound of relevant distances [m], as in `DistanceMeter.distance`.
         """
-        return self._meter.distance_and_normal(*self.placed_pair(combo, turn, shift), max_distance)
+        placed = self.placed_pair(pair, rotation, origin)
+        return self._meter.distance_and_normal(*placed, max_distance)
 
-    def gaps(
+    def distances_along(
         self,
         item: IndexArray,
-        combo: IndexArray,
+        pair: IndexArray,
         normal: FloatArray,
-        turn: FloatArray,
-        shift: FloatArray,
+        rotation: FloatArray,
+        origin: FloatArray,
     ) -> FloatArray:
-        """Gaps between two convex solids along a direction [m], shape (m,).
+        """Distances of two convex solids along a direction [m], shape (m,).
 
         Args:
             item: Indices of the k placements, shape (m,).
-            combo: Indices of the combinations, shape (m,).
+            pair: Indices of the pairs of solids, shape (m,).
             normal: Unit vectors from the second to the first, shape (m, 3); for half spaces they
                 are replaced by the normals of their planes.
-            turn: Rotations of the solids' own axes, shape (k, s, 3, 3).
-            shift: Their origins [m], shape (k, s, 3).
+            rotation: Rotations of the solids' own axes, shape (k, s, 3, 3).
+            origin: Their origins [m], shape (k, s, 3).
         """
         for columns, plane in self._planes:
-            normal[np.isin(combo, columns)] = -plane[:3]
+            normal[np.isin(pair, columns)] = -plane[:3]
         result = np.zeros(len(item))
-        for solids, direction in ((self.first[combo], -normal), (self.second[combo], normal)):
-            local = np.einsum("mji,mj->mi", turn[item, solids], direction)
-            result -= np.einsum("mi,mi->m", direction, shift[item, solids])
+        first, second = self.first[pair], self.second[pair]
+        for solids, direction in ((first, -normal), (second, normal)):
+            local = np.einsum("mji,mj->mi", rotation[item, solids], direction)
+            result -= np.einsum("mi,mi->m", direction, origin[item, solids])
             for s in set(solids.tolist()):
                 rows = np.flatnonzero(solids == s)
                 result[rows] -= support_values(self.solids[s], local[rows])
         return result
 
-    def placed_pair(self, combo: int, turn: FloatArray, shift: FloatArray) -> tuple[Placed, Placed]:
+    def placed_pair(
+        self, pair: int, rotation: FloatArray, origin: FloatArray
+    ) -> tuple[Placed, Placed]:
         """Place the two solids of a pair; arguments as in `measure`."""
-        a, b = self._both[combo]
-        return Placed(self.solids[a], turn[a], shift[a]), Placed(self.solids[b], turn[b], shift[b])
+        first, second = (Placed(self.solids[s], rotation[s], origin[s]) for s in self._both[pair])
+        return first, second
 
-    def clearance(self, q: FloatArray, time: float, max_distance: float = 0.0) -> FloatArray:
+    def min_gaps(self, q: FloatArray, time: float, max_gap: float = 0.0) -> FloatArray:
         """The minimum distance beyond the required margin at configurations [m], shape (m,).
 
         The arguments are those of `nearest`, with one time for all configurations.
         """
-        return np.array([gap for gap, _ in self.nearest(q, np.full(len(q), time), max_distance)])
+        return np.array([gap for gap, _ in self.nearest(q, np.full(len(q), time), max_gap)])
 
     def nearest(
-        self, q: FloatArray, time: FloatArray, max_distance: float = math.inf
+        self, q: FloatArray, time: FloatArray, max_gap: float = math.inf
     ) -> Iterator[tuple[float, int]]:
-        """Find the minimum distance beyond the required margin at each configuration [m].
+        """Find the minimum gap at each configuration [m]: distance minus required margin.
 
-        Each distance comes with the index of its pair of solids, or -1 if none is nearer than
-        `max_distance`.
+        Each gap comes with the index of its pair of solids, or -1 if none is nearer than
+        `max_gap`.
 
         Args:
             q: Joint positions [rad or m], shape (m, d).
             time: Times [s], shape (m,); bodies that are absent then are ignored.
-            max_distance: Upper bound of the given values [m]. With 0 only the sign is meaningful.
+            max_gap: Upper bound of the gaps [m]. With 0 only the sign is meaningful.
         """
-        low, high = self.windows[self.pair].T
-        item, combo = np.nonzero((low <= time[:, None]) & (time[:, None] <= high))
-        rotation, origin = self.model.joint_placements(np.asarray(q, dtype=float), time)
+        low, high = self.windows[self.body_pair].T
+        item, pair = np.nonzero((low <= time[:, None]) & (time[:, None] <= high))
+        placed = self.model.joint_placements(np.asarray(q, dtype=float), time)
 
         bounds = np.full((len(time), len(low)), np.inf)
-        bounds[item, combo] = self.min_distances(item, combo, rotation, origin) - self.margin[combo]
-        turn, shift = self.axes(rotation, origin)
+        bounds[item, pair] = self.min_distances(item, pair, *placed) - self.margin[pair]
+        rotation, origin = self.axes(*placed)
         for i, row in enumerate(bounds):
-            result, nearest = max_distance, -1
+            result, nearest = max_gap, -1
             for c in np.argsort(row).tolist():
-                if row[c] > result or (max_distance == 0.0 and result < 0.0):
+                if row[c] > result or (max_gap == 0.0 and result < 0.0):
                     break
                 margin = float(self.margin[c])
                 limit = result + margin + DISTANCE_ERROR
-                clearance = self.measure(c, turn[i], shift[i], limit)[0] - margin
-                if clearance > 0.0 and self.exact[c]:
-                    pair = self.placed_pair(c, turn[i], shift[i])
-                    clearance = -clearance if is_one_inside_other(*pair) else clearance
-                clearance = clearance if clearance > 0.0 else min(clearance, -1e-300)
-                if clearance < result:
-                    result, nearest = clearance, c
+                gap = self.measure(c, rotation[i], origin[i], limit)[0] - margin
+                if gap > 0.0 and self.exact[c]:
+                    placed_pair = self.placed_pair(c, rotation[i], origin[i])
+                    gap = -gap if is_one_inside_other(*placed_pair) else gap
+                gap = gap if gap > 0.0 else min(gap, -1e-300)
+                if gap < result:
+                    result, nearest = gap, c
             yield result, nearest

@@ -139,7 +139,7 @@ def _pair_finding(pair: Clearance, scenario: Scenario, robot: Robot, *, hidden: 
         proof="bounded",
         proof_gap=max(pair.distance - pair.bound, 0.0) if np.isfinite(pair.bound) else 0.0,
         points=tuple(tuple(float(x) for x in point) for point in points),
-        label=("undecided: " if pair.verdict == "undecided" else "") + _pair_text(pair, scenario),
+        label=("unproved: " if pair.verdict == "unproved" else "") + _pair_text(pair, scenario),
         hidden_in_tables=hidden and clear,
         involves_scene=pair.involves_scene,
         bodies=(pair.second.name, pair.first.name),
@@ -170,10 +170,10 @@ def _pair_fact(pair: Clearance, points: Sequence[FloatArray], scenario: Scenario
         return f"{second} comes within {distance} of {first} {at}{keep}; never nearer than {bound}"
     where = f"{at}, {describe_time(scenario, pair.time)}{keep}"
     span = "from {:.3f} s to {:.3f} s".format(*(pair.interval or (pair.time, pair.time)))
-    if pair.verdict == "undecided":
+    if pair.verdict == "unproved":
         resolution = scenario.units.text(scenario.scene.collisions.resolution, "m", ".3g")
         return (
-            f"it is not decided whether {second} comes too near to {first}: {distance} apart "
+            f"it is not proved that {second} keeps clear of {first}: {distance} apart "
             f"{where}, {span} within {resolution}, the resolution"
         )
     scale, unit = scenario.shown_length
@@ -197,5 +197,5 @@ def _vector_text(vector: FloatArray) -> str:
 
 
 def failed_pairs(findings: Iterable[Finding]) -> list[Finding]:
-    """Findings of pairs that collide or are undecided."""
+    """Findings of pairs that collide or are unproved."""
     return [finding for finding in findings if finding.subject == "pair" and not finding.ok]

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, NamedTuple, cast
-
-import numpy as np
+from typing import TYPE_CHECKING, NamedTuple
 
 from knotwork.task.scenario import Scenario, ScenarioPath, Stretch
 from knotwork.task.scenario.joint_space import JointSpace
@@ -15,7 +13,6 @@ from knotwork.verification.motion import Motion
 from knotwork.waypoints import CartesianWaypoint, PoseFreedom
 
 if TYPE_CHECKING:
-    from knotwork.curves.tool_paths import ThroughPoints
     from knotwork.robot import Robot
     from knotwork.units import Units
     from knotwork.verification.bounds.path_criteria import PathBound, PathErrors
@@ -68,14 +65,10 @@ def check_curve_between_points(
     scale, unit = scenario.shown_length
     for path in scenario.paths:
         last = scenario.waypoints[path.last]
-        for any_curve in path.motion.path.curves:
-            if not hasattr(any_curve, "bulges"):  # lines and arcs need not load its class
-                continue
-            curve = cast("ThroughPoints", any_curve)
-            bulges = curve.bulges()
-            chords = np.linalg.norm(np.diff(curve.points, axis=0), axis=1)
-            i = int((bulges / chords).argmax())
-            if bulges[i] > MAX_BULGE * chords[i]:
+        for curve in path.motion.path.curves:
+            chords, bulges = curve.chords_and_bulges()
+            if (bulges > MAX_BULGE * chords).any():
+                i = int((bulges / chords).argmax())
                 yield Finding(
                     Group.WARNINGS, "waypoint", last.name, "curve_between_points", "warning",
                     f"the curve through points to {last.name!r} leaves the straight line between "

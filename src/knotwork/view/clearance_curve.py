@@ -88,7 +88,7 @@ def _nearest(
     table = SolidPairs(replace(model, pairs=pairs))
     nearest = list(table.nearest(q, time))
     distance = [gap + table.margin[c] if c >= 0 else np.nan for gap, c in nearest]
-    return [int(table.pair[c]) if c >= 0 else -1 for _, c in nearest], np.array(distance)
+    return [int(table.body_pair[c]) if c >= 0 else -1 for _, c in nearest], np.array(distance)
 
 
 def _stands_still(model: CollisionModel, pair: Pair, q: FloatArray, time: FloatArray) -> bool:

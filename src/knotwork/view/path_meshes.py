@@ -38,7 +38,7 @@ WIDTH = 0.0045
 
 
 def speed_colours(
-    path: ToolTrace, shown: ShownMotion, fastest: float
+    path: ToolTrace, shown: ShownMotion, min_scale_end: float
 ) -> tuple[FloatArray, dict[str, Any]]:
     """Choose the colours of a path by speed.
 
@@ -46,7 +46,7 @@ def speed_colours(
         The colour of each sample, shape (n, 3); and the legend, which has the end of the scale
         [m/s], its colours, and given speeds as marks on it [m/s].
     """
-    high = max(max_speed(shown), fastest)
+    high = max(max_speed(shown), min_scale_end)
     marks = sorted(_given_speeds(shown) - {0.0}, reverse=True)
     shares = path.speed / max(high, 1e-9)
     scale = np.linspace(0.0, 1.0, len(SPEED_COLOURS))
@@ -69,7 +69,7 @@ def _given_speeds(shown: ShownMotion) -> set[float]:
 
 
 def draw_paths(
-    parts: SceneParts, shown: ShownMotion, size: float, fastest: float
+    parts: SceneParts, shown: ShownMotion, size: float, min_scale_end: float
 ) -> dict[str, Any]:
     """Draw the tool, its path and the tool paths of the task.
 
@@ -79,7 +79,7 @@ def draw_paths(
     robot, trace = shown.robot, tool_trace(shown)
     if trace is None:
         return {}
-    colours, legend = speed_colours(trace, shown, fastest)
+    colours, legend = speed_colours(trace, shown, min_scale_end)
     parts.draw("path", line_mesh(trace.position, colours, 0.0032 * size), lit=False)
     parts.draw("limits broken", _broken_mesh(trace, size), lit=False)
     clear = _clear_motion_mesh(trace, shown, size)

@@ -55,13 +55,13 @@ CLEAR_ANGLE = np.radians(75.0)
 VIEW_MARGIN = 0.35
 
 
-def scene_of(plan: CheckedMotion, before: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """Compose the scene of a plan, as plain data; `before` as for `make_scene`.
+def scene_of(plan: CheckedMotion, previous: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """Compose the scene of a plan, as plain data; `previous` as for `make_scene`.
 
     Raises:
         InputError: The scenario has no robot, or the motion can't be shown.
     """
-    return make_scene(ShownMotion.of_plan(plan), before=before)
+    return make_scene(ShownMotion.of_plan(plan), previous=previous)
 
 
 def view_trajectory(robot: Robot, trajectory: JointTrajectory) -> Page:
@@ -82,15 +82,15 @@ def view_trajectory(robot: Robot, trajectory: JointTrajectory) -> Page:
 
 
 def scene_of_trajectory(
-    robot: Robot, trajectory: JointTrajectory, before: Mapping[str, Any] | None = None
+    robot: Robot, trajectory: JointTrajectory, previous: Mapping[str, Any] | None = None
 ) -> dict[str, Any]:
-    """Compose the scene of a stored trajectory, as plain data; `before` as for `make_scene`.
+    """Compose the scene of a stored trajectory, as plain data; `previous` as for `make_scene`.
 
     Raises:
         InputError: The trajectory has other joints than the robot, or can't be shown.
     """
     return make_scene(
-        ShownMotion.of_robot(robot, trajectory), warnings=_tool_warnings(robot), before=before
+        ShownMotion.of_robot(robot, trajectory), warnings=_tool_warnings(robot), previous=previous
     )
 
 
@@ -108,27 +108,27 @@ def make_scene(
     shown: ShownMotion,
     *,
     warnings: Sequence[str] = (),
-    before: Mapping[str, Any] | None = None,
-    fastest: float = 0.0,
+    previous: Mapping[str, Any] | None = None,
+    min_scale_end: float = 0.0,
 ) -> dict[str, Any]:
     """Compose the scene of a motion, as plain data for JSON.
 
     Args:
         shown: The motion with the arm, its meshes, and the task.
         warnings: Further warnings for the page.
-        before: The scene that this one replaces. For the same robot, its `ROBOT_PARTS` are reused,
-            as the same objects, and its view is kept.
-        fastest: Lower bound on the end of the scale of tool speeds [m/s].
+        previous: The scene that this one replaces. For the same robot, its `ROBOT_PARTS` are
+            reused, as the same objects, and its view is kept.
+        min_scale_end: Lower bound on the end of the scale of tool speeds [m/s].
     """
     base = base_joints(shown.robot)
     outlines = _outlines(shown)
     task = _at_start(shown, _task_points(shown))
     points = np.concatenate([outlines, task, _at_start(shown, _fixed_points(shown))])
     size = max(float(np.ptp(points, axis=0).max()), 1e-3)
-    robot_parts = _robot_parts(shown, before)
-    same_robot = before is not None and robot_parts["joints"] is before["joints"]
+    robot_parts = _robot_parts(shown, previous)
+    same_robot = previous is not None and robot_parts["joints"] is previous["joints"]
     parts = SceneParts([*warnings, *shown.shapes.warnings])
-    legend = draw_paths(parts, shown, size, fastest)
+    legend = draw_paths(parts, shown, size, min_scale_end)
     if tool_trace(shown) is not None:
         legend |= draw_marks(parts, shown, size)
         draw_frames(parts, shown, size)
@@ -154,7 +154,7 @@ def make_scene(
             _extreme_points(np.concatenate(in_view)),
             task,
             _at_start(shown, joint_origins(shown)[1]),
-            before["view"]["from"] if same_robot and before is not None else None,
+            previous["view"]["from"] if same_robot and previous is not None else None,
         ),
         **verdict(shown),
         "warnings": parts.warnings,
@@ -278,8 +278,8 @@ def _description(shown: ShownMotion) -> dict[str, Any]:
     }
 
 
-def _robot_parts(shown: ShownMotion, before: Mapping[str, Any] | None) -> dict[str, Any]:
-    """The `ROBOT_PARTS` of a scene, reused from `before` if they are equal."""
+def _robot_parts(shown: ShownMotion, previous: Mapping[str, Any] | None) -> dict[str, Any]:
+    """The `ROBOT_PARTS` of a scene, reused from `previous` if they are equal."""
     model, base, others = shown.robot.model, base_joints(shown.robot), environment_joints(shown)
     own = drawn_joints(joint_tree(model), list(model.names)[1:])
     carried = [*([] for _ in base.joints), *shown.shapes.parts, *([] for _ in others)]
@@ -287,8 +287,8 @@ def _robot_parts(shown: ShownMotion, before: Mapping[str, Any] | None) -> dict[s
         "joints": base.below([*own, *others]),
         "shapes": [[pack_mesh(mesh) for mesh in meshes] for meshes in carried],
     }
-    if before is not None and all(parts[name] == before[name] for name in ROBOT_PARTS):
-        return {name: before[name] for name in ROBOT_PARTS}
+    if previous is not None and all(parts[name] == previous[name] for name in ROBOT_PARTS):
+        return {name: previous[name] for name in ROBOT_PARTS}
     return parts
 
 
@@ -305,5 +305,5 @@ def _merge_labels(labels: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
 
 def _extreme_points(points: FloatArray, most: int = 800) -> FloatArray:
     """Points that are extreme in some direction."""
-    turns = np.random.default_rng(0).normal(size=(most, 3))
-    return np.asarray(points[np.unique((turns @ points.T).argmax(axis=1))])
+    directions = np.random.default_rng(0).normal(size=(most, 3))
+    return np.asarray(points[np.unique((directions @ points.T).argmax(axis=1))])

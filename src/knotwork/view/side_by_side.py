@@ -34,8 +34,8 @@ def side_by_side(plans: Sequence[CheckedMotion], names: Sequence[str]) -> Page:
         InputError: A plan has no robot, or the robots differ.
     """
     shown = [ShownMotion.of_plan(plan) for plan in plans]
-    fastest = max(map(max_speed, shown))  # the same colour is the same speed on both sides
-    scenes = [make_scene(motion, fastest=fastest) for motion in shown]
+    scale_end = max(map(max_speed, shown))  # the same colour is the same speed on both sides
+    scenes = [make_scene(motion, min_scale_end=scale_end) for motion in shown]
     for scene in scenes:
         scene["legend"]["units"] = scenes[0]["units"]
     view = _common_view(scenes)

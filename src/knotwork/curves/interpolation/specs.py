@@ -27,7 +27,7 @@ class PlannerSpec:
         continuity: Order k of its C^k smoothness, guaranteed for all waypoints.
         degree: Largest degree of its polynomials, for any number of waypoints.
         guarantees: Guarantees of the motion.
-        cannot: Limitations.
+        limitations: Limitations of the motion.
         supports: Names of the `PlannerOptions` that it supports.
         entry_point: Module in `knotwork.curves.interpolation`, and function, that make the curve.
     """
@@ -37,7 +37,7 @@ class PlannerSpec:
     continuity: int
     degree: int
     guarantees: str
-    cannot: str
+    limitations: str
     supports: tuple[str, ...]
     entry_point: str
 
@@ -49,7 +49,7 @@ _ALL_PLANNERS = (
         continuity=2,
         degree=3,
         guarantees="positions and velocities at all waypoints; end accelerations if requested",
-        cannot="choose the accelerations at inner waypoints",
+        limitations="does not choose the accelerations at inner waypoints",
         supports=("knots", "end_acceleration", "chosen"),
         entry_point="chosen_sections:plan_modified_hermite",
     ),
@@ -59,7 +59,7 @@ _ALL_PLANNERS = (
         continuity=1,
         degree=3,
         guarantees="positions and velocities at all waypoints",
-        cannot="keep the acceleration from jumping at inner waypoints",
+        limitations="acceleration jumps at inner waypoints",
         supports=(),
         entry_point="waypoint_polynomials:plan_cubic",
     ),
@@ -69,7 +69,7 @@ _ALL_PLANNERS = (
         continuity=2,
         degree=5,
         guarantees="positions, velocities and preset accelerations at all waypoints",
-        cannot="find good accelerations: with bad presets the velocity fluctuates",
+        limitations="does not find good accelerations: with bad presets the velocity fluctuates",
         supports=("accelerations", "end_acceleration"),
         entry_point="waypoint_polynomials:plan_quintic",
     ),
@@ -79,7 +79,7 @@ _ALL_PLANNERS = (
         continuity=3,
         degree=7,
         guarantees="positions, velocities, preset accelerations and zero jerk at all waypoints",
-        cannot="keep peaks low: the more is preset, the higher they are",
+        limitations="does not keep peaks low: the more is preset, the higher they are",
         supports=("accelerations", "end_acceleration"),
         entry_point="waypoint_polynomials:plan_septic",
     ),
@@ -89,7 +89,7 @@ _ALL_PLANNERS = (
         continuity=4,
         degree=9,
         guarantees="positions, velocities, preset accelerations at all waypoints; no jerk, snap",
-        cannot="keep peaks low: the more is preset, the higher they are",
+        limitations="does not keep peaks low: the more is preset, the higher they are",
         supports=("accelerations", "end_acceleration"),
         entry_point="waypoint_polynomials:plan_nonic",
     ),
@@ -99,7 +99,7 @@ _ALL_PLANNERS = (
         continuity=1,
         degree=2,
         guarantees="positions and velocities at both ends; constant acceleration in transitions",
-        cannot="meet inner waypoints: it cuts their corners; acceleration jumps",
+        limitations="cuts the corners of inner waypoints; acceleration jumps",
         supports=(),
         entry_point="straight_lines:plan_blends",
     ),
@@ -109,7 +109,7 @@ _ALL_PLANNERS = (
         continuity=2,
         degree=3,
         guarantees="positions at all waypoints, velocities at both ends",
-        cannot="meet velocities at inner waypoints",
+        limitations="ignores velocities at inner waypoints",
         supports=(),
         entry_point="waypoint_polynomials:plan_bspline",
     ),
@@ -119,7 +119,7 @@ _ALL_PLANNERS = (
         continuity=1,
         degree=3,
         guarantees="positions and velocities at all waypoints",
-        cannot="keep the acceleration from jumping at inner waypoints",
+        limitations="acceleration jumps at inner waypoints",
         supports=(),
         entry_point="waypoint_polynomials:plan_cubic",
     ),
@@ -129,7 +129,7 @@ _ALL_PLANNERS = (
         continuity=2,
         degree=5,
         guarantees="positions and velocities at all waypoints",
-        cannot="serve three waypoints; find good inner accelerations where there are over four",
+        limitations="not for three waypoints; with over four, poor inner accelerations",
         supports=("accelerations",),
         entry_point="waypoint_polynomials:plan_353",
     ),
@@ -139,7 +139,7 @@ _ALL_PLANNERS = (
         continuity=2,
         degree=5,
         guarantees="positions at all waypoints, velocities and accelerations at both ends",
-        cannot="meet velocities at inner waypoints",
+        limitations="ignores velocities at inner waypoints",
         supports=("end_acceleration",),
         entry_point="waypoint_polynomials:plan_434",
     ),
@@ -149,7 +149,7 @@ _ALL_PLANNERS = (
         continuity=1,
         degree=2,
         guarantees="positions at all waypoints; joints in phase, so straight in joint space",
-        cannot="pass a waypoint at speed; acceleration jumps",
+        limitations="stops at each waypoint; acceleration jumps",
         supports=(),
         entry_point="straight_lines:plan_trapezoids",
     ),

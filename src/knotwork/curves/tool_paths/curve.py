@@ -57,6 +57,13 @@ class Curve(ABC):
     def curvature_bound(self, s0: ArrayLike, s1: ArrayLike) -> FloatArray:
         """Upper bounds of the curvature from arc length s0 to s1 [1/m], shape (k,)."""
 
+    def chords_and_bulges(self) -> FloatArray:
+        """Lengths of the chords between given points, and largest distances from them [m].
+
+        Shape (2, n - 1) for n points; a large bulge shows points that are few or uneven.
+        """
+        return np.empty((2, 0))
+
 
 def sort_ends(s0: ArrayLike, s1: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Lower and upper ends of intervals, shape (k,) each."""

@@ -21,14 +21,14 @@ class KnownJoints:
     Attributes:
         placement: `pin.SE3` of their axes at position 0, in those of the joint before them.
         axis: Unit vector of each joint in these axes, shape (e, 3).
-        turns: Whether each joint is revolute; otherwise prismatic.
+        is_revolute: Whether each joint is revolute; otherwise prismatic.
         curve: Joint positions over time [rad or m].
         name: Name of the frame that they move.
     """
 
     placement: pin.SE3
     axis: FloatArray
-    turns: tuple[bool, ...]
+    is_revolute: tuple[bool, ...]
     curve: ExtendedCurve
     name: str = ""
 
@@ -111,10 +111,10 @@ class TaskFrame:
         return replace(self, placement=self.placement * placement)
 
     def with_joints(
-        self, axis: FloatArray, turns: tuple[bool, ...], curve: ExtendedCurve, name: str = ""
+        self, axis: FloatArray, is_revolute: tuple[bool, ...], curve: ExtendedCurve, name: str = ""
     ) -> TaskFrame:
         """This frame with joints added at its origin; arguments of `KnownJoints`."""
-        added = KnownJoints(self.placement, axis, turns, curve, name)
+        added = KnownJoints(self.placement, axis, is_revolute, curve, name)
         return TaskFrame((*self.joints, added), pin.SE3.Identity(), self.link)
 
     def motion(self, t: ArrayLike, placement: pin.SE3 | None = None) -> FrameDerivatives:
@@ -125,8 +125,8 @@ class TaskFrame:
         for joints in self.joints:
             frame = frame.with_placement(joints.placement)
             rows = (joints.curve(times, order).T for order in range(3))
-            for axis, turns, *row in zip(joints.axis, joints.turns, *rows, strict=True):
-                frame = frame.compose(_joint_motion(axis, turns, *row))
+            for axis, is_revolute, *row in zip(joints.axis, joints.is_revolute, *rows, strict=True):
+                frame = frame.compose(_joint_motion(axis, is_revolute, *row))
         return frame.with_placement(self.placement if placement is None else placement)
 
     def placement_at(self, time: float) -> pin.SE3:
@@ -212,12 +212,12 @@ def _skew_vector(matrices: FloatArray) -> FloatArray:
 
 
 def _joint_motion(
-    axis: FloatArray, turns: bool, q: FloatArray, v: FloatArray, a: FloatArray
+    axis: FloatArray, is_revolute: bool, q: FloatArray, v: FloatArray, a: FloatArray
 ) -> FrameDerivatives:
     """Motion of the frame behind a joint, in the joint's axes."""
     placement = np.tile(np.eye(4), (len(q), 1, 1))
     rate, change = np.zeros_like(placement), np.zeros_like(placement)
-    if turns:
+    if is_revolute:
         skew = pin.skew(axis)
         turn = np.array([pin.exp3(angle * axis) for angle in q]).reshape(-1, 3, 3)
         v, a = v[:, None, None], a[:, None, None]

@@ -53,14 +53,13 @@ class ThroughPoints(PolynomialCurve):
         super().__init__(c * np.diff(x)[:, None] ** powers)
         self.arc_lengths: FloatArray = self.piece_ends
 
-    def bulges(self) -> FloatArray:
-        """Largest distances from the straight lines between successive points [m], shape (n - 1,).
-
-        They are sampled, and show points that are few or uneven.
-        """
+    def chords_and_bulges(self) -> FloatArray:
+        """Return lengths of chords and largest distances from them, which are sampled."""
         fractions = np.linspace(0.0, 1.0, 17)
         s = self.arc_lengths[:-1, None] + np.diff(self.arc_lengths)[:, None] * fractions
         offset = self.position(s.ravel()).reshape(*s.shape, 3) - self.points[:-1, None]
         chord = np.diff(self.points, axis=0)[:, None]
-        along = np.clip((offset * chord).sum(axis=2) / (chord**2).sum(axis=2), 0.0, 1.0)
-        return np.asarray(np.linalg.norm(offset - along[:, :, None] * chord, axis=2).max(axis=1))
+        squared = (chord**2).sum(axis=2)
+        along = np.clip((offset * chord).sum(axis=2) / squared, 0.0, 1.0)
+        distance = np.linalg.norm(offset - along[:, :, None] * chord, axis=2)
+        return np.array([np.sqrt(squared[:, 0]), distance.max(axis=1)])

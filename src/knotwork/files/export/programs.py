@@ -28,6 +28,7 @@ from knotwork.errors import ExportError
 from knotwork.files.export.labels import one_ascii_line, unsupported_event
 from knotwork.files.export.straight import (
     ARM_AXES,
+    AXES_ACCEPTED,
     CONTROLLER_UNITS,
     RESTING_SPEED,
     STRAIGHT,
@@ -154,11 +155,8 @@ def to_rapid(
 
     def move(step: ProgramStep) -> Iterator[str]:
         if len(step.flying) > MAX_TRIGGERS:
-            raise ExportError(
-                f"{len(step.flying)} signals are switched at {step.flying[0].time:.3f} s; a move "
-                f"of ABB takes at most {MAX_TRIGGERS}",
-                time=step.flying[0].time,
-            )
+            given = f"{len(step.flying)} signals at {points.time[step.to]:.6g} s"
+            raise ExportError(f"{given}; an ABB move switches at most {MAX_TRIGGERS}")
         first, *others = [triggers[event] for event in step.flying] or [""]
         name = "TriggAbsJ" if first else "MoveAbsJ"
         names = first + "".join(rf"\T{n}:={other}" for n, other in enumerate(others, 2))
@@ -243,7 +241,11 @@ def _axes(
 ) -> tuple[FloatArray, FloatArray, dict[str, str]]:
     """Angles of the arm [deg], shape (n, 6), external axes, and their units: deg or mm."""
     units = points.trajectory.joint_units
-    arm, outer = arm_joints(points.trajectory, robot, at_least=ARM_AXES)
+    arm = arm_joints(points.trajectory, robot)
+    outer = [i for i in range(len(units)) if i not in arm]
+    if len(arm) != ARM_AXES or len(outer) > ARM_AXES:
+        have = f"{len(arm)} revolute joints and {len(outer)} external axes"
+        raise ExportError(f"the arm has {have}; {AXES_ACCEPTED}")
     names = points.trajectory.joint_names
     shown = {names[i]: CONTROLLER_UNITS[units[i]] for i in outer}
     factors = np.array([factor for _, factor in shown.values()])

@@ -23,6 +23,10 @@ if TYPE_CHECKING:
 
 ARM_AXES = 6
 """Number of revolute axes of an arm for controllers of KUKA, ABB and FANUC."""
+AXES_ACCEPTED = (
+    f"accepted: {ARM_AXES} revolute joints, and up to {ARM_AXES} external axes (prismatic, or "
+    "`external_axes` of the robot; in Python robot=plan.space.robot)"
+)
 LINE_TOLERANCE = 1e-3
 """Default error of straight lines between points [rad or m]."""
 TIME_TICK = 1e-3
@@ -88,25 +92,11 @@ def bound_text(value: float, digits: int = 3) -> str:
     return f"{math.ceil(value / unit * (1.0 - 1e-12)) * unit:.{digits}g}"
 
 
-def arm_joints(
-    trajectory: JointTrajectory, robot: Robot | None, at_least: int = 0
-) -> tuple[list[int], list[int]]:
-    """Indices of an arm's revolute joints, and of external axes: prismatic, or the robot's.
-
-    Raises:
-        ExportError: The arm has fewer revolute joints, or there are more than six of either.
-    """
-    known = robot.external_axes if robot is not None else ()
-    joints = list(zip(trajectory.joint_names, trajectory.joint_units, strict=True))
-    arm = [i for i, (name, unit) in enumerate(joints) if unit == "rad" and name not in known]
-    outer = [i for i in range(len(joints)) if i not in arm]
-    if not at_least <= len(arm) <= ARM_AXES or len(outer) > ARM_AXES:
-        raise ExportError(
-            f"revolute joints of the arm: {len(arm)}, external axes: {len(outer)}; this format "
-            f"takes {ARM_AXES}, and up to {ARM_AXES} external axes: prismatic joints, and "
-            "`external_axes` of a robot given by robot=plan.space.robot (--scenario)"
-        )
-    return arm, outer
+def arm_joints(trajectory: JointTrajectory, robot: Robot | None) -> list[int]:
+    """Indices of an arm's revolute joints, without external axes of a given robot."""
+    outer = robot.external_axes if robot is not None else ()
+    joints = zip(trajectory.joint_names, trajectory.joint_units, strict=True)
+    return [i for i, (name, unit) in enumerate(joints) if unit == "rad" and name not in outer]
 
 
 def from_horizontal(points: Positions, robot: Robot | None = None) -> FloatArray:
@@ -118,7 +108,9 @@ def from_horizontal(points: Positions, robot: Robot | None = None) -> FloatArray
         ExportError: There are more than six joints, and the arm's are unknown.
     """
     q = points.position.copy()
-    arm, _ = arm_joints(points.trajectory, robot)
+    arm = arm_joints(points.trajectory, robot)
+    if len(arm) > ARM_AXES:
+        raise ExportError(f"the arm has {len(arm)} revolute joints; {AXES_ACCEPTED}")
     if len(arm) > 2:
         q[:, arm[2]] -= q[:, arm[1]]
     return q

@@ -136,12 +136,9 @@ def _joint_quantity(heading: str, parts: list[str], name: str, unit: str) -> tup
     base, *per = stated
     kind, factor = _BASES.get(base, ("", 1.0))
     order = sum(_PER_TIME.get(word, len(MOTION_QUANTITIES)) for word in per)
-    if (
-        kind == unit
-        and order < len(MOTION_QUANTITIES)
-        and quantity in ("", MOTION_QUANTITIES[order])
-    ):
-        return MOTION_QUANTITIES[order], factor
+    derived = MOTION_QUANTITIES[order : order + 1]  # empty beyond jerk
+    if kind == unit and derived and quantity in ("", *derived):
+        return derived[0], factor
     raise HeadingError(
         f"the column {heading!r} has {' '.join(stated)!r}, which is no unit of "
         f"{f'a {quantity} of ' if quantity else ''}joint {name!r}, in {unit}",

@@ -220,13 +220,13 @@ def _located_error(
     """
     solved = section.solved
     names = [solved.scenario.waypoints[i].name for i in section.waypoints]
-    text, k, end = solved.scenario.units.text, fault.waypoint, ""
+    text, k = solved.scenario.units.text, fault.waypoint
     bodies: tuple[str, ...] = ()
     if k is None:
         reason = f" was found among {fault.checks} configurations; one may exist all the same"
         accepted = "more space, a waypoint in between, or a smaller scene.margin"
     else:
-        end, where = {0: "start", -1: "goal"}.get(k, f"{k}"), f"at {names[k]!r}"
+        where = f"at {names[k]!r}"
         if fault.moving or fault.limit:
             phase = "stopping after" if k == 0 else "coming from rest to"
             where = f"{phase} {names[k]!r}"
@@ -235,15 +235,15 @@ def _located_error(
             joint, unit = space.joint_names[fault.joint], space.joint_units[fault.joint]
             excess = f"exceeds its {fault.limit} limit"
             if fault.limit == "position":
-                excess = f"goes {text(fault.depth, unit, '.4g')} beyond its position limit"
+                excess = f"goes {text(fault.shortfall, unit, '.4g')} beyond its position limit"
             elif fault.limit == "tool_speed":
                 joint, excess = "the tool", "exceeds its speed limit"
             reason = f": {where}, {joint} {excess}"
             accepted = "a lower velocity there, or a stop"
         else:
             bodies = first, second = fault.bodies
-            depth = text(fault.depth, "m", ".4g")
-            reason = f": {where}, {second} is {depth} too close to {first}"
+            shortfall = text(fault.shortfall, "m", ".4g")
+            reason = f": {where}, {second} is {shortfall} too close to {first}"
             if fault.solutions > 1:
                 reason += f", and none of {fault.solutions} solutions is clear"
             slower = "a lower velocity or " if fault.moving else ""
@@ -251,9 +251,9 @@ def _located_error(
     return NoWayFoundError(
         f"no collision-free motion from {names[0]!r} to {names[-1]!r}{reason}; "
         f"accepted: {accepted}",
-        end=end,
+        waypoint=k,
         bodies=bodies,
-        depth=fault.depth,
+        shortfall=fault.shortfall,
         waypoints=section.waypoints if single else None,
         where=solved.where(section.waypoints[-1 if k is None else k]),
     )

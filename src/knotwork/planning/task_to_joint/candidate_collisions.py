@@ -127,7 +127,7 @@ class CandidateCollisions:
 
     def are_clear(self, q: FloatArray, time: float) -> NDArray[np.bool_]:
         """Whether configurations (k, d) are free of collisions at a time, shape (k,)."""
-        return np.asarray(self._pairs.clearance(self._arm_positions(q), time) >= 0.0)
+        return np.asarray(self._pairs.min_gaps(self._arm_positions(q), time) >= 0.0)
 
     def _is_clear(self, q: FloatArray, time: float) -> bool:
         return bool(self.are_clear(q[None], time)[0])
@@ -139,7 +139,7 @@ class CandidateCollisions:
         _, firsts, branches = np.unique(candidates.branch, return_index=True, return_inverse=True)
         time = self.scenario.waypoints[index].time
         q = self._arm_positions(candidates.q[firsts])
-        return np.asarray(self._pairs.clearance(q, time, max_clearance)[branches])
+        return np.asarray(self._pairs.min_gaps(q, time, max_clearance)[branches])
 
     def _arm_positions(self, q: FloatArray) -> FloatArray:
         return np.ascontiguousarray(q[:, : self.robot.dof])

@@ -50,8 +50,9 @@ class FreedomChain(NamedTuple):
     @property
     def with_soft_limits(self) -> FreedomChain:
         """The chain with virtual joints that slow down before their limits."""
-        joints = [replace(joint, soft=True, ease=1.0) for joint in self.robot.virtual_joints]
-        return self._replace(robot=self.robot.with_virtual_joints(*joints))
+        joints = self.robot.virtual_joints
+        slowing = [replace(joint, slows_at_limits=True, mobility=1.0) for joint in joints]
+        return self._replace(robot=self.robot.with_virtual_joints(*slowing))
 
     def scatter(self, values: FloatArray, default: FloatArray | float = 0.0) -> FloatArray:
         """Scatter values (..., d) of this chain into combined joint vectors, shape (..., size)."""
@@ -179,7 +180,7 @@ def _virtual_joints(freedom: PoseFreedom) -> list[VirtualJoint]:
         joints += [VirtualJoint(f"free tilt {k}", k, -limit, limit) for k in "xy"]
     lower, upper = freedom.turn
     if lower < upper:
-        joints.append(VirtualJoint("free turn", "z", -upper, -lower, soft=False))
+        joints.append(VirtualJoint("free turn", "z", -upper, -lower, slows_at_limits=False))
     for name, axis, (low, high) in turned:
         if low < high:
             joints.append(

@@ -47,7 +47,7 @@ class ChosenSequence(NamedTuple):
     """The chosen sequence.
 
     Attributes:
-        cost: Cost of the sequence, shape (7,): see `CostLevel`.
+        cost: Cost of the sequence, one value per `CostLevel`.
         positions: Joint positions [rad or m], shape (n, d).
         velocities: Joint velocities [rad/s or m/s], shape (n, d).
         candidates: Candidates at each waypoint; `None` where joint positions are given.

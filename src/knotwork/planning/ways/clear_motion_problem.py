@@ -92,7 +92,7 @@ class NoClearMotionError(Exception):
         waypoint: Index of the waypoint where the arm collides, or can't come to rest along its
             velocity without a collision, -1 for the goal; `None` if all are collision-free.
         bodies: Names of the two colliding bodies.
-        depth: Violation of the margin [m], or of the joint's position limit [rad or m].
+        shortfall: Violation of the margin [m], or of the joint's position limit [rad or m].
         moving: Whether the motion to rest collides.
         limit: Name of the limit that the motion to rest exceeds, or `None`.
         joint: Index of the joint that exceeds it.
@@ -102,7 +102,7 @@ class NoClearMotionError(Exception):
 
     waypoint: int | None = None
     bodies: tuple[str, str] = ("", "")
-    depth: float = 0.0
+    shortfall: float = 0.0
     moving: bool = False
     limit: str | None = None
     joint: int = 0

@@ -210,11 +210,12 @@ class _ClearSearch:
         beyond = np.maximum(self.space.lower - reached.minimum, reached.maximum - self.space.upper)
         if beyond.max() > 0.0:
             k = int(beyond.argmax())
-            return NoClearMotionError(end, depth=float(beyond[k]), limit="position", joint=k)
+            return NoClearMotionError(end, shortfall=float(beyond[k]), limit="position", joint=k)
         if unproved := self.problem.unproved_pairs(motion):
             worst = max(unproved, key=lambda pair: pair.margin - pair.distance)
-            names, depth = (worst.first.name, worst.second.name), worst.margin - worst.distance
-            return NoClearMotionError(end, names, max(depth, 0.0), moving=True)
+            names = worst.first.name, worst.second.name
+            shortfall = max(worst.margin - worst.distance, 0.0)
+            return NoClearMotionError(end, names, shortfall, moving=True)
         if (excess := exceeded_limit(self.problem.timing, motion)) is None:
             return None
         limit, utilisation = excess

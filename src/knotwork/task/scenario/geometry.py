@@ -195,18 +195,18 @@ def move_frame(frame: TaskFrame, motion: FrameMotion, locations: Locations, name
     """
     if motion.file is not None:
         return _move_by_file(frame, motion.file, motion.at, locations, name)
-    axes, turns, rates = [], [], []
+    axes, is_revolute, rates = [], [], []
     for vector, turn in ((motion.linear, False), (motion.angular, True)):
         rate = float(np.linalg.norm(vector or (0.0,)))
         if rate > 0.0:
             axes.append(np.array(vector) / rate)
-            turns.append(turn)
+            is_revolute.append(turn)
             rates.append(rate)
     if not rates:
         return frame
     c = np.array([[rates], [np.zeros(len(rates))]])
     steady = ExtendedCurve(PiecewisePolynomial(c, [0.0, 1.0]), holds_ends=False, delay=motion.at)
-    return frame.with_joints(np.array(axes), tuple(turns), steady, name)
+    return frame.with_joints(np.array(axes), tuple(is_revolute), steady, name)
 
 
 def _move_by_file(
@@ -222,9 +222,9 @@ def _move_by_file(
     names = [motion.joint_names[i] for i in order]
     curve = PiecewisePolynomial(motion.polynomial.c[:, :, order], motion.polynomial.x)
     axes = np.eye(3)[["xyz".index(FRAME_JOINTS[name][1]) for name in names]]
-    turns = tuple(FRAME_JOINTS[name][0] == "rad" for name in names)
+    is_revolute = tuple(FRAME_JOINTS[name][0] == "rad" for name in names)
     delayed = ExtendedCurve(curve, delay=begin - float(curve.x[0]))
-    return frame.with_joints(axes, turns, delayed, name)
+    return frame.with_joints(axes, is_revolute, delayed, name)
 
 
 def _read_motion(path: Path) -> JointTrajectory:

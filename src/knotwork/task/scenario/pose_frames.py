@@ -165,7 +165,7 @@ class PoseFrames:
             jumps = np.abs(curve.jumps(1))
             if jumps.max(initial=0.0) > MAX_SPEED_JUMP:
                 k, axis = np.unravel_index(int(jumps.argmax()), jumps.shape)
-                unit = "rad/s" if joints.turns[axis] else "m/s"
+                unit = "rad/s" if joints.is_revolute[axis] else "m/s"
                 jump = self.units.text(float(jumps[k, axis]), unit, ".3g")
                 raise self.locations.error(
                     ("waypoints", i),
@@ -214,7 +214,7 @@ class PoseFrames:
                 )
         if requested is not None:
             joints = self.named[self.named.find(requested, (*location, "orientation_in"))].joints
-            is_turning = any(any(part.turns) for part in (*frame.joints, *joints))
+            is_turning = any(any(part.is_revolute) for part in (*frame.joints, *joints))
             if joints != frame.joints and is_turning:
                 raise self.locations.error(
                     (*location, "orientation_in"),

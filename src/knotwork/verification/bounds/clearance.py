@@ -12,7 +12,7 @@ distance is at least
 over the whole interval. Convex bodies are also separated by the plane normal to the line between
 their nearest points at the middle, and only motion along this normal reduces their distance, to
 first order (`relative_motion`). The better of the two bounds is used. If the verdict is still
-undecided, the interval is divided into three, and the middle part keeps its distance.
+open, the interval is divided into three, and the middle part keeps its distance.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ INTERVAL_BLOCK = 2000
 """Number of intervals per block."""
 
 DISTANCE_BUDGET = 100_000
-"""Maximum number of distance measurements. Pairs that are open after them are undecided."""
+"""Maximum number of distance measurements. Pairs that are open after them are unproved."""
 
 
 class Clearance(NamedTuple):
@@ -64,8 +64,8 @@ class Clearance(NamedTuple):
         involves_scene: Whether one of them is an object of the scene.
         time: Time of the minimum distance found [s].
         nearest: Nearest points at that time, in the axes of the URDF's root.
-        verdict: `"clear"`, `"collides"` (the margin is violated) or `"undecided"`.
-        interval: Interval in which the margin is violated or undecided [s], or `None`.
+        verdict: `"clear"`, `"collides"` (the margin is violated) or `"unproved"`.
+        interval: Interval in which the margin is violated or unproved [s], or `None`.
         contacts: Intervals in which the margin is violated [s]; `interval` is the worst.
     """
 
@@ -166,16 +166,16 @@ class _ClearanceSearch:
         self.model, self.resolution = model, resolution
         self.curve = curve = model.all_positions(curve)
         self.table = SolidPairs(model)
-        self.pair, self.margin = self.table.pair, self.table.margin
+        self.body_pair, self.margin = self.table.body_pair, self.table.margin
         self.windows = model.windows_within(*curve.x[[0, -1]].tolist())
         self.precision = CLEARANCE_PRECISION if precision is None else precision
         self.relative_precision = RELATIVE_PRECISION if precision is None else 0.0
-        self.distance = np.full(len(self.pair), np.inf)
-        self.time = np.full(len(self.pair), curve.x[0])
-        self.bound = np.full(len(self.pair), np.inf)
+        self.distance = np.full(len(self.body_pair), np.inf)
+        self.time = np.full(len(self.body_pair), curve.x[0])
+        self.bound = np.full(len(self.body_pair), np.inf)
         self.measurements = 0
-        self.undecided_from = np.full(len(self.pair), np.inf)
-        self.undecided_until = np.full(len(self.pair), -np.inf)
+        self.unproved_from = np.full(len(self.body_pair), np.inf)
+        self.unproved_until = np.full(len(self.body_pair), -np.inf)
 
     def result(self) -> tuple[Clearance, ...]:
         first = first_intervals(self.curve.x, CLEARANCE_INTERVALS, self.windows)
@@ -190,7 +190,7 @@ class _ClearanceSearch:
     def _first_tests(self, intervals: Intervals) -> _PairTests:
         """Tests of the pairs of solids that exist together in each interval."""
         middle = self.curve.x[intervals.piece] + intervals.middle
-        windows = self.windows[self.pair]
+        windows = self.windows[self.body_pair]
         exist = (middle[:, None] > windows[:, 0]) & (middle[:, None] < windows[:, 1])
         interval, solid_pair = np.nonzero(exist)
         unmeasured = np.full(len(solid_pair), np.nan)
@@ -213,11 +213,11 @@ class _ClearanceSearch:
         is_closed |= self.measurements >= DISTANCE_BUDGET
         np.minimum.at(self.bound, tests.solid_pair[is_closed], lower[is_closed])
         margin = self.margin[tests.solid_pair]
-        is_undecided = is_closed & (lower < margin) & (self.distance[tests.solid_pair] > margin)
-        interval, solid_pair = tests.interval[is_undecided], tests.solid_pair[is_undecided]
+        is_unproved = is_closed & (lower < margin) & (self.distance[tests.solid_pair] > margin)
+        interval, solid_pair = tests.interval[is_unproved], tests.solid_pair[is_unproved]
         half = intervals.length[interval] / 2
-        np.minimum.at(self.undecided_from, solid_pair, time[interval] - half)
-        np.maximum.at(self.undecided_until, solid_pair, time[interval] + half)
+        np.minimum.at(self.unproved_from, solid_pair, time[interval] - half)
+        np.maximum.at(self.unproved_until, solid_pair, time[interval] + half)
         return _divide_in_three(intervals, tests, ~is_closed)
 
     def _bounds_by_planes(
@@ -243,9 +243,9 @@ class _ClearanceSearch:
         is_separable = self.table.convex[tests.solid_pair] & (tests.distance > 0.0) & (lower < goal)
         rows = np.flatnonzero(is_separable)
         where = tests.interval[rows], tests.solid_pair[rows], tests.normal[rows]
-        gap = self.table.gaps(*where, *placed) - DISTANCE_ERROR
+        distance = self.table.distances_along(*where, *placed) - DISTANCE_ERROR
         by_planes = np.full_like(lower, -np.inf)
-        by_planes[rows] = gap - motions.approach(*where)
+        by_planes[rows] = distance - motions.approach(*where)
         return np.maximum(lower, by_planes)
 
     def _goal(self) -> FloatArray:
@@ -297,7 +297,7 @@ class _ClearanceSearch:
     def _find_enclosed(self) -> None:
         """Find solids inside meshes. If the surfaces never touch, one test decides for all time."""
         for c in np.flatnonzero((self.distance > 0.0) & self.table.exact).tolist():
-            start = float(self.windows[self.pair[c]][0])
+            start = float(self.windows[self.body_pair[c]][0])
             turn, shift = (x[0] for x in self.table.axes(*self._place([start])))
             if is_one_inside_other(*self.table.placed_pair(c, turn, shift)):
                 self.distance[c], self.time[c] = -self.distance[c], start
@@ -309,7 +309,7 @@ class _ClearanceSearch:
 
     def _clearances(self) -> Iterator[Clearance]:
         """The clearance of each pair of bodies that exist together."""
-        solids = [np.flatnonzero(self.pair == k) for k in range(len(self.model.pairs))]
+        solids = [np.flatnonzero(self.body_pair == k) for k in range(len(self.model.pairs))]
         worst = [int(of_pair[self.distance[of_pair].argmin()]) for of_pair in solids]
         rotation, origin = self._place(self.time[worst].tolist())
         for k, (pair, of_pair) in enumerate(zip(self.model.pairs, solids, strict=True)):
@@ -322,14 +322,14 @@ class _ClearanceSearch:
                 distance = nearest.distance  # for solids that were not measured at that time
             verdict, interval = "clear", None
             contacts: tuple[tuple[float, float], ...] = ()
-            low, high = self.undecided_from[of_pair].min(), self.undecided_until[of_pair].max()
+            low, high = self.unproved_from[of_pair].min(), self.unproved_until[of_pair].max()
             if distance <= pair.margin:
                 start, end = self.windows[k].tolist()
                 verdict = "collides"
                 contacts = contact_intervals(self.model, self.curve, k, start, end, time)
                 interval = next(span for span in contacts if span[0] <= time <= span[1])
             elif low <= high:
-                verdict, interval = "undecided", (float(low), float(high))
+                verdict, interval = "unproved", (float(low), float(high))
             bound = float(self.bound[of_pair].min())
             yield Clearance(
                 first,

@@ -165,10 +165,10 @@ def tree_from(frame_joints: Sequence[KnownJoints], arm: JointTree, root: Any) ->
     placement = pin.SE3.Identity()
     for known in frame_joints:
         placement = placement * known.placement
-    firsts = np.cumsum([0, *(len(known.turns) for known in frame_joints)]).tolist()
+    firsts = np.cumsum([0, *(len(known.is_revolute) for known in frame_joints)]).tolist()
     for known, first in reversed(list(zip(frame_joints, firsts, strict=False))):
-        for k in reversed(range(len(known.turns))):
-            reversed_joints.append((placement, -known.axis[k], known.turns[k], first + k))
+        for k in reversed(range(len(known.is_revolute))):
+            reversed_joints.append((placement, -known.axis[k], known.is_revolute[k], first + k))
             placement = pin.SE3.Identity()
         placement = placement * known.placement.inverse()
     placements, axes, turns, columns = zip(*reversed_joints, strict=True)

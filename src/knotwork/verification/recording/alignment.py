@@ -35,7 +35,7 @@ class Alignment:
             the log covers.
         shift: Time of the log's clock at time 0 of the plan [s].
         shift_error: Standard error of the shift [s], from the residual between log and plan.
-        reference: The plan.
+        plan: The plan.
         smoothed: The smoothed log, by its own clock.
         lead: Time from the log's first sample to time 0 of the plan [s].
         delays: Spans of the plan's time with the delay of the log in each; the first is on time.
@@ -44,7 +44,7 @@ class Alignment:
     trajectory: JointTrajectory
     shift: float
     shift_error: float
-    reference: JointTrajectory
+    plan: JointTrajectory
     smoothed: Smoothed
     lead: float
     delays: tuple[Delay, ...]
@@ -79,10 +79,10 @@ class Alignment:
     @cached_property
     def residual(self) -> PlanResidual:
         """Deviation of the plan from its own smoothed curve with the log's knots."""
-        return plan_residual(self.smoothed, self.reference, self.lead)
+        return plan_residual(self.smoothed, self.plan, self.lead)
 
 
-def aligned(curve: Smoothed, reference: JointTrajectory) -> Alignment:
+def aligned(curve: Smoothed, plan: JointTrajectory) -> Alignment:
     """Find the time shift between a log and its plan, and convert the log to the plan's time.
 
     The log is compared with the plan at every shift, in steps of its sample period. The best shift
@@ -101,32 +101,32 @@ def aligned(curve: Smoothed, reference: JointTrajectory) -> Alignment:
 
     Args:
         curve: The smoothed log.
-        reference: The plan, with the log's joints in any order.
+        plan: The plan, with the log's joints in any order.
 
     Raises:
         InputError: The plan has other joints or never moves; or log and plan have
             no time in common.
     """
     log = curve.log
-    reference = reference.reordered(log.joint_names, log.joint_units, owner=log.source)
-    begin, end = reference.start_time, reference.end_time
-    if not np.abs(reference.extrema(1).peak).max() > 0.0:
+    plan = plan.reordered(log.joint_names, log.joint_units, owner=log.source)
+    begin, end = plan.start_time, plan.end_time
+    if not np.abs(plan.extrema(1).peak).max() > 0.0:
         raise InputError("the plan never moves, so the time shift of the log can't be found")
-    whole = Delay(-np.inf, np.inf, _coarse_shift(curve, reference))
-    shift, error = fit_delay(curve, reference, whole)
-    spans = estimate_delays(curve, reference, shift)
-    shift = spans[0].delay
-    spans = tuple(span._replace(delay=span.delay - shift) for span in spans)
+    whole = Delay(-np.inf, np.inf, _coarse_shift(curve, plan))
+    lead, error = fit_delay(curve, plan, whole)
+    spans = estimate_delays(curve, plan, lead)
+    lead = spans[0].delay
+    spans = tuple(span._replace(delay=span.delay - lead) for span in spans)
     # a log that only overlaps the plan by its extrapolation still has that part
-    first = begin if begin + shift >= curve.trajectory.start_time else log.time[0] - shift
-    last = end if end + shift <= curve.trajectory.end_time else log.time[-1] - shift
+    first = begin if begin + lead >= curve.trajectory.start_time else log.time[0] - lead
+    last = end if end + lead <= curve.trajectory.end_time else log.time[-1] - lead
     if not last > first:
         raise InputError(
             f"{log.source} lasts {log.time[-1]:.6g} s and has no time in common with the plan"
         )
-    polynomial = _shifted_part(curve.trajectory.polynomial, first, last, shift)
+    polynomial = _shifted_part(curve.trajectory.polynomial, first, last, lead)
     trajectory = replace(curve.trajectory, polynomial=polynomial, waypoint_times=None)
-    return Alignment(trajectory, shift + log.origin, error, reference, curve, shift, spans)
+    return Alignment(trajectory, lead + log.origin, error, plan, curve, lead, spans)
 
 
 def _shifted_part(
@@ -137,19 +137,20 @@ def _shifted_part(
     return PiecewisePolynomial(cut.c, np.concatenate(([start], cut.x[1:-1] - ahead, [end])))
 
 
-def _coarse_shift(curve: Smoothed, reference: JointTrajectory) -> float:
+def _coarse_shift(curve: Smoothed, plan: JointTrajectory) -> float:
     """The multiple of a step that, as the shift, has the smallest sum of squares [s]."""
     length = curve.log.time[-1]
-    step = max(curve.log.period, reference.duration / COARSE_STEPS)
-    plan = plan_at(reference, np.arange(reference.start_time, reference.end_time + step, step))
+    step = max(curve.log.period, plan.duration / COARSE_STEPS)
+    planned = plan_at(plan, np.arange(plan.start_time, plan.end_time + step, step))
     log = curve.trajectory.position(np.clip(np.arange(0.0, length + step, step), 0.0, length))
-    middle, margin = plan.mean(axis=0), len(plan) - 1
-    log, plan = np.pad(log - middle, ((margin, margin), (0, 0)), mode="edge"), plan - middle
+    middle, margin = planned.mean(axis=0), len(planned) - 1
+    log = np.pad(log - middle, ((margin, margin), (0, 0)), mode="edge")
+    planned = planned - middle
     squares = np.concatenate(([0.0], np.cumsum((log**2).sum(axis=1))))
-    sums = squares[len(plan) :] - squares[: -len(plan)]
-    for j in range(plan.shape[1]):
-        sums = sums - 2.0 * np.correlate(log[:, j], plan[:, j], mode="valid")
-    return float((int(sums.argmin()) - margin) * step - reference.start_time)
+    sums = squares[len(planned) :] - squares[: -len(planned)]
+    for j in range(planned.shape[1]):
+        sums = sums - 2.0 * np.correlate(log[:, j], planned[:, j], mode="valid")
+    return float((int(sums.argmin()) - margin) * step - plan.start_time)
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,7 +167,7 @@ class PlanResidual:
     errors: FloatArray
 
 
-def plan_residual(curve: Smoothed, plan: JointTrajectory, start: float) -> PlanResidual:
+def plan_residual(curve: Smoothed, plan: JointTrajectory, lead: float) -> PlanResidual:
     """Smooth a plan like a log, and measure how far the smooth curve is from the plan.
 
     If the position or velocity of the plan jumps, the residual is zero.
@@ -174,20 +175,20 @@ def plan_residual(curve: Smoothed, plan: JointTrajectory, start: float) -> PlanR
     Args:
         curve: The smoothed log.
         plan: The plan, with the log's joints in its order.
-        start: Time from the log's first sample to time 0 of the plan [s].
+        lead: Time from the log's first sample to time 0 of the plan [s].
     """
     time, grid = curve.log.time, curve.grid
     if plan.continuity.order < 1:
         return PlanResidual(np.zeros(len(plan.joint_names)), np.zeros_like(curve.errors))
-    position = _extend(plan, time - start, 0)
+    position = _extend(plan, time - lead, 0)
     followed = curve.curve_of(position)
     samples = np.abs(position - followed(time))
     # many times in each piece, because the jerk of the plan may jump within it
     breaks, parts = followed.x, np.linspace(0.0, 1.0, PIECE_TIMES)
     fine = (breaks[:-1, None] + np.diff(breaks)[:, None] * parts).ravel()
     # the curve extends beyond log and plan
-    fine = fine.clip(min(0.0, start + plan.start_time), max(time[-1], start + plan.end_time))
-    gaps = np.abs([_extend(plan, fine - start, nu) - followed(fine, nu) for nu in ERROR_ORDERS])
+    fine = fine.clip(min(0.0, lead + plan.start_time), max(time[-1], lead + plan.end_time))
+    gaps = np.abs([_extend(plan, fine - lead, nu) - followed(fine, nu) for nu in ERROR_ORDERS])
     worst = gaps.reshape(len(ERROR_ORDERS), len(breaks) - 1, PIECE_TIMES, -1).max(axis=2)
     # where the knots suit the log but not the plan, the log has another motion
     of_log = _by_piece(curve, np.abs(curve.residuals) + curve.sigma)

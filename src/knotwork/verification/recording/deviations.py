@@ -101,7 +101,7 @@ def _size(finding: Finding) -> float:
 def _joint_findings(
     motion: JointTrajectory, alignment: Alignment, units: Units, tolerances: LogTolerances
 ) -> Iterator[Finding]:
-    gap = _difference(motion.polynomial, alignment.reference.polynomial)
+    gap = _difference(motion.polynomial, alignment.plan.polynomial)
     for order, word in enumerate(("", "velocity_")):
         extrema = gap.extrema(order)
         for j, (name, unit) in enumerate(zip(motion.joint_names, motion.joint_units, strict=True)):
@@ -135,7 +135,7 @@ def _tool_findings(
     import pinocchio as pin
 
     motion = motion.reordered(robot.joint_names, robot.joint_units)
-    plan = alignment.reference.reordered(robot.joint_names, robot.joint_units)
+    plan = alignment.plan.reordered(robot.joint_names, robot.joint_units)
     times = alignment.smoothed.log.time - alignment.lead
     times = times[(times >= motion.start_time) & (times <= motion.end_time)]
     errors = np.empty((2, times.size))

@@ -278,7 +278,7 @@ def gap_findings(alignment: Alignment) -> Iterator[Finding]:
     A gap fails if the plan moves during it, and is a warning if the plan is at rest. In a gap the
     smoothed curve is a guess, and so are all findings on it.
     """
-    plan, log = alignment.reference, alignment.smoothed.log
+    plan, log = alignment.plan, alignment.smoothed.log
     times = np.concatenate(([plan.start_time], log.time - alignment.lead, [plan.end_time]))
     times = np.sort(np.clip(times, plan.start_time, plan.end_time))
     far = MOVING_GAP_RANGE * _range(plan.polynomial)

@@ -146,7 +146,7 @@ class Session:
         planned = plan(reading.scenario, budget=self._budget)
         self._verdict = {"revision": revision, "ok": planned.report.ok}
         self.server.notify()  # before drawing the scene
-        return planned, scene_of(planned, before=self.server.scene)
+        return planned, scene_of(planned, previous=self.server.scene)
 
     def _read(self) -> DraftReading:
         """Read the present draft, once for each revision.

@@ -184,7 +184,7 @@ def solve_velocities(
     J: FloatArray,
     twists: FloatArray,
     preferred: FloatArray | None = None,
-    ease: ArrayLike = 1.0,
+    mobility: ArrayLike = 1.0,
 ) -> FloatArray:
     """Find joint velocities for many configurations at once, as `solve_velocity_ik` does for one.
 
@@ -194,13 +194,13 @@ def solve_velocities(
         twists: Linear [m/s], then angular velocities [rad/s], in base axes: shape (n, 6) or (6,).
         preferred: Joint velocities that self-motion approximates [rad/s or m/s], shape (d,) or
             (n, d).
-        ease: Factor on each joint's mobility, shape (n, d), or a number.
+        mobility: Factor on each joint's scale, shape (n, d), or a number.
 
     Returns:
         Velocities [rad/s or m/s], shape (n, d). For more than six joints they have minimum norm,
         weighted by the velocity limits.
     """
-    scale = joint_scales(robot) * np.atleast_2d(ease)
+    scale = joint_scales(robot) * np.atleast_2d(mobility)
     weighted = J * scale[:, None, :]
     self_motion = (
         np.zeros((1, robot.dof)) if preferred is None else np.atleast_2d(preferred / scale)
@@ -265,5 +265,5 @@ def joint_scales(robot: Robot) -> FloatArray:
     usual = float(np.mean(limit[finite])) if finite.any() else 1.0
     scales = np.where(finite, limit, usual) / usual
     scales /= robot.weights
-    scales[robot.virtual] = [joint.ease for joint in robot.virtual_joints]
+    scales[robot.virtual] = [joint.mobility for joint in robot.virtual_joints]
     return scales

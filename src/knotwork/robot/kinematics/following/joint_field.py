@@ -24,9 +24,8 @@ PROJECTION_ROUNDS = 6
 GUIDE_RATE = 8.0
 
 
-# Fraction of their ranges beyond which soft virtual joints have a high cost, so that they slow down
-# before their limits.
-SOFT_RANGE, MIN_EASE, EASE_POWER = 0.95, 2e-3, 3
+# Fraction of their ranges beyond which virtual joints that slow down have a high cost.
+SLOWING_RANGE, MIN_MOBILITY, DECAY_POWER = 0.95, 2e-3, 3
 
 
 class Guide(NamedTuple):
@@ -80,8 +79,8 @@ class JointField:
         for joint, virtual in enumerate(
             robot.virtual_joints, robot.dof - len(robot.virtual_joints)
         ):
-            span[joint] = virtual.upper - virtual.lower if virtual.soft else np.inf
-        self.narrow = 2.0 / (SOFT_RANGE * span) if np.isfinite(span).any() else None
+            span[joint] = virtual.upper - virtual.lower if virtual.slows_at_limits else np.inf
+        self.narrow = 2.0 / (SLOWING_RANGE * span) if np.isfinite(span).any() else None
 
     def velocities(
         self,
@@ -111,14 +110,14 @@ class JointField:
         elif self.pull.any():
             self_motion = _to_column(speed_fraction) * self.pull * (self.middle - q)
         return solve_velocities(
-            self.robot, self.axes.jacobians(q), twist, self_motion, self._ease(q)
+            self.robot, self.axes.jacobians(q), twist, self_motion, self._mobility(q)
         )
 
-    def _ease(self, q: FloatArray) -> ArrayLike:
+    def _mobility(self, q: FloatArray) -> ArrayLike:
         """Mobility of the joints: that of tilts decreases towards their limits."""
         if self.narrow is None:
             return 1.0
-        return np.maximum(1.0 - ((q - self.middle) * self.narrow) ** 4, MIN_EASE) ** EASE_POWER
+        return np.maximum(1.0 - ((q - self.middle) * self.narrow) ** 4, MIN_MOBILITY) ** DECAY_POWER
 
     def arc_lengths(self, path: TimedPath, time: FloatArray) -> FloatArray:
         """Arc lengths at times [m], shape (k,); zeros where nothing depends on them."""
@@ -156,7 +155,7 @@ class JointField:
             if (error <= PROJECTION_TOLERANCE).all() or not (error < 0.5 * before).any():
                 break
             J = J.transpose(2, 0, 1)
-            q = q + solve_velocities(self.robot, J, twist.T, ease=self._ease(q))
+            q = q + solve_velocities(self.robot, J, twist.T, mobility=self._mobility(q))
         return q, error
 
 

@@ -1,4 +1,4 @@
-"""Lexicographic costs: arrays of shape (7, …), in which earlier levels have priority."""
+"""Lexicographic costs: arrays with one row per `CostLevel`; earlier levels have priority."""
 
 from __future__ import annotations
 

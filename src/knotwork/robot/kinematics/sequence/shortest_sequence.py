@@ -27,7 +27,7 @@ class ConfigurationSequence:
     Attributes:
         index: Index of the candidate chosen at each waypoint.
         q: Joint positions; joints without limits at the turn they reach, shape (n, d).
-        cost: Cost of the whole sequence, shape (7,): see `CostLevel`.
+        cost: Cost of the whole sequence, one value per `CostLevel`.
         blocked_at: Index of the first waypoint that no allowed candidate reaches, or `None`.
     """
 
@@ -96,7 +96,7 @@ def _find_cheapest_sequences(
         layers: The candidates at each of n waypoints.
         joints: Rules for the joints.
         steps: Rules for each of the n - 1 intervals.
-        bound: Candidates that only dearer sequences reach are left out, shape (7,).
+        bound: Candidates that only dearer sequences reach are left out, one value per `CostLevel`.
         greedy: Keep only the cheapest candidate of each layer.
 
     Returns:

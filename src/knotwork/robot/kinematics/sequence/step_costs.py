@@ -28,7 +28,7 @@ class Layer(NamedTuple):
         q: Joint positions [rad or m], shape (m, d). Unbounded joints may differ by any number of
             turns, unless the layer is `fixed`.
         velocity: Joint velocities at each candidate [rad/s or m/s], shape (m, d).
-        cost: Cost of each candidate, shape (7, m): see `CostLevel`.
+        cost: Cost of each candidate, one row per `CostLevel`, m columns.
         weight: Factor on the travel from and to each candidate, shape (m,).
         flags: Configuration flags, shape (m, k); 0 for either.
         fixed: Whether the positions are given, including turns.
@@ -153,7 +153,7 @@ def compute_step_costs(
         end: The m candidates at which steps end.
 
     Returns:
-        Costs, shape (7, l, m), and the motion of the joints, shape (d, l, m).
+        Costs, one (l, m) array per `CostLevel`, and the motion of the joints, shape (d, l, m).
     """
     shape = len(start.q), len(end.q)
     if end.previous_q is not None and start.group_row is not None and end.group_row is not None:
