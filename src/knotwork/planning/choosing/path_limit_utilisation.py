@@ -82,25 +82,24 @@ class LimitUtilisation:
         ]
         velocity, acceleration = pin.getFrameVelocity, pin.getFrameClassicalAcceleration
         frames = [
-            (
-                SpeedBound(one.frame, "speed", 1, 3),
-                robot.frame_index(one.frame),
-                velocity,
-                one.speed,
-            )
-            for one in motion.frame_speeds
+            (SpeedBound(frame.frame, "speed", 1, 3), velocity, frame.speed)
+            for frame in motion.frame_speeds
         ]
         if motion.tool_speed is not None:
             bound = (1.0 - TOOL_MARGIN) * motion.tool_speed
-            frames.append(
-                (SpeedBound("", "tool speed", 1, 3), robot.require_tool(), velocity, bound)
-            )
+            frames.append((SpeedBound("", "tool speed", 1, 3), velocity, bound))
         if motion.tool_acceleration is not None:
             bound = motion.tool_acceleration
-            tool = SpeedBound("", "tool acceleration", 2, 3)
-            frames.append((tool, robot.require_tool(), acceleration, bound))
-        self.bounds = (*limits, *(limit for limit, *_ in frames))
-        self._frames = [entry[1:] for entry in frames]
+            frames.append((SpeedBound("", "tool acceleration", 2, 3), acceleration, bound))
+        self.bounds = (*limits, *(limit for limit, _, _ in frames))
+        self._frames = [
+            (
+                robot.frame_index(limit.subject) if limit.subject else robot.require_tool(),
+                read,
+                bound,
+            )
+            for limit, read, bound in frames
+        ]
         sizes = np.array([limit.size for limit in self.bounds])
         self.starts = np.cumsum(sizes) - sizes
         self.orders = np.array([limit.order for limit in self.bounds])
