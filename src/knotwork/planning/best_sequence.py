@@ -36,7 +36,7 @@ class SequenceAttempt:
     error: NoWayFoundError | None = None
 
 
-def best_of_sequences(planner: SequencePlanner) -> Plan:
+def best_of_sequences(sequences: SequencePlanner) -> Plan:
     """Plan the best sequence of solutions whose motion is collision-free.
 
     Sequences are planned, the best first, each without the steps that were blocked before, until
@@ -48,15 +48,15 @@ def best_of_sequences(planner: SequencePlanner) -> Plan:
         NoWayFoundError: For the best sequence, if no motion is found for any of them.
         InputError: The task is wrong.
     """
-    attempts = [_attempt(planner, None)]
-    while (solution := _next_sequence(planner, attempts)) is not None:
-        attempts.append(_attempt(planner, solution))
+    attempts = [_attempt(sequences, None)]
+    while (solution := _next_sequence(sequences, attempts)) is not None:
+        attempts.append(_attempt(sequences, solution))
     plans = [attempt.plan for attempt in attempts if attempt.plan is not None]
     if not plans:
         raise next(attempt.error for attempt in attempts if attempt.error is not None)
     best = min(plans, key=_rank)
     if failed_pairs(best.report.findings):
-        return _around_obstacles(planner, best, len(attempts))
+        return _around_obstacles(sequences, best, len(attempts))
     if len(attempts) == 1:
         return best
     return _with_finding(
@@ -66,19 +66,19 @@ def best_of_sequences(planner: SequencePlanner) -> Plan:
     )
 
 
-def _attempt(planner: SequencePlanner, solution: TaskSolution | None) -> SequenceAttempt:
+def _attempt(sequences: SequencePlanner, solution: TaskSolution | None) -> SequenceAttempt:
     """Plan a sequence of solutions, by default the best.
 
     Raises:
         InputError: The best sequence has no motion at any duration.
     """
     try:
-        plan = planner.plan(solution)
+        plan = sequences.plan(solution)
     except NoWayFoundError as error:
         if error.waypoints is None:
             return SequenceAttempt(error=error)
         intervals = range(error.waypoints[0], error.waypoints[-1])
-        return SequenceAttempt(None, _steps(solution or planner.solve(), intervals), error)
+        return SequenceAttempt(None, _steps(solution or sequences.solve(), intervals), error)
     except InputError:
         if solution is None:
             raise
@@ -93,15 +93,15 @@ def _steps(solution: TaskSolution | None, intervals: Iterable[int]) -> list[Sequ
 
 
 def _next_sequence(
-    planner: SequencePlanner, attempts: Sequence[SequenceAttempt]
+    sequences: SequencePlanner, attempts: Sequence[SequenceAttempt]
 ) -> TaskSolution | None:
     """The best sequence without blocked steps, or `None` if no other one is to be planned."""
-    is_timed = planner.scenario.free_values is None
+    is_timed = sequences.scenario.free_values is None
     max_sequences = TIMED_SEQUENCES if is_timed else FREE_SEQUENCES
-    is_last = len(attempts) == max_sequences or planner.budget.is_over
+    is_last = len(attempts) == max_sequences or sequences.budget.is_over
     if is_last or not attempts[-1].blocked:
         return None
-    following = planner.solve([step for attempt in attempts for step in attempt.blocked])
+    following = sequences.solve([step for attempt in attempts for step in attempt.blocked])
     return None if following.sequence is None else following
 
 
@@ -113,15 +113,15 @@ def _colliding_intervals(plan: Plan) -> list[int]:
     return sorted({int(i) for i in np.clip(after - 1, 0, len(times) - 2)})
 
 
-def _around_obstacles(planner: SequencePlanner, best: Plan, tried: int) -> Plan:
+def _around_obstacles(sequences: SequencePlanner, best: Plan, tried: int) -> Plan:
     """A plan around the obstacles that every sequence hits, or the best plan and the attempts."""
-    is_over, free, notes = planner.budget.is_over, planner.scenario.free_values, list[str]()
-    untried = find_avoidable_ends(best, planner.scenario)
+    is_over, free, notes = sequences.budget.is_over, sequences.scenario.free_values, list[str]()
+    untried = find_avoidable_ends(best, sequences.scenario)
     timed = [i for i in untried if free and free.waypoints[i].duration_is_free]
     if timed and not is_over:
         untried = [i for i in untried if i not in timed]
         try:
-            detour = best_of_sequences(_with_clear_motions(planner, timed))
+            detour = best_of_sequences(_with_clear_motions(sequences, timed))
         except InputError as error:
             notes.append(f"way: clear finds no motion either: {error}")
         else:
@@ -149,11 +149,11 @@ def _around_obstacles(planner: SequencePlanner, best: Plan, tried: int) -> Plan:
     return _with_finding(best, "; ".join(notes), TRIED) if notes else best
 
 
-def _with_clear_motions(planner: SequencePlanner, ends: Sequence[int]) -> SequencePlanner:
-    """The planner of the task with `way: clear` at some waypoints, by index."""
-    scenario = planner.scenario
+def _with_clear_motions(sequences: SequencePlanner, ends: Sequence[int]) -> SequencePlanner:
+    """The planner of the scenario with `way: clear` at some waypoints, by index."""
+    scenario = sequences.scenario
     ways = {scenario.task_index[i]: {"way": "clear"} for i in ends}
-    return replace(planner, scenario=change_task(scenario, scenario.given.with_waypoints(ways)))
+    return replace(sequences, scenario=change_task(scenario, scenario.given.with_waypoints(ways)))
 
 
 def _rank(plan: Plan) -> tuple[int, int]:

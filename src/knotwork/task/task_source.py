@@ -36,20 +36,16 @@ def moved_paths(
     moved: dict[Location, str] = {}
     for location, text in _texts(data):
         path = old / text
-        if not os.path.exists(path) or not _is_relative_path(model, data, location, text):
+        if not os.path.exists(path) or os.path.isabs(text):
+            continue
+        if not is_path(field_at(model, data, location)):
+            continue
+        if location[0] == "robot" and location[1:] and ROBOT_PATHS.isdisjoint(location):
             continue
         if location[-1] in ("robot", "scenario") and not path.is_file():
             continue  # the name of a shipped file
         moved[location] = (path if new is None else Path(os.path.relpath(path, new))).as_posix()
     return moved
-
-
-def _is_relative_path(model: type[BaseModel], data: Any, location: Location, text: str) -> bool:
-    """Whether a text of a file's content is a relative path."""
-    if location[0] == "robot" and len(location) > 1 and ROBOT_PATHS.isdisjoint(location):
-        return False
-    is_marked = is_path(field_at(model, data, location))
-    return is_marked and not Path(text).expanduser().is_absolute()
 
 
 def _texts(data: Any, location: Location = ()) -> Iterator[tuple[Location, str]]:

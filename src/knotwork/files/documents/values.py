@@ -127,14 +127,12 @@ def optional(
 
 
 def _field_arguments(description: str, unit: str, key: str | None, *, path: bool) -> dict[str, Any]:
-    about: dict[str, Any] = {"description": description}
-    extra: dict[str, Any] = {"path": True} if path else {}
+    marks = {"unit": unit, "path": path}
+    given = {name: mark for name, mark in marks.items() if mark}
     if unit:
         clause, semicolon, others = description.partition(";")
-        about["description"] = f"{clause} [{unit}]{semicolon}{others}"
-        extra["unit"] = unit
-    if extra:
-        about["json_schema_extra"] = extra
+        description = f"{clause} [{unit}]{semicolon}{others}"
+    about: dict[str, Any] = {"description": description, "json_schema_extra": given or None}
     if key is not None:
         about |= {"validation_alias": key, "serialization_alias": key}
     return about

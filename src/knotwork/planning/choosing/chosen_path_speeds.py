@@ -69,7 +69,7 @@ def active_path_limits(
     """Bounds of the chosen speeds along the paths of a task, as active limits."""
     names = [waypoint.name for waypoint in solved.scenario.waypoints]
     return tuple(
-        ActiveLimit(names[start], names[start + 1], limit.joint, limit.quantity, None)
+        ActiveLimit(names[start], names[start + 1], limit.subject, limit.quantity, None)
         for problem in problems
         for start, limit in ((problem.path.first + k, problem.limiting[k]) for k in problem.speeds)
     )
@@ -91,7 +91,7 @@ def given_speeds_beyond_limits(
         limits = LimitUtilisation(solved, path)
         utilisations = limits.of_motion(solved, path).max(axis=1)
         for stretch in np.flatnonzero((utilisations > 1.0 + LIMIT_SLACK).any(axis=1)).tolist():
-            limit = limits.limits[int(utilisations[stretch].argmax())]
+            limit = limits.bounds[int(utilisations[stretch].argmax())]
             worst = float(utilisations[stretch].max())
             errors.append(path_speed_error(solved, NoSpeedsError(path, stretch, limit), worst))
     return errors
@@ -107,7 +107,7 @@ def path_speed_error(
         fault: The stretch and the exceeded limit.
         utilisation: Utilisation of the limit, if known.
     """
-    path, stretch, limit = fault.path, fault.stretch, fault.limit
+    path, stretch, limit = fault.path, fault.stretch, fault.bound
     scenario, i = solved.scenario, path.first + 1 + stretch
     if limit == NOTHING:
         return InputError(
@@ -136,7 +136,7 @@ def path_speed_error(
         reason = "the tolerances are not kept"
     else:
         excess = f"reaches {rounded_up(utilisation, 4):.4g} times" if utilisation else "exceeds"
-        joint = repr(limit.joint) if limit.joint else "the tool"
+        joint = repr(limit.subject) if limit.subject else "the tool"
         reason = f"{joint} {excess} its limit of {limit.quantity}"
     return InputError(
         f"{speed} along the path from {start!r} to {end!r}: {reason}; accepted: {accepted}, or a "

@@ -44,13 +44,13 @@ class SpeedBound(NamedTuple):
     """A bound of a speed along a path: a limit of a joint, a frame or the tool, or another one.
 
     Attributes:
-        joint: Name of a joint or a frame; empty for the tool and for other bounds.
+        subject: Name of a joint or a frame; empty for the tool and for other bounds.
         quantity: Limited quantity, or name of the bound.
         order: Power of the speed along a path with which it grows; 0 for other bounds.
         size: Number of components of the quantity.
     """
 
-    joint: str
+    subject: str
     quantity: str
     order: int = 0
     size: int = 1
@@ -64,14 +64,14 @@ class LimitUtilisation:
         path: The path, whose load the efforts depend on.
 
     Attributes:
-        limits: The limits, length m: velocity, acceleration and jerk of each joint come first.
+        bounds: The limits, length m: velocity, acceleration and jerk of each joint come first.
         orders: Powers of the speed with which they grow, shape (m,).
     """
 
     def __init__(self, solved: FreeTask, path: ScenarioPath) -> None:
         space, motion = solved.space, solved.scenario.motion_limits
         self.robot = robot = cast(Robot, space.robot)  # only robots follow paths
-        self._bounds = space.limits
+        self._joint_limits = space.limits
         efforts = bool(np.isfinite(space.limits["effort"]).any())
         self._effort = solved.dynamics(path.first) if efforts else None
         orders = dict(zip(RATE_QUANTITIES, (1, 2, 3), strict=True)) | (
@@ -91,14 +91,18 @@ class LimitUtilisation:
         if motion.tool_acceleration is not None:
             bound = motion.tool_acceleration
             frames.append((SpeedBound("", "tool acceleration", 2, 3), acceleration, bound))
-        self.limits = (*limits, *(limit for limit, _, _ in frames))
+        self.bounds = (*limits, *(limit for limit, _, _ in frames))
         self._frames = [
-            (robot.frame_index(limit.joint) if limit.joint else robot.require_tool(), read, bound)
+            (
+                robot.frame_index(limit.subject) if limit.subject else robot.require_tool(),
+                read,
+                bound,
+            )
             for limit, read, bound in frames
         ]
-        sizes = np.array([limit.size for limit in self.limits])
+        sizes = np.array([limit.size for limit in self.bounds])
         self.starts = np.cumsum(sizes) - sizes
-        self.orders = np.array([limit.order for limit in self.limits])
+        self.orders = np.array([limit.order for limit in self.bounds])
 
     def components(self, q: FloatArray, v: FloatArray, a: FloatArray, j: FloatArray) -> FloatArray:
         """Signed components of the quantities, each divided by its limit, shape (n, c).
@@ -109,12 +113,12 @@ class LimitUtilisation:
             a: Joint accelerations, shape (n, d).
             j: Joint jerks, shape (n, d).
         """
-        bounds = self._bounds
+        limits = self._joint_limits
         columns = [
-            rate / bounds[name] for name, rate in zip(RATE_QUANTITIES, (v, a, j), strict=True)
+            rate / limits[name] for name, rate in zip(RATE_QUANTITIES, (v, a, j), strict=True)
         ]
         if self._effort is not None:
-            columns.append(self._effort.effort(q, v, a) / bounds["effort"])
+            columns.append(self._effort.effort(q, v, a) / limits["effort"])
         if self._frames:
             columns.append(np.array([self._of_frames(*row) for row in zip(q, v, a, strict=True)]))
         return np.hstack(columns)
@@ -203,7 +207,7 @@ class PathUtilisation:
         factors = ((d1, d2, d3), (zero, d1, zero), (zero, zero, 3.0 * d2), (zero, zero, d1))
         terms = [limits.components(q, *factor) - at_rest for factor in factors]
         self._terms = np.stack([at_rest, *terms], axis=1)
-        self._powers = np.repeat(limits.orders, [limit.size for limit in limits.limits])
+        self._powers = np.repeat(limits.orders, [limit.size for limit in limits.bounds])
         self._ends = timing.times
 
     def with_timing(self, timing: Timing) -> FloatArray:

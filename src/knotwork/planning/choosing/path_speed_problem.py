@@ -61,12 +61,12 @@ class NoSpeedsError(Exception):
     Attributes:
         path: The path.
         stretch: A stretch without feasible speeds.
-        limit: The exceeded limit.
+        bound: The exceeded limit, or another bound of the speed.
     """
 
-    def __init__(self, path: ScenarioPath, stretch: int, limit: SpeedBound) -> None:
+    def __init__(self, path: ScenarioPath, stretch: int, bound: SpeedBound) -> None:
         super().__init__()
-        self.path, self.stretch, self.limit = path, stretch, limit
+        self.path, self.stretch, self.bound = path, stretch, bound
 
 
 class PathSpeedProblem:
@@ -79,7 +79,12 @@ class PathSpeedProblem:
         number: Index of the path among those of the task.
 
     Attributes:
+        number: Its index.
         path: The path at its nominal speed.
+        requested: Requirements on its speeds.
+        unit: Number of the file's units of length per metre; speeds are round numbers of them.
+        of_states: Utilisation of the limits by joint states on it.
+        along_path: Utilisation of the limits along it, at any speeds.
         caps: Upper bounds of the free speeds [m/s] and their origins, by index of the stretch.
         speeds: The chosen speeds [m/s], by index of the stretch.
         limiting: The limit or other bound of each of them.
@@ -90,14 +95,14 @@ class PathSpeedProblem:
         self.requested = self.path.requested
         self.caps = {k: (bound, AT_MOST) for k, bound in self.requested.at_most.items()}
         self.unit = solved.scenario.shown_length[0]
-        self.utilisation = LimitUtilisation(solved, self.path)
-        self.along = PathUtilisation(solved, self.path, self.utilisation)
-        self._ratio = np.ones((len(self.path.stretches), 3, len(self.utilisation.limits)))
+        self.of_states = LimitUtilisation(solved, self.path)
+        self.along_path = PathUtilisation(solved, self.path, self.of_states)
+        self._ratio = np.ones((len(self.path.stretches), 3, len(self.of_states.bounds)))
         self.speeds: dict[int, float] = {}
         self.limiting: dict[int, SpeedBound] = {}
 
     def choose(self) -> float:
-        """Choose maximum speeds that are expected to keep the limits.
+        """Set `speeds` and `limiting`: maximum speeds that are expected to keep the limits.
 
         Returns:
             The duration of the path [s].
@@ -105,18 +110,19 @@ class PathSpeedProblem:
         Raises:
             NoSpeedsError: No speeds are feasible.
         """
-        bounds = self.along.max_speeds(EXPECTED_UTILISATION / self._ratio[:, CONSTANT_SPEED_PART])
+        allowed = EXPECTED_UTILISATION / self._ratio[:, CONSTANT_SPEED_PART]
+        bounds = self.along_path.max_speeds(allowed)
         self.speeds = {}
         for k, (cap, bound) in self.caps.items():
             column = int(bounds[k].argmin())
             speed = max(float(bounds[k, column]), MIN_SPEED)
             self.speeds[k] = min(speed, cap)
-            self.limiting[k] = bound if cap <= speed else self.utilisation.limits[column]
+            self.limiting[k] = bound if cap <= speed else self.of_states.bounds[column]
             if math.isinf(self.speeds[k]):
                 raise NoSpeedsError(self.path, k, NOTHING)
         while True:
             timing, speeds = self._fit()
-            expected = self.along.with_timing(timing) * self._ratio
+            expected = self.along_path.with_timing(timing) * self._ratio
             utilisation = (expected / EXPECTED_UTILISATION).max(axis=1)
             if utilisation.max() <= 1.0:
                 return timing.duration
@@ -178,9 +184,9 @@ class PathSpeedProblem:
 
         A step lowers a speed at most by `MAX_SLOWDOWN`. The limit is the one with that factor.
         """
-        factors = np.maximum(utilisation, 1e-9) ** (-1.0 / self.utilisation.orders)
+        factors = np.maximum(utilisation, 1e-9) ** (-1.0 / self.of_states.orders)
         column = int(factors.argmin())
-        return max(float(factors[column]), MAX_SLOWDOWN), self.utilisation.limits[column]
+        return max(float(factors[column]), MAX_SLOWDOWN), self.of_states.bounds[column]
 
     def lower_caps(self, factor: float, reason: SpeedBound) -> None:
         """Cap each speed at a fraction of its present value."""
@@ -198,8 +204,8 @@ class PathSpeedProblem:
             The error for the limit that the motion exceeds, or `None`.
         """
         path = solved.scenario.paths[self.number]
-        planned = self.utilisation.of_motion(solved, path)
-        expected = self.along.with_timing(path.motion.timing)
+        planned = self.of_states.of_motion(solved, path)
+        expected = self.along_path.with_timing(path.motion.timing)
         ratio = np.clip(planned / np.maximum(expected, 1e-9), 0.1, 1e3)
         compared = np.maximum(planned, self._ratio * expected) > SIGNIFICANT_UTILISATION
         self._ratio = np.where(compared, ratio, self._ratio)
@@ -211,7 +217,7 @@ class PathSpeedProblem:
         k, column = divmod(int(largest.argmax()), largest.shape[1])
         if largest[k, column] <= PLANNED_UTILISATION:
             return None
-        return NoSpeedsError(self.path, k, self.utilisation.limits[column])
+        return NoSpeedsError(self.path, k, self.of_states.bounds[column])
 
 
 def round_speed(speed: float) -> float:

@@ -300,7 +300,7 @@ class _WaypointReader:
             axes = poses[i].rotation if is_tool else frames.axes_at(i, name, times[i])
             return pin.Motion(axes @ np.array(velocity.linear), axes @ np.array(velocity.angular))
         if velocity is None and speed is not None:
-            from knotwork.task.scenario.speed import neighbours_twist
+            from knotwork.task.scenario.neighbour_direction import neighbours_twist
 
             # of a chosen speed the direction alone is known
             known = speed if isinstance(speed, float) else 1.0
