@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import knotwork as kw
-from knotwork.curves.trajectory import JointTrajectory
+from knotwork.curves.trajectory import Event, JointTrajectory
 from knotwork.errors import ExportError, InputError
 from knotwork.files import export
 from plans import planned
@@ -242,7 +242,7 @@ def test_other_arms_and_moving_ends_are_refused(motion: JointTrajectory) -> None
     cut = JointTrajectory.from_knots(["a"], [0, 1], [[0], [1]], [[0], [0.5]])
     with pytest.raises(ExportError, match=r"ends with joint 'a' at 0.5 rad/s.*stop: true after it"):
         export.to_egm(cut)
-    with pytest.raises(InputError, match=r"more than 1000000 points"):
+    with pytest.raises(InputError, match=r"fit \(--fit\) takes more than 1000000 points"):
         export.to_rapid(motion, fit=1e-15)
     with pytest.raises(InputError, match="fit"):
         export.to_rapid(motion, fit=-1.0)
@@ -269,6 +269,14 @@ def test_programs_switch_outputs_and_wait_at_their_places(name: str, gas: str, a
     unnamed = replace(plan.events[0], name="a b", output=None)
     with pytest.raises(ExportError, match=r"output from 1 on|named by letters"):
         export.content(replace(plan.trajectory, events=(unnamed,)), name)
+
+
+def test_abb_switches_eight_signals_in_a_move(motion: JointTrajectory) -> None:
+    time = 0.5 * motion.duration
+    events = tuple(Event(time, f"lamp{i}", True, "waypoint 2") for i in range(9))
+    assert "\\T8:=kw_t8" in export.to_rapid(replace(motion, events=events[:8]))
+    with pytest.raises(ExportError, match=r"9 signals at [\d.]+ s; .* at most 8"):
+        export.to_rapid(replace(motion, events=events))
 
 
 def test_refuses_tolerance_below_milliseconds(motion: JointTrajectory) -> None:

@@ -215,20 +215,19 @@ def _content(
 ) -> tuple[str | bytes, str] | None:
     """The content and a note on its accuracy, or `None` if its points fail the check."""
     motion: Any = trajectory
-    note, chosen = "", dict(chosen)
-    if form.straight:
+    chosen = dict(chosen)
+    if form.straight or form.takes_points(chosen):
         fit = chosen.pop("fit", None)
-        motion = exporting.straight_points(trajectory, **exporting.STRAIGHT[form.name], fit=fit)
-        note = motion.describe()
-    elif form.takes_points(chosen):
-        fit = chosen.pop("fit", None)
-        accelerations = chosen.get("accelerations", False)
-        motion = points = exporting.motion_points(trajectory, accelerations=accelerations, fit=fit)
-        note = points.describe()
-        if not may_export_points(checked, points, allowed):
-            return None
+        if form.straight:
+            motion = exporting.straight_points(trajectory, **exporting.STRAIGHT[form.name], fit=fit)
+        else:
+            accelerations = chosen.get("accelerations", False)
+            motion = exporting.motion_points(trajectory, accelerations=accelerations, fit=fit)
+            if not may_export_points(checked, motion, allowed):
+                return None
     elif form.tabular and checked is not None:
         chosen.setdefault("rate", checked.scenario.given.rate)
+    note = "" if motion is trajectory else motion.describe()
     robot = checked.space.robot if checked is not None else None
     if form.tabular:
         table = exporting.motion_table(motion, robot=robot, **chosen)

@@ -94,7 +94,7 @@ def required(
     description: str, *, unit: str = "", key: str | None = None, path: bool = False
 ) -> Any:
     """A field that must be given. The arguments have the same meaning as in `optional`."""
-    return Field(**_field_arguments(description, unit, key, path=path))
+    return optional(description, ..., unit=unit, key=key, path=path)
 
 
 def optional(
@@ -118,15 +118,6 @@ def optional(
         si_default: Default in SI, whatever the units of the file. The schema has no default then,
             but the description states it.
     """
-    about = _field_arguments(description, unit, key, path=path)
-    if si_default is not None:
-        return Field(default_factory=lambda: si_default, **about)
-    if default in ({}, ()):
-        return Field(default_factory=type(default), **about)
-    return Field(default=default, **about)
-
-
-def _field_arguments(description: str, unit: str, key: str | None, *, path: bool) -> dict[str, Any]:
     marks = {"unit": unit, "path": path}
     given = {name: mark for name, mark in marks.items() if mark}
     if unit:
@@ -135,7 +126,11 @@ def _field_arguments(description: str, unit: str, key: str | None, *, path: bool
     about: dict[str, Any] = {"description": description, "json_schema_extra": given or None}
     if key is not None:
         about |= {"validation_alias": key, "serialization_alias": key}
-    return about
+    if si_default is not None:
+        return Field(default_factory=lambda: si_default, **about)
+    if default in ({}, ()):
+        return Field(default_factory=type(default), **about)
+    return Field(default=default, **about)
 
 
 def is_path(field: FieldInfo | None) -> bool:

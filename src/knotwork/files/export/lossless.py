@@ -11,9 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from knotwork.arrays import FloatArray, IndexArray
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.curves.polynomial.critical_points import differentiate
 from knotwork.curves.polynomial.extrema import locate_extremum_candidates
 from knotwork.curves.polynomial.splitting import split_at
 from knotwork.curves.polynomial.two_point import raise_degree, two_point_coefficients
@@ -114,52 +113,63 @@ def motion_points(
         return motion
     order = 3 if accelerations else 2
     tolerance = None if fit is None else require_number(fit, "fit", "rad or m", positive=True)
-    times = np.array(motion.breaks)
-    joined = _receiver_pieces(motion, times, order)
-    exact = bool((largest_difference(motion, times, joined) <= LOSSLESS * _scale(motion)).all())
+    received = _receive(motion, motion.breaks, order)
+    exact = bool((largest_difference(motion, received) <= LOSSLESS * _scale(motion)).all())
     if not exact:
         _refuse_jumps(motion, order, tolerance)
         if tolerance is None:
-            raise _lossy(motion, order, times, joined)
-        times, joined = _refine(motion, times, joined, order, tolerance)
-    off, slow, slower = (
-        float(largest_difference(motion, times, joined, nu).max()) for nu in range(3)
-    )
-    curve = motion if exact else replace(motion, polynomial=PiecewisePolynomial(joined, times))
-    inserted = int(times.size - motion.breaks.size)
+            raise _lossy(motion, order, received)
+        received = _refine(motion, received, order, tolerance)
+    off, slow, slower = (float(largest_difference(motion, received, nu).max()) for nu in range(3))
+    curve = motion if exact else replace(motion, polynomial=received)
+    inserted = int(received.x.size - motion.breaks.size)
     return Points(curve, accelerations, exact, off, slow, slower, inserted)
 
 
-def _receiver_pieces(trajectory: JointTrajectory, times: FloatArray, order: int) -> FloatArray:
-    """Coefficients of the pieces that a receiver makes of points, shape (2·order, pieces, d)."""
+def _receive(trajectory: JointTrajectory, times: FloatArray, order: int) -> PiecewisePolynomial:
+    """The curve that a receiver computes from points: with order 2 cubics, with 3 quintics."""
     derivatives = tuple(trajectory(times, nu) for nu in range(order))
-    return two_point_coefficients(times, derivatives)
+    return PiecewisePolynomial(two_point_coefficients(times, derivatives), times)
 
 
 def largest_difference(
-    trajectory: JointTrajectory, times: FloatArray, joined: FloatArray, order: int = 0
+    trajectory: JointTrajectory, received: PiecewisePolynomial, nu: int = 0
 ) -> FloatArray:
-    """Largest absolute difference of a derivative on each piece, shape (pieces, d).
+    """Largest absolute difference of the nu-th derivative on each piece, shape (pieces, d).
 
     Args:
-        trajectory: The motion; its breaks are among the times.
-        times: Ends of the pieces [s], shape (pieces + 1,).
-        joined: Polynomials of the pieces, highest power first, shape (k + 1, pieces, d).
-        order: Order of the derivative: 0 for the position.
+        trajectory: The motion.
+        received: The curve of a receiver; the breaks of the motion are among its breaks.
+        nu: Order of the derivative: 0 for the position.
     """
-    pieces = split_at(trajectory.polynomial, times).c
-    degree = max(len(pieces), len(joined)) - 1
-    difference = raise_degree(pieces, degree) - raise_degree(joined, degree)
-    for _ in range(order):
-        difference = differentiate(difference)
-    return np.asarray(np.abs(locate_extremum_candidates(times, difference)[0]).max(axis=0))
+    pieces = split_at(trajectory.polynomial, received.x).c
+    degree = max(len(pieces), len(received.c)) - 1
+    difference = raise_degree(pieces, degree) - raise_degree(received.c, degree)
+    off = PiecewisePolynomial(difference, received.x).derivative(nu)
+    return np.asarray(np.abs(locate_extremum_candidates(off.x, off.c)[0]).max(axis=0))
 
 
-def split_evenly(times: FloatArray, parts: IndexArray) -> FloatArray:
-    """Times that divide each interval into a number of equal parts, shape (sum of parts + 1,)."""
-    index = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
-    step = np.repeat(np.diff(times) / parts, parts)
-    return np.append(np.repeat(times[:-1], parts) + index * step, times[-1])
+def divide_evenly(times: FloatArray, parts: FloatArray) -> FloatArray:
+    """Divide each interval into a number of equal parts.
+
+    Args:
+        times: Ends of the intervals [s], shape (n + 1,).
+        parts: Numbers of parts, shape (n,), whole but possibly beyond any integer.
+
+    Returns:
+        Ends of the parts [s], shape (sum of parts + 1,).
+
+    Raises:
+        InputError: These are more than a million.
+    """
+    if parts.sum() >= MAX_EXPORTED_POINTS:
+        raise InputError(
+            f"fit (--fit) takes more than {MAX_EXPORTED_POINTS} points; give a larger tolerance"
+        )
+    counts = parts.astype(int)
+    index = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    step = np.repeat(np.diff(times) / counts, counts)
+    return np.append(np.repeat(times[:-1], counts) + index * step, times[-1])
 
 
 def _scale(trajectory: JointTrajectory) -> FloatArray:
@@ -189,11 +199,10 @@ def _refuse_jumps(trajectory: JointTrajectory, order: int, fit: float | None) ->
     )
 
 
-def _lossy(
-    trajectory: JointTrajectory, order: int, times: FloatArray, joined: FloatArray
-) -> ExportError:
+def _lossy(trajectory: JointTrajectory, order: int, received: PiecewisePolynomial) -> ExportError:
     """Make the error for a motion that its knots do not define."""
-    off = largest_difference(trajectory, times, joined)
+    times = trajectory.breaks
+    off = largest_difference(trajectory, received)
     piece, joint = (int(i) for i in np.unravel_index(int(off.argmax()), off.shape))
     degree = trajectory.polynomial.degree
     name, unit = trajectory.joint_names[joint], trajectory.joint_units[joint]
@@ -212,29 +221,17 @@ def _lossy(
 
 
 def _refine(
-    trajectory: JointTrajectory,
-    times: FloatArray,
-    joined: FloatArray,
-    order: int,
-    tolerance: float,
-) -> tuple[FloatArray, FloatArray]:
+    trajectory: JointTrajectory, received: PiecewisePolynomial, order: int, tolerance: float
+) -> PiecewisePolynomial:
     """Divide the pieces until no error exceeds the tolerance.
 
     The error of a piece decreases with the power 2·order of its length, which gives the number of
     parts. The error of the parts is then measured.
     """
     while True:
-        worst = largest_difference(trajectory, times, joined).max(axis=1)
-        bad = np.flatnonzero(worst > tolerance)
-        if not bad.size:
-            return times, joined
-        parts = np.ones(worst.size, dtype=int)
-        needed = np.ceil((worst[bad] / tolerance) ** (0.5 / order))
-        parts[bad] = np.clip(needed, 2, MAX_CUTS).astype(int)
-        if parts.sum() + 1 > MAX_EXPORTED_POINTS:
-            raise InputError(
-                f"a fit within {tolerance:g} takes more than {MAX_EXPORTED_POINTS} points; choose "
-                "a larger tolerance"
-            )
-        times = split_evenly(times, parts)
-        joined = _receiver_pieces(trajectory, times, order)
+        worst = largest_difference(trajectory, received).max(axis=1)
+        if (worst <= tolerance).all():
+            return received
+        needed = np.clip(np.ceil((worst / tolerance) ** (0.5 / order)), 2, MAX_CUTS)
+        parts = np.where(worst > tolerance, needed, 1)
+        received = _receive(trajectory, divide_evenly(received.x, parts), order)

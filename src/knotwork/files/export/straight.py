@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from knotwork.arrays import FloatArray
+from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.extrema import locate_extremum_candidates
 from knotwork.curves.polynomial.two_point import two_point_coefficients
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import ExportError, InputError
 from knotwork.errors.arguments import require_number
-from knotwork.files.export.lossless import MAX_EXPORTED_POINTS, largest_difference, split_evenly
+from knotwork.files.export.lossless import MAX_EXPORTED_POINTS, divide_evenly, largest_difference
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
@@ -180,8 +181,9 @@ def _sample_positions(motion: JointTrajectory, time: FloatArray, rounding: float
     fine = np.union1d(motion.breaks, clock)
     since = fine - motion.start_time
     lines = np.stack([np.interp(since, time, column) for column in position.T], axis=1)
-    off = largest_difference(motion, fine, two_point_coefficients(fine, (lines,)))
-    return Positions(motion, time, position, float(off.max()) + rounding)
+    received = PiecewisePolynomial(two_point_coefficients(fine, (lines,)), fine)
+    error = float(largest_difference(motion, received).max())
+    return Positions(motion, time, position, error + rounding)
 
 
 def _times_within(motion: JointTrajectory, tolerance: float) -> FloatArray:
@@ -196,12 +198,7 @@ def _times_within(motion: JointTrajectory, tolerance: float) -> FloatArray:
         locate_extremum_candidates(motion.breaks, motion.polynomial.derivative(2).c)[0]
     ).max(axis=(0, 2))
     parts = np.maximum(1, np.ceil(h * np.sqrt(peak / (8.0 * tolerance))))
-    if parts.sum() > MAX_EXPORTED_POINTS:
-        raise InputError(
-            f"lines within {tolerance:g} take more than {MAX_EXPORTED_POINTS} points; give a "
-            "larger fit"
-        )
-    return split_evenly(breaks, parts.astype(int))
+    return divide_evenly(breaks, parts)
 
 
 def require_rest_at_ends(trajectory: JointTrajectory) -> None:

@@ -116,7 +116,11 @@ def motion_table(
     if require_flag(knots_only, "knots_only"):
         if rate is not None:
             raise InputError("a rate of samples and knots_only are both given; choose one")
-        trajectory, time, joints, note = _knots(motion, accelerations, fit)
+        points = motion_points(motion, accelerations=accelerations, fit=fit)
+        trajectory = points.trajectory
+        time = trajectory.breaks
+        quantities = MOTION_QUANTITIES[: 3 if accelerations else 2]
+        note = points.describe()
     else:
         if accelerations or fit is not None:
             raise InputError(
@@ -126,36 +130,25 @@ def motion_table(
         if isinstance(motion, Points):
             raise InputError("points can't be sampled; give the trajectory, or knots_only")
         trajectory = motion
-        time, joints, note = _samples(motion, DEFAULT_RATE if rate is None else rate, robot)
+        rate = DEFAULT_RATE if rate is None else rate
+        time = _sample_times(motion, rate, has_tool=robot is not None)
+        quantities = MOTION_QUANTITIES
+        note = f"{time.size} samples at {rate:g} Hz"
+    joints = {name: trajectory(time, order) for order, name in enumerate(quantities)}
     tool = {} if robot is None else _tool(trajectory, robot, time)
     named = bool(trajectory.events) if labels is None else require_flag(labels, "labels")
     texts = labels_at(trajectory, time) if named else {}
     return MotionTable(trajectory, time, joints, tool, note, texts)
 
 
-def _samples(
-    motion: JointTrajectory, rate: float, robot: Robot | None
-) -> tuple[FloatArray, dict[str, FloatArray], str]:
-    """Times of samples, joint values there, and a note on them."""
+def _sample_times(motion: JointTrajectory, rate: float, *, has_tool: bool) -> FloatArray:
+    """Times of samples [s], of which a table may have only so many."""
     columns = 1 + len(MOTION_QUANTITIES) * len(motion.joint_names)
-    columns += sum(len(part) for _, part, _ in TOOL_COLUMNS.values()) if robot is not None else 0
-    time = make_sample_times(
+    if has_tool:
+        columns += sum(len(components) for _, components, _ in TOOL_COLUMNS.values())
+    return make_sample_times(
         motion.start_time, motion.end_time, rate, max_samples=MAX_TABLE_VALUES // columns
     )
-    joints = {name: motion(time, order) for order, name in enumerate(MOTION_QUANTITIES)}
-    return time, joints, f"{time.size} samples at {rate:g} Hz"
-
-
-def _knots(
-    motion: JointTrajectory | Points, accelerations: bool, fit: float | None
-) -> tuple[JointTrajectory, FloatArray, dict[str, FloatArray], str]:
-    """The motion of knots, their times, joint values there, and a note on them."""
-    points = motion_points(motion, accelerations=accelerations, fit=fit)
-    knots = points.trajectory.knots
-    joints = {"position": knots.position, "velocity": knots.velocity}
-    if accelerations:
-        joints["acceleration"] = knots.acceleration
-    return points.trajectory, knots.time, joints, points.describe()
 
 
 def _tool(trajectory: JointTrajectory, robot: Robot, time: FloatArray) -> dict[str, FloatArray]:

@@ -88,12 +88,15 @@ class PathCurves:
 
     def text(self, length: float, digits: int = 9) -> str:
         """Write a length [m] in the file's unit, with a number of significant digits."""
-        number = round(length / self.reading.length, MESSAGE_DECIMALS)
+        number = round(length / self.reading.metres_per_unit, MESSAGE_DECIMALS)
         return f"{number:.{digits}g} {self.reading.units.length}"
 
     def _point_text(self, i: int, point: FloatArray) -> str:
         """Format a point as in the file: in the frame of the path to waypoint i."""
-        local = self.reading.frames[i].rest_placement.actInv(np.array(point)) / self.reading.length
+        local = (
+            self.reading.frames[i].rest_placement.actInv(np.array(point))
+            / self.reading.metres_per_unit
+        )
         values = np.round(local, MESSAGE_DECIMALS) + 0.0
         return f"({', '.join(f'{value:.9g}' for value in values)}) {self.reading.units.length}"
 
@@ -239,7 +242,7 @@ class PathCurves:
         if isinstance(along.points, str):
             file = self.reading.locations.file
             path = (file.parent if file is not None else Path()) / along.points
-            read = tool_paths.read_points(path, self.reading.length)
+            read = tool_paths.read_points(path, self.reading.metres_per_unit)
             points = read.points
             rotations = None if read.rotations is None else axes @ read.rotations
             z_axes = None if read.normals is None else -read.normals @ axes.T

@@ -186,12 +186,12 @@ class _SceneReader:
         path, scale, resolution = None, 1.0, 0.0
         if item.points is not None:
             path = locations.named_file(item.points.file, (*location, "points", "file"))
-            scale = item.points.scale * self.reading.length
+            scale = item.points.scale * self.reading.metres_per_unit
             resolution = item.points.resolution
         if item.mesh is not None:
             path = locations.named_file(item.mesh, (*location, "mesh"))
             has_unit = path.suffix.lower() == ".dae"
-            scale = (item.scale or 1.0) * (1.0 if has_unit else self.reading.length)
+            scale = (item.scale or 1.0) * (1.0 if has_unit else self.reading.metres_per_unit)
         return PlacedShape(
             kind,
             _shape_size(item),

@@ -35,7 +35,7 @@ class TaskReading:
         return self.file_units.for_output
 
     @property
-    def length(self) -> float:
+    def metres_per_unit(self) -> float:
         """The file's unit of length [m], in which files of points and meshes are."""
         return self.file_units.in_si[0]
 
