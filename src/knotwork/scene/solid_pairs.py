@@ -112,9 +112,8 @@ class SolidPairs:
         along_b = on_b - half_b - np.einsum("ikm,im->km", crossed, half_a)
         length = np.maximum(np.linalg.norm(between, axis=0), np.finfo(float).tiny)
         support = (on_a * half_a + on_b * half_b).sum(axis=0)
-        bounds: FloatArray = (
-            np.maximum(along_a, along_b).max(axis=0).clip(length - support / length)
-        )
+        along_axes = np.maximum(along_a, along_b).max(axis=0)
+        bounds: FloatArray = along_axes.clip(length - support / length)
         for columns, plane in self._planes:
             rows = np.flatnonzero(np.isin(pair, columns))
             support = (np.abs(plane[:3] @ b[:, :, rows]) * half_b[:, rows]).sum(axis=0)
