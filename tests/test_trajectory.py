@@ -191,11 +191,6 @@ def test_samples_are_the_curve_at_their_times(trajectory):
         np.testing.assert_array_equal(getattr(samples, name), trajectory(samples.time, nu))
 
 
-def sample_times(start, end, rate):
-    """Times of the samples of a motion from start to end."""
-    return JointTrajectory(("a",), PiecewisePolynomial([[[0.0]]], [start, end])).sample(rate).time
-
-
 @examples(in_all=300)
 @given(
     start=st.floats(-1e3, 1e3),
@@ -204,7 +199,8 @@ def sample_times(start, end, rate):
 )
 def test_sample_times_of_any_rate(start, duration, rate):
     end = start + duration
-    t = sample_times(start, end, rate)
+    still = JointTrajectory(("a",), PiecewisePolynomial([[[0.0]]], [start, end]))
+    t = still.sample(rate).time
     step = np.diff(t)
     assert t[0] == start
     assert t[-1] == end

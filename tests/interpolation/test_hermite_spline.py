@@ -178,11 +178,6 @@ def random_grid(rng):
     return x, y, v
 
 
-def random_knots(rng, x, doubled_ends):
-    low, high = np.sort(rng.uniform(0.05, 0.95, (2, len(x) - 1)), axis=0)
-    return knots_between(x, 1 - np.maximum(high, low + 0.02), low, doubled_ends)
-
-
 def largest(values):
     return np.abs(values).max(axis=0)
 
@@ -195,7 +190,9 @@ def cases(seed, grids):
             ends = [None, "zero", rng.normal(size=(2, JOINTS))][int(rng.integers(3))]
             knots = rule
             if rule == "by hand":
-                knots = random_knots(rng, x, ends is not None)
+                low, high = np.sort(rng.uniform(0.05, 0.95, (2, len(x) - 1)), axis=0)
+                before = 1 - np.maximum(high, low + 0.02)
+                knots = knots_between(x, before, low, ends is not None)
             elif rule == "balanced":
                 knots = BalancedKnots(rng.choice([0.05, 0.2, 0.45]))
             yield x, y, v, knots, ends

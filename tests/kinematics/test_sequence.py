@@ -57,11 +57,6 @@ def still_layer(q: np.ndarray, fixed: bool = False) -> Layer:
     return Layer(q, 0 * q, make_cost(m), np.ones(m), np.zeros((m, 1)), fixed=fixed)
 
 
-def steps_of(change: Any, intervals: int, duration: float) -> list[StepRules]:
-    changes = ["allowed", "avoided"] * intervals if change == "some" else [change] * intervals
-    return [StepRules(duration, changes[i], True, i % 3 != 0) for i in range(intervals)]
-
-
 def resting_time(distance: float, speed: float, ramp: float) -> float:
     """Rest to rest with acceleration speed/ramp: the time under a trapezium or a triangle."""
     acceleration = speed / ramp
@@ -115,7 +110,9 @@ def cost_of(
 )
 def test_equals_brute_force(seed: int, sizes: list[int], change: Any, duration: float) -> None:
     layers = layers_of(seed, sizes)
-    steps = steps_of(change, len(sizes) - 1, duration)
+    intervals = len(sizes) - 1
+    changes = ["allowed", "avoided"] * intervals if change == "some" else [change] * intervals
+    steps = [StepRules(duration, changes[i], True, i % 3 != 0) for i in range(intervals)]
     chosen = choose_sequence(layers, JOINTS, steps)
     every = itertools.product(*(range(m) for m in sizes))
     best = min(cost_of(layers, index, steps) for index in every)

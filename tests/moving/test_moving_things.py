@@ -84,11 +84,6 @@ def test_waypoints_and_paths_move_with_frame() -> None:
 BOX = {"in": "tray", "box": [0.06, 0.06, 0.04], "position": [0, 0, -0.04]}
 
 
-def box_on_belt(t: float) -> dict[str, Any]:
-    place = tray(t) * pin.SE3(np.eye(3), np.array([0.0, 0.0, -0.04]))
-    return {"box": [(coal.Box(0.06, 0.06, 0.04), place)]}
-
-
 def check_pairs(
     report: kw.Report,
     own: Bodies,
@@ -125,7 +120,8 @@ def test_proof_moves_objects_with_frame(height: float) -> None:
     plan = kw.plan(task)
     times = np.linspace(0.0, plan.trajectory.end_time, 400)
     own = links(plan.trajectory, pin.SE3.Identity())
-    check_pairs(plan.report, own, box_on_belt, times)
+    box, below = coal.Box(0.06, 0.06, 0.04), pin.SE3(np.eye(3), np.array([0.0, 0.0, -0.04]))
+    check_pairs(plan.report, own, lambda t: {"box": [(box, tray(t) * below)]}, times)
 
 
 LEFT = {

@@ -87,11 +87,6 @@ def random_trajectory(robot: kw.Robot, rng: np.random.Generator) -> kw.JointTraj
     return kw.JointTrajectory(names, curve, joint_units=units)
 
 
-def in_order(robot: kw.Robot, trajectory: kw.JointTrajectory) -> kw.PiecewisePolynomial:
-    order = [trajectory.joint_names.index(name) for name in robot.joint_names]
-    return kw.PiecewisePolynomial(trajectory.polynomial.c[:, :, order], trajectory.breaks)
-
-
 def compare(
     found: Bound, curve: kw.PiecewisePolynomial, function: Function, samples: int, digits: float
 ) -> None:
@@ -107,7 +102,8 @@ def compare(
 
 
 def examine(robot: kw.Robot, trajectory: kw.JointTrajectory, samples: int) -> None:
-    curve = in_order(robot, trajectory)
+    order = [trajectory.joint_names.index(name) for name in robot.joint_names]
+    curve = kw.PiecewisePolynomial(trajectory.polynomial.c[:, :, order], trajectory.breaks)
     for joint, found in enumerate(
         torque_bound(robot, trajectory, limit=np.full(robot.dof, np.inf))
     ):
