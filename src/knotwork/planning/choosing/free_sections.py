@@ -22,6 +22,7 @@ from knotwork.waypoints import JointWaypoints
 
 if TYPE_CHECKING:
     from knotwork.planning.timing import Dynamics
+    from knotwork.robot import Robot
     from knotwork.scene.collision_model import CollisionModel
 
 MIN_RAMP_TIME = 0.01
@@ -195,6 +196,9 @@ class FreeSection:
             _check_limits(scenario, space, limits)
         effort = bool(np.isfinite(limits.effort).any() or objective.effort)
         needs_dynamics = effort or np.isfinite(tool_speed)
+        dynamics = self.solved.dynamics(self.waypoints[0]) if needs_dynamics else None
+        if needs_dynamics and dynamics is None and space.robot is not None:
+            raise _moving_base_error(scenario, space.robot)
         return TimingProblem(
             space.joint_names,
             waypoints.position[self.rows],
@@ -210,7 +214,7 @@ class FreeSection:
             total=total,
             tool_speed=tool_speed,
             objective=objective,
-            dynamics=self.solved.dynamics(self.waypoints[0]) if needs_dynamics else None,
+            dynamics=dynamics,
             units=scenario.units,
         )
 
@@ -288,6 +292,16 @@ def assumed_jerk(space: JointSpace) -> dict[str, float]:
     has_limit = np.isfinite(space.limits["jerk"])
     bounds = zip(space.joint_names, has_limit, jerk_limits(space), strict=True)
     return {name: float(bound) for name, has, bound in bounds if not has}
+
+
+def _moving_base_error(scenario: Scenario, robot: Robot) -> InputError:
+    """Make the error for what needs dynamics, unknown where joints move the frame of the poses."""
+    key = ("limits", "tool_speed") if scenario.motion_limits.tool_speed else ("objective", "effort")
+    return InputError(
+        f"does not apply to chosen times here, because the frame of the poses is on "
+        f"{robot.base_frame!r}, which moves; leave it out, or give the times",
+        where=scenario.where(*key),
+    )
 
 
 def _check_limits(scenario: Scenario, space: JointSpace, limits: JointLimits) -> None:
