@@ -73,7 +73,7 @@ def test_meshes_outside_need_a_named_folder(urdf: Path, tmp_path: Path) -> None:
     addresses = [name.format(tmp_path) for name in OUTSIDE]
     for name, warning in zip(OUTSIDE, warnings_of(urdf, addresses), strict=True):
         assert OUTSIDE[name] in warning
-        assert f"below {tmp_path / 'arm'} (" in warning
+        assert f"below {tmp_path / 'arm'};" in warning
         assert "package_paths" in warning
         assert "--package-path" in warning
     for name, warning in zip(OUTSIDE, warnings_of(urdf, addresses, [tmp_path]), strict=True):
