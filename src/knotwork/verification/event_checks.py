@@ -29,10 +29,11 @@ def check_events(motion: Motion, scenario: Scenario, space: JointSpace) -> Itera
     brief = ", ".join(shown) + (f" and {remaining} more" if remaining else "")
     for request in scenario.events:
         event = request.event
-        inside = event.time <= motion.end_time + TIME_ROUNDING * max(1.0, motion.end_time)
+        slack = TIME_ROUNDING * max(1.0, abs(event.time))
+        inside = motion.start_time - slack <= event.time <= motion.end_time + slack
         fact = f"{event.text} at {event.time:.3f} s: {_location_text(request, scenario)}"
         if not inside:
-            fact += f", but the motion ends at {motion.end_time:.3f} s"
+            fact += f", but the motion is from {motion.start_time:.3f} to {motion.end_time:.3f} s"
         yield _event_finding(event, "information" if inside else "failed", fact, brief=brief)
         brief = ""
         if inside and request.path is not None:
@@ -98,7 +99,7 @@ def _compare_on_path(
     event, path = request.event, request.path
     if path is None or space.robot is None:
         raise TypeError("an event on a path needs a robot")
-    time = np.array([min(event.time, motion.end_time)])
+    time = np.clip([event.time], motion.start_time, motion.end_time)
     pose = space.robot.forward(motion.curve(time[0]))
     reached, _, _ = path.motion.woven_frame.relative_motion(
         time, pose.translation[None], pose.rotation[None], np.zeros((1, 3))

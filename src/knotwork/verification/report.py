@@ -206,7 +206,7 @@ class Report:
 
     @property
     def result(self) -> str:
-        """Text with the numbers of requirements: met, all, failed, undecided and sampled."""
+        """Text with the numbers of met, all, failed, undecided and sampled requirements."""
         met, required = self.counts
         failed = f", {required - met} failed" if required > met else ""
         return f"{met} of {required} requirements met{failed}{self.reservations}"

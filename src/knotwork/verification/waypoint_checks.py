@@ -50,7 +50,8 @@ def report_no_start(motion: Motion, scenario: Scenario, space: JointSpace) -> It
     if space.robot is None or scenario.given.start is not None:
         return
     home = space.robot.configurations.get("home")
-    if home is not None and np.allclose(motion.curve(motion.start_time), home, atol=REST_TOLERANCE):
+    start = motion.curve(motion.start_time)
+    if home is not None and np.abs(start - home).max() <= REST_TOLERANCE:
         return
     at_speed = np.any(np.abs(motion.curve(motion.start_time, 1)) > REST_TOLERANCE)
     cause = "the motion begins at speed" if at_speed else "the file has no start"

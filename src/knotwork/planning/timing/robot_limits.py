@@ -17,6 +17,7 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.planning.timing.nonlinear_program import Block, Kernel
 from knotwork.planning.timing.spline import Layout, Scale
+from knotwork.planning.timing.state_limits import limits_of
 from knotwork.planning.timing.timing_problem import TimingProblem
 
 if TYPE_CHECKING:
@@ -155,7 +156,7 @@ def sampled_utilisation(
     span = np.diff(curve.x)[:, None]
     inside = curve.x[:-1, None] + np.arange(SAMPLES_EACH) / SAMPLES_EACH * span
     times = np.minimum(np.hstack((inside, curve.x[1:, None])), curve.x[-1])
-    limits = problem.state_limits
+    limits = limits_of(problem)
     utilisation = limits.utilisation(curve, times).max(axis=1)
     quantities = np.array([limited.quantity for limited in limits.quantities])
     return {name: utilisation[:, quantities == name] for name in names}

@@ -16,7 +16,7 @@ from knotwork.planning.timing.bounds import lower_bound
 from knotwork.planning.timing.infeasible import infeasible_values, unsolved_errors
 from knotwork.planning.timing.motion_curves import concatenate
 from knotwork.planning.timing.part_motion import PartMotion, solve_part
-from knotwork.planning.timing.state_limits import LimitedQuantity
+from knotwork.planning.timing.state_limits import LimitedQuantity, limits_of
 from knotwork.planning.timing.timed_motion import (
     ActiveLimit,
     Budget,
@@ -245,9 +245,10 @@ def binding_limits(
     width = limits.upper - limits.lower
     slack = np.where(np.isfinite(width), ACTIVE_LIMIT_DISTANCE * width, 0.0)
     at_end = (q <= limits.lower + slack) | (q >= limits.upper - slack)
-    utilisation = problem.state_limits.utilisation(curve, times)
+    of_states = limits_of(problem)
+    utilisation = of_states.utilisation(curve, times)
     utilisation = np.concatenate((utilisation, at_end), axis=-1)
-    quantities = problem.state_limits.quantities
+    quantities = of_states.quantities
     quantities += [LimitedQuantity(joint, "position") for joint in problem.joint_names]
     peaks = utilisation.max(axis=1)
     shares = np.mean(utilisation >= 1.0 - ACTIVE_LIMIT_DISTANCE, axis=1)

@@ -12,6 +12,7 @@ import pinocchio as pin
 from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.joint_quantities import JOINT_QUANTITIES, MAGNITUDES, JointLimits
+from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.robot import Robot
 
 EFFORT_ORDER = 2
@@ -91,6 +92,13 @@ class StateLimits:
         states = (curve(times.ravel(), order) for order in range(4))
         sizes = np.linalg.norm(self.fractions(*states), axis=-1)
         return np.asarray(sizes.reshape(*times.shape, -1))
+
+
+def limits_of(problem: TimingProblem) -> StateLimits:
+    """All limits of a timing problem but those of positions."""
+    robot = None if problem.dynamics is None else problem.dynamics.robot
+    frames = {TOOL_SPEED: problem.tool_speed} if np.isfinite(problem.tool_speed) else {}
+    return StateLimits(problem.joint_names, problem.limits, robot, frames)
 
 
 def _rates_of_frame(

@@ -20,7 +20,6 @@ from knotwork.curves.polynomial.joint_durations import feasible_durations
 from knotwork.errors import InputError, WaypointDataError
 from knotwork.errors.arguments import require_number
 from knotwork.joint_quantities import JointLimits
-from knotwork.planning.timing.state_limits import TOOL_SPEED, StateLimits
 from knotwork.units import SI, Units
 
 if TYPE_CHECKING:
@@ -210,13 +209,6 @@ class TimingProblem(ReadOnlyArrays):
     def limit(self, name: str) -> FloatArray:
         """Limits of effort, shape (d,), or of tool speed, shape (1,)."""
         return np.array([self.tool_speed]) if name == "tool speed" else self.limits[name]
-
-    @property
-    def state_limits(self) -> StateLimits:
-        """All limits but those of positions."""
-        robot = None if self.dynamics is None else self.dynamics.robot
-        frames = {TOOL_SPEED: self.tool_speed} if np.isfinite(self.tool_speed) else {}
-        return StateLimits(self.joint_names, self.limits, robot, frames)
 
     def feasible_durations(self, i: int) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Feasible durations of each joint for an interval; see `feasible_durations`."""
