@@ -69,8 +69,8 @@ class Finding:
     >>> speed.ok, speed.limit, speed.proof
     (True, 0.25, 'bounded')
 
-    All output of a report (table, page, JSON, marks in the 3D scene, exit code) iterates over
-    findings and is independent of specific checks.
+    Tables, JSON, marks in the 3D scene and the exit code iterate over findings and name no check.
+    Plots, the time strip, figures of sweeps and verdicts on logs pick some by their quantity.
 
     Attributes:
         group: Heading in the report, for example `"Joint limits"`.

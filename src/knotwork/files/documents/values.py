@@ -115,8 +115,7 @@ def optional(
             in brackets after its first clause.
         key: Key in a file, if the field has another name in Python.
         path: Whether a text in the field is a path relative to the file.
-        si_default: Default in SI, whatever the units of the file. The schema has no default then,
-            but the description states it.
+        si_default: Default in SI, whatever the units of the file. The schema has no default then.
     """
     marks = {"unit": unit, "path": path}
     given = {name: mark for name, mark in marks.items() if mark}
