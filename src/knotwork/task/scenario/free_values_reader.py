@@ -23,8 +23,8 @@ class FreeWaypoint:
         min_duration: Its lower bound [s].
         path_speed_is_free: Whether the constant speed along the path to it is free.
         way: Options of a collision-free motion to it, or `None`.
-        speed_kind: `"given"`; `"along"` for a given direction of the velocity with a free speed; or
-            `"free"` for a free velocity.
+        speed_kind: `"given"`; `"direction"` if the velocity has a given direction and a free speed;
+            or `"free"` for a free velocity.
         max_speed: Upper bound of a free speed [m/s], infinite without one.
     """
 
@@ -32,7 +32,7 @@ class FreeWaypoint:
     min_duration: float = 0.0
     path_speed_is_free: bool = False
     way: ClearWay | None = None
-    speed_kind: Literal["given", "along", "free"] = "given"
+    speed_kind: Literal["given", "direction", "free"] = "given"
     max_speed: float = math.inf
 
     @property
@@ -182,9 +182,9 @@ def _free_waypoint(task: ExpandedTask, i: int) -> FreeWaypoint:
     """Read the free values at waypoint i of a task and on the way to it."""
     given, least = task.waypoints[i], min_duration(task, i)
     highest, on_path = max_speed(getattr(given, "speed", None)), isinstance(given, PathWaypoint)
-    kind: Literal["given", "along", "free"] = "given"
+    kind: Literal["given", "direction", "free"] = "given"
     if not on_path and highest is not None:
-        kind = "along"
+        kind = "direction"
     elif getattr(given, "velocity", None) == "free":
         kind = "free"
     return FreeWaypoint(
