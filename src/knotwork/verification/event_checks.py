@@ -29,7 +29,7 @@ def check_events(motion: Motion, scenario: Scenario, space: JointSpace) -> Itera
     brief = ", ".join(shown) + (f" and {remaining} more" if remaining else "")
     for request in scenario.events:
         event = request.event
-        slack = TIME_ROUNDING * max(1.0, abs(event.time))
+        slack = _time_slack(event)
         inside = motion.start_time - slack <= event.time <= motion.end_time + slack
         fact = f"{event.text} at {event.time:.3f} s: {_location_text(request, scenario)}"
         if not inside:
@@ -48,6 +48,11 @@ def check_events(motion: Motion, scenario: Scenario, space: JointSpace) -> Itera
         fact = "the motion has no events, so the switching of signals is not checked"
         yield Finding(Group.EVENTS, "event", "events", "event", "warning", fact)
     yield from _repeated_or_left_on(requested)
+
+
+def _time_slack(event: Event) -> float:
+    """Difference from the time of an event that rounding explains [s]."""
+    return TIME_ROUNDING * max(1.0, event.time)
 
 
 def _event_finding(
@@ -78,7 +83,7 @@ def _missing_from(
 ) -> Iterator[Finding]:
     """Report a failure for each candidate that is not among the events."""
     for event in candidates:
-        slack = TIME_ROUNDING * max(1.0, event.time)
+        slack = _time_slack(event)
         near = (other for other in events if abs(other.time - event.time) <= slack)
         if not any(replace(other, time=event.time) == event for other in near):
             yield _event_finding(event, "failed", f"{event.text} at {event.time:.3f} s: {fault}")
