@@ -64,7 +64,7 @@ def build_robot_collision_model(robot: Robot) -> CollisionModel:
 
 
 class Hold(NamedTuple):
-    """When and where the tool holds an object.
+    """Poses and times at which the tool takes and releases an object.
 
     Attributes:
         taken_pose, released_pose: Poses of the TCP at the start and at the end, `pin.SE3` in the
