@@ -204,7 +204,7 @@ IMPORTED_BY_TESTS = {
         "scene",
         "verification.bounds",
         "view.curves",
-        "planning.ways.configuration_space",
+        "planning.clear_motions.configuration_space",
     ),
     "files of a format: what is written is what is read, for any content": (
         "files.documents",
