@@ -144,7 +144,7 @@ def strip(plan: kw.Plan) -> Any:
 def test_a_segment_says_what_its_chosen_time_is_bound_by() -> None:
     plan = planned("ur5_wall")
     findings = [finding for finding in plan.report.findings if finding.quantity == "binding_limits"]
-    limits = {tuple(finding.interval or ()): finding.label for finding in findings}
+    limits = {tuple(finding.interval or ()): finding.short_fact for finding in findings}
     for start, end, name, limit in strip(plan)["segments"]:
         if (start, end) in limits:
             assert limit == limits[start, end]
