@@ -198,7 +198,7 @@ def _choose_motions(
         solution=solved.solution,
         sections=tuple(motions.values()),
         path_limits=active_path_limits(solved, paths),
-        assumed_jerk=assumed_jerk(solved.space),
+        assumed_jerk=assumed_jerk(solved.joints),
     )
 
 
