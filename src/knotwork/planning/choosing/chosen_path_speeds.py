@@ -28,11 +28,11 @@ from knotwork.units import rounded_up
 from knotwork.verification.limits import LIMIT_SLACK
 
 
-def with_path_speeds(solved: FreeTask, problems: Sequence[PathSpeedProblem]) -> FreeTask:
+def with_path_speeds(free_task: FreeTask, problems: Sequence[PathSpeedProblem]) -> FreeTask:
     """The task with the chosen speeds along its paths, solved and found to keep the limits there.
 
     Args:
-        solved: The scenario, in which these speeds are free.
+        free_task: The scenario, in which these speeds are free.
         problems: Its paths with chosen speeds; if the motion along one exceeds a limit, it is
             corrected.
 
@@ -40,16 +40,16 @@ def with_path_speeds(solved: FreeTask, problems: Sequence[PathSpeedProblem]) -> 
         NoSpeedsError: A limit is exceeded along a path, or a path can't be followed.
     """
     if not problems:
-        return solved
-    scenario, unit = solved.scenario, solved.scenario.shown_length[0]
-    changes: defaultdict[int, dict[str, Any]] = defaultdict(dict, solutions_near(solved))
+        return free_task
+    scenario, unit = free_task.scenario, free_task.scenario.shown_length[0]
+    changes: defaultdict[int, dict[str, Any]] = defaultdict(dict, solutions_near(free_task))
     for problem in problems:
         for stretch, speed in problem.speeds.items():
             end = scenario.task_index[problem.path.first + 1 + stretch]
             changes[end]["speed"] = round_speed(unit * speed)
     scenario = change_task(scenario, scenario.given.with_waypoints(changes))
-    given = tuple(replace(at, path_speed_is_free=False) for at in solved.free_values.waypoints)
-    free = scenario.free_values or replace(solved.free_values, waypoints=given)
+    given = tuple(replace(at, path_speed_is_free=False) for at in free_task.free_values.waypoints)
+    free = scenario.free_values or replace(free_task.free_values, waypoints=given)
     try:
         timed = FreeTask.solve(scenario, free)
     except (PathError, FollowingError) as blocked:
@@ -64,10 +64,10 @@ def with_path_speeds(solved: FreeTask, problems: Sequence[PathSpeedProblem]) -> 
 
 
 def active_path_limits(
-    solved: FreeTask, problems: Sequence[PathSpeedProblem]
+    free_task: FreeTask, problems: Sequence[PathSpeedProblem]
 ) -> tuple[ActiveLimit, ...]:
     """Bounds of the chosen speeds along the paths of a task, as active limits."""
-    names = [waypoint.name for waypoint in solved.scenario.waypoints]
+    names = [waypoint.name for waypoint in free_task.scenario.waypoints]
     return tuple(
         ActiveLimit(names[start], names[start + 1], limit.subject, limit.quantity, None)
         for problem in problems
@@ -76,43 +76,43 @@ def active_path_limits(
 
 
 def given_speeds_beyond_limits(
-    solved: FreeTask, problems: Sequence[PathSpeedProblem]
+    free_task: FreeTask, problems: Sequence[PathSpeedProblem]
 ) -> list[InputError]:
     """Errors for given speeds that exceed a limit along a path.
 
     Args:
-        solved: The scenario and its IK solutions.
+        free_task: The scenario and its IK solutions.
         problems: Its paths with a chosen speed, along which given speeds are feasible.
     """
     errors, chosen = list[InputError](), {problem.number for problem in problems}
-    for number, path in enumerate(solved.scenario.paths):
+    for number, path in enumerate(free_task.scenario.paths):
         if number in chosen:
             continue
-        limits = state_limits(solved, path)
-        utilisations = planned_utilisation(solved, path, limits).max(axis=1)
+        limits = state_limits(free_task, path)
+        utilisations = planned_utilisation(free_task, path, limits).max(axis=1)
         for stretch in np.flatnonzero((utilisations > 1.0 + LIMIT_SLACK).any(axis=1)).tolist():
             limit = limits.quantities[int(utilisations[stretch].argmax())]
             worst = float(utilisations[stretch].max())
-            errors.append(path_speed_error(solved, NoSpeedsError(path, stretch, limit), worst))
+            errors.append(path_speed_error(free_task, NoSpeedsError(path, stretch, limit), worst))
     return errors
 
 
 def path_speed_error(
-    solved: FreeTask, fault: NoSpeedsError, utilisation: float | None = None
+    free_task: FreeTask, fault: NoSpeedsError, utilisation: float | None = None
 ) -> InputError:
     """The error for a stretch of a path without feasible speeds, with accepted changes.
 
     Args:
-        solved: The scenario and its IK solutions.
+        free_task: The scenario and its IK solutions.
         fault: The stretch and the exceeded limit.
         utilisation: Utilisation of the limit, if known.
     """
     path, stretch, limit = fault.path, fault.stretch, fault.bound
-    scenario, i = solved.scenario, path.first + 1 + stretch
+    scenario, i = free_task.scenario, path.first + 1 + stretch
     if limit == NOTHING:
         return InputError(
             "nothing bounds the speed along it; accepted: speed: {at_most: a speed}, or limits",
-            where=solved.where(i, "speed"),
+            where=free_task.where(i, "speed"),
         )
     start, end = (scenario.waypoints[end].name for end in (i - 1, i))
     requested, text = path.requested, scenario.units.text
@@ -141,11 +141,11 @@ def path_speed_error(
     return InputError(
         f"{speed} along the path from {start!r} to {end!r}: {reason}; accepted: {accepted}, or a "
         "higher limit",
-        where=solved.where(i, _key(solved, i)),
+        where=free_task.where(i, _key(free_task, i)),
     )
 
 
-def _key(solved: FreeTask, i: int) -> str:
+def _key(free_task: FreeTask, i: int) -> str:
     """The key that gives the speed to waypoint i, on a path."""
-    given = solved.scenario.given.waypoints[solved.scenario.task_index[i]]
+    given = free_task.scenario.given.waypoints[free_task.scenario.task_index[i]]
     return next(key for key in ("speed", "after", "time") if getattr(given, key) is not None)

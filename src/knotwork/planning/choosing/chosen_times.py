@@ -136,11 +136,11 @@ def choose_times(
         solution: Solutions of the poses, if not the best.
 
     Raises:
-        InputError: The task can't be solved, or no motion within the limits was found.
+        InputError: The task can't be free_task, or no motion within the limits was found.
     """
-    solved = FreeTask.solve(scenario, scenario.required_free_values, solution)
+    free_task = FreeTask.solve(scenario, scenario.required_free_values, solution)
     free_paths = [k for k, path in enumerate(scenario.paths) if path.requested.at_most]
-    paths = [PathSpeedProblem(solved, k) for k in free_paths]
+    paths = [PathSpeedProblem(free_task, k) for k in free_paths]
     adjacent = set[PathSpeedProblem]()
     best: ChosenValues | None = None
     error: InputError | None = None
@@ -149,14 +149,14 @@ def choose_times(
         try:
             duration = sum(path.choose() for path in paths)
         except NoSpeedsError as no_speeds:
-            error = error or path_speed_error(solved, no_speeds)
+            error = error or path_speed_error(free_task, no_speeds)
             break
         if duration >= longest:
             break
         try:
-            chosen = _choose_motions(scenario, with_path_speeds(solved, paths), paths, budget)
+            chosen = _choose_motions(scenario, with_path_speeds(free_task, paths), paths, budget)
         except NoSpeedsError as no_speeds:
-            error = path_speed_error(solved, no_speeds)
+            error = path_speed_error(free_task, no_speeds)
             continue
         except SectionsUnsolvedError as no_motions:
             error = no_motions.combined_error()
@@ -181,7 +181,7 @@ def choose_times(
 
 
 def _choose_motions(
-    scenario: Scenario, solved: FreeTask, paths: Sequence[PathSpeedProblem], budget: Budget
+    scenario: Scenario, free_task: FreeTask, paths: Sequence[PathSpeedProblem], budget: Budget
 ) -> ChosenValues:
     """Choose the motions of all sections, with known speeds along paths.
 
@@ -189,16 +189,16 @@ def _choose_motions(
         SectionsUnsolvedError: Some sections have no motion.
         InputError: A given value is beyond a limit.
     """
-    sections = find_sections(solved)
-    _check_given(solved, sections, paths)
-    motions = solve_sections(solved, sections, budget)
+    sections = find_sections(free_task)
+    _check_given(free_task, sections, paths)
+    motions = solve_sections(free_task, sections, budget)
     return ChosenValues(
         requested=scenario,
-        scenario=with_chosen_values(solved, motions),
-        solution=solved.solution,
+        scenario=with_chosen_values(free_task, motions),
+        solution=free_task.solution,
         sections=tuple(motions.values()),
-        path_limits=active_path_limits(solved, paths),
-        assumed_jerk=assumed_jerk(solved.joints),
+        path_limits=active_path_limits(free_task, paths),
+        assumed_jerk=assumed_jerk(free_task.joints),
     )
 
 
@@ -211,7 +211,7 @@ def _adjacent_paths(
 
 
 def _check_given(
-    solved: FreeTask, sections: Sequence[FreeSection], paths: Sequence[PathSpeedProblem]
+    free_task: FreeTask, sections: Sequence[FreeSection], paths: Sequence[PathSpeedProblem]
 ) -> None:
     """Refuse given values beyond a limit, and too short times.
 
@@ -220,7 +220,7 @@ def _check_given(
     Raises:
         InputError: A given value is infeasible.
     """
-    if errors := given_speeds_beyond_limits(solved, paths):
+    if errors := given_speeds_beyond_limits(free_task, paths):
         raise merge_errors(errors)
     for section in sections:
         problem = section.timing_problem(Objective())

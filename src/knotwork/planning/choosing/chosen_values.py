@@ -28,15 +28,15 @@ CHOSEN_STOP_SPEED = 1e-9
 """Chosen speeds below this are stops [m/s]."""
 
 
-def with_chosen_values(solved: FreeTask, motions: Mapping[FreeSection, TimedMotion]) -> Scenario:
+def with_chosen_values(free_task: FreeTask, motions: Mapping[FreeSection, TimedMotion]) -> Scenario:
     """The scenario with numbers in place of its free values, from the motions of all sections."""
-    scenario, free = solved.scenario, solved.free_values.waypoints
+    scenario, free = free_task.scenario, free_task.free_values.waypoints
     waypoints: defaultdict[int, dict[str, Any]] = defaultdict(dict)
-    positions = np.array(solved.waypoints.position)
+    positions = np.array(free_task.waypoints.position)
     for section, motion in motions.items():
         if section.way is not None:  # its end was chosen
             positions[section.rows] = motion.trajectory.position(motion.time)
-    waypoints.update(solutions_near(solved, positions))
+    waypoints.update(solutions_near(free_task, positions))
     for i, at in enumerate(free):
         if at.way is not None:
             waypoints[scenario.task_index[i]]["way"] = None
@@ -47,7 +47,7 @@ def with_chosen_values(solved: FreeTask, motions: Mapping[FreeSection, TimedMoti
                 after = float(motion.time[k] - motion.time[k - 1])
                 changes |= {"time": None, "after": after}
             q = positions[section.rows[k]]
-            changes |= _chosen_speed(solved, i, q, motion.velocity[k])
+            changes |= _chosen_speed(free_task, i, q, motion.velocity[k])
     optimal = scenario.given.knots == "optimal"
     numbers = scenario.given.with_waypoints(waypoints).replace(
         times=None, duration=None, objective=None, ways=None, **({"knots": None} if optimal else {})
@@ -60,46 +60,46 @@ def with_chosen_values(solved: FreeTask, motions: Mapping[FreeSection, TimedMoti
 
 
 def solutions_near(
-    solved: FreeTask, positions: FloatArray | None = None
+    free_task: FreeTask, positions: FloatArray | None = None
 ) -> dict[int, dict[str, Any]]:
     """Keys `near` of the waypoints, with which planning chooses the same IK solutions again.
 
     Args:
-        solved: The scenario and its IK solutions.
+        free_task: The scenario and its IK solutions.
         positions: Joint positions of all rows [rad or m], by default those of its solution.
     """
-    positions = solved.waypoints.position if positions is None else positions
-    index, paths = solved.scenario.task_index, solved.scenario.paths
-    units = solved.scenario.given.units
+    positions = free_task.waypoints.position if positions is None else positions
+    index, paths = free_task.scenario.task_index, free_task.scenario.paths
+    units = free_task.scenario.given.units
     # In the task, the end of a path and the end of the wait there are one waypoint. A wait on a
     # moving frame is a path as well. A pose without another path to it has its own solution.
     along = ((path.first, i) for path in paths for i in range(path.first + 1, path.last + 1))
     followed = {index[i] for first, i in along if index[i] != index[first]}
     poses: dict[int, int] = {}
-    for i, waypoint in enumerate(solved.scenario.waypoints):
+    for i, waypoint in enumerate(free_task.scenario.waypoints):
         if isinstance(waypoint, CartesianWaypoint) and index[i] not in followed:
             poses.setdefault(index[i], i)
     return {
-        k: {"near": by_joint(solved.joints, positions[solved.rows[i]], units)}
+        k: {"near": by_joint(free_task.joints, positions[free_task.rows[i]], units)}
         for k, i in poses.items()
     }
 
 
-def _chosen_speed(solved: FreeTask, i: int, q: FloatArray, v: FloatArray) -> dict[str, Any]:
+def _chosen_speed(free_task: FreeTask, i: int, q: FloatArray, v: FloatArray) -> dict[str, Any]:
     """Keys for the speed or velocity of a waypoint where it is chosen."""
-    kind, robot = solved.free_values.waypoints[i].speed_kind, solved.joints.robot
-    waypoint = solved.scenario.waypoints[i]
-    units = solved.scenario.given.units
+    kind, robot = free_task.free_values.waypoints[i].speed_kind, free_task.joints.robot
+    waypoint = free_task.scenario.waypoints[i]
+    units = free_task.scenario.given.units
     length, angle = units.in_si
     if kind == "given":
         return {}
     if robot is None or isinstance(waypoint, JointTarget):
-        return {"velocity": by_joint(solved.joints, v, units)}
+        return {"velocity": by_joint(free_task.joints, v, units)}
     robot, columns = robot.in_frame(in_world_frame=waypoint.in_world_frame)
     twist = robot.twist(q[columns], v[columns])
     if kind == "free":
         twist -= waypoint.twist  # the file gives relative velocities
-        scenario, axes, turn = solved.scenario, "base", np.eye(3)
+        scenario, axes, turn = free_task.scenario, "base", np.eye(3)
         if scenario.pose_frame_link and not waypoint.in_world_frame:
             # the base of the file moves relative to it
             axes = scenario.given.frame_of(scenario.given.waypoints[scenario.task_index[i]])
@@ -120,7 +120,7 @@ def _chosen_section(
         section: A section.
         motion: Its motion.
     """
-    units, joints = timed.given.units, section.solved.joints
+    units, joints = timed.given.units, section.free_task.joints
     x = motion.trajectory.breaks
     times = np.interp(x, motion.time, timed.times[section.waypoints])
     velocities = {

@@ -54,7 +54,7 @@ def plan_clear_section(
     Raises:
         NoWayFoundError: No motion was found, or an end is not clear.
     """
-    solved, options, robot = section.solved, section.way, section.solved.joints.robot
+    free_task, options, robot = section.free_task, section.way, section.free_task.joints.robot
     if options is None or robot is None:
         raise TypeError("the section has no way: clear")
     if start is not None:
@@ -65,7 +65,7 @@ def plan_clear_section(
         goals=_solutions(section, problem, robot, -1),
         arm_model=robot.model,
         collision_model=_bodies(section),
-        resolution=solved.scenario.scene.collisions.resolution,
+        resolution=free_task.scenario.scene.collisions.resolution,
         stop=lambda: _stop(section, problem),
     )
     tries = 0
@@ -112,7 +112,7 @@ def _timed_motion(
 
 def _stop(section: FreeSection, problem: TimingProblem) -> PiecewisePolynomial | None:
     """The motion that the task continues, stopped on its path or at its end; `None` without one."""
-    continued = section.solved.scenario.continued_motion
+    continued = section.free_task.scenario.continued_motion
     if continued is None or section.waypoints[0]:
         return None
     motion, at = continued
@@ -130,24 +130,24 @@ def _bodies(section: FreeSection) -> CollisionModel:
     Raises:
         InputError: The bodies change during the section, or an obstacle moves.
     """
-    solved = section.solved
+    free_task = section.free_task
     first, *later = (
-        bodies_at(solved.collision_model_by_index, i + 0.5) for i in section.waypoints[:-1]
+        bodies_at(free_task.collision_model_by_index, i + 0.5) for i in section.waypoints[:-1]
     )
     for model, i in zip(later, section.waypoints[1:-1], strict=True):
         if model.pairs != first.pairs:
             raise InputError(
                 "the velocity is chosen, but a body comes or goes here; accepted: stop, or a "
                 "velocity",
-                where=solved.where(i),
+                where=free_task.where(i),
             )
-    joints = solved.joints.robot.model.njoints if solved.joints.robot is not None else 0
+    joints = free_task.joints.robot.model.njoints if free_task.joints.robot is not None else 0
     bodies = (first.bodies[k] for pair in first.pairs for k in (pair.first, pair.second))
     if moving := dict.fromkeys(body.name.split("/")[0] for body in bodies if body.joint >= joints):
         raise InputError(
             f"does not support moving obstacles ({', '.join(moving)}); "
             "accepted: no way here, and waypoints around them with times or after: fastest",
-            where=solved.where(section.waypoints[-1], "way"),
+            where=free_task.where(section.waypoints[-1], "way"),
         )
     return first
 
@@ -159,12 +159,12 @@ def _solutions(section: FreeSection, problem: TimingProblem, robot: Robot, end: 
     on the choice. This is so if the arm stops there, no motion precedes the start, and a motion
     after the end is planned collision-free as well.
     """
-    scenario, i = section.solved.scenario, section.waypoints[end]
+    scenario, i = section.free_task.scenario, section.waypoints[end]
     chosen, waypoint = problem.position[end], scenario.waypoints[i]
     given = scenario.given.waypoints[scenario.task_index[i]]
     if not isinstance(waypoint, CartesianWaypoint) or not isinstance(given, PoseWaypoint):
         return np.array(chosen[None])
-    following = section.solved.free_values.waypoints[i + 1 : i + 2]
+    following = section.free_task.free_values.waypoints[i + 1 : i + 2]
     tied = any(free.way is None for free in following) if end else i > 0
     fixed = (
         given.near is not None
@@ -205,7 +205,7 @@ def _slowed(
             f"a motion of {duration:g} s is infeasible with the velocities at its ends; "
             "accepted: no time, or a stop at both ends"
         )
-    raise InputError(message, where=section.solved.where(section.waypoints[-1]))
+    raise InputError(message, where=section.free_task.where(section.waypoints[-1]))
 
 
 def _located_error(
@@ -218,9 +218,9 @@ def _located_error(
         section: The section without a motion.
         single: Whether only one solution of each end was a candidate.
     """
-    solved = section.solved
-    names = [solved.scenario.waypoints[i].name for i in section.waypoints]
-    text, k = solved.scenario.units.text, fault.waypoint
+    free_task = section.free_task
+    names = [free_task.scenario.waypoints[i].name for i in section.waypoints]
+    text, k = free_task.scenario.units.text, fault.waypoint
     bodies: tuple[str, ...] = ()
     if k is None:
         reason = f" was found among {fault.checks} configurations; one may exist all the same"
@@ -231,7 +231,7 @@ def _located_error(
             phase = "stopping after" if k == 0 else "coming from rest to"
             where = f"{phase} {names[k]!r}"
         if fault.limit:
-            joints = solved.joints
+            joints = free_task.joints
             joint, unit = joints.joint_names[fault.joint], joints.joint_units[fault.joint]
             excess = f"exceeds its {fault.limit} limit"
             if fault.limit == "position":
@@ -255,5 +255,5 @@ def _located_error(
         bodies=bodies,
         shortfall=fault.shortfall,
         waypoints=section.waypoints if single else None,
-        where=solved.where(section.waypoints[-1 if k is None else k]),
+        where=free_task.where(section.waypoints[-1 if k is None else k]),
     )

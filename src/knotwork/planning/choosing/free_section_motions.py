@@ -48,12 +48,12 @@ class SectionsUnsolvedError(Exception):
 
 
 def solve_sections(
-    solved: FreeTask, sections: list[FreeSection], budget: Budget
+    free_task: FreeTask, sections: list[FreeSection], budget: Budget
 ) -> dict[FreeSection, TimedMotion]:
     """Solve all sections, with the given total duration if there is one.
 
     Args:
-        solved: The scenario and its IK solutions.
+        free_task: The scenario and its IK solutions.
         sections: Its free sections.
         budget: Budget and progress of all of them.
 
@@ -61,7 +61,7 @@ def solve_sections(
         SectionsUnsolvedError: Some sections have no motion.
         TimingError: The total is too short.
     """
-    free = solved.free_values
+    free = free_task.free_values
     objective = Objective(**dict(free.objective))
     timed = [section for section in sections if section.has_free_durations]
     solved_twice = timed if free.total_duration is not None else []
@@ -69,14 +69,14 @@ def solve_sections(
     if free.total_duration is None:
         return _motions(sections, objective, budget)
     fastest = _motions(timed, Objective(), budget)
-    durations = solved.scenario.durations
+    durations = free_task.scenario.durations
     for section in timed:
         durations[section.waypoints[:-1]] = 0.0
     outside = float(durations.sum())
     shortest = outside + sum(motion.duration for motion in fastest.values())
     if free.total_duration < shortest:
         stopped = any(motion.status == "stopped" for motion in fastest.values())
-        raise _total_too_short(solved, shortest, stopped=stopped)
+        raise _total_too_short(free_task, shortest, stopped=stopped)
     factor = (free.total_duration - outside) / (shortest - outside)
     totals = {section: factor * motion.duration for section, motion in fastest.items()}
     try:
@@ -115,19 +115,19 @@ def _motions(
     return motions
 
 
-def _total_too_short(solved: FreeTask, shortest: float, *, stopped: bool) -> TimingError:
+def _total_too_short(free_task: FreeTask, shortest: float, *, stopped: bool) -> TimingError:
     """The error for a duration below that of the shortest motion found [s].
 
     Args:
-        solved: The scenario and its IK solutions.
+        free_task: The scenario and its IK solutions.
         shortest: Duration of that motion [s].
         stopped: Whether the budget ended before a shorter one could be found.
     """
     return TimingError(
-        f"{solved.free_values.total_duration:g} s is shorter than the minimum time found within "
+        f"{free_task.free_values.total_duration:g} s is shorter than the minimum time found within "
         f"the limits, {rounded_up(shortest):.6g} s; accepted: "
         f"{sufficient_duration(shortest):.6g} s or more"
         f"{', or a larger budget' if stopped else ''}",
         cause="budget" if stopped else "duration",
-        where=solved.scenario.where("duration"),
+        where=free_task.scenario.where("duration"),
     )

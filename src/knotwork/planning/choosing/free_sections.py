@@ -129,22 +129,22 @@ class FreeSection:
     There is no tool path or wait between them.
 
     Attributes:
-        solved: The scenario and its IK solutions.
+        free_task: The scenario and its IK solutions.
         waypoints: Their indices in the scenario.
     """
 
-    solved: FreeTask
+    free_task: FreeTask
     waypoints: range
 
     @property
     def rows(self) -> IndexArray:
         """Rows of the waypoints in the joint waypoints of the scenario, shape (n,)."""
-        return self.solved.rows[self.waypoints]
+        return self.free_task.rows[self.waypoints]
 
     @property
     def free(self) -> tuple[FreeWaypoint, ...]:
         """The free values at each waypoint, and on the way to it from the one before."""
-        return self.solved.free_values.waypoints[self.waypoints[0] : self.waypoints[-1] + 1]
+        return self.free_task.free_values.waypoints[self.waypoints[0] : self.waypoints[-1] + 1]
 
     @property
     def way(self) -> ClearWay | None:
@@ -161,8 +161,8 @@ class FreeSection:
         """Whether anything is chosen between the waypoints or at them."""
         ends = {self.waypoints[0], self.waypoints[-1]}
         return bool(
-            self.solved.zero_acceleration_points.keys() & ends
-            or self.solved.free_values.knots_are_free
+            self.free_task.zero_acceleration_points.keys() & ends
+            or self.free_task.free_values.knots_are_free
             or self.has_free_durations
             or any(free.speed_kind != "given" for free in self.free)
         )
@@ -170,9 +170,10 @@ class FreeSection:
     def located(self, errors: Sequence[TimingError]) -> Sequence[TimingError]:
         """Add the locations in the file to errors of the timing problem."""
         for error in errors:
-            error.where = self.solved.scenario.name
+            error.where = self.free_task.scenario.name
             if error.waypoint is not None:
-                error.where = self.solved.where(self.waypoints[error.waypoint + error.in_interval])
+                i = self.waypoints[error.waypoint + error.in_interval]
+                error.where = self.free_task.where(i)
         return errors
 
     def timing_problem(self, objective: Objective, total: float | None = None) -> TimingProblem:
@@ -185,11 +186,8 @@ class FreeSection:
         Raises:
             InputError: A joint has neither an acceleration nor an effort limit.
         """
-        joints, waypoints, scenario = (
-            self.solved.joints,
-            self.solved.waypoints,
-            self.solved.scenario,
-        )
+        free_task = self.free_task
+        joints, waypoints, scenario = free_task.joints, free_task.waypoints, free_task.scenario
         velocity = waypoints.velocity[self.rows].copy()
         velocity[[free.speed_kind == "free" for free in self.free]] = np.nan
         limits = replace(joints.limits, jerk=jerk_limits(joints))
@@ -200,7 +198,7 @@ class FreeSection:
             _check_limits(scenario, joints, limits)
         effort = bool(np.isfinite(limits.effort).any() or objective.effort)
         needs_dynamics = effort or np.isfinite(tool_speed)
-        dynamics = self.solved.dynamics(self.waypoints[0]) if needs_dynamics else None
+        dynamics = free_task.dynamics(self.waypoints[0]) if needs_dynamics else None
         if needs_dynamics and dynamics is None and joints.robot is not None:
             raise _moving_base_error(scenario, joints.robot)
         return TimingProblem(
@@ -229,8 +227,8 @@ class FreeSection:
         chosen, and free if only knots are. They are zero where a collision-free motion begins or
         ends.
         """
-        solved, rows = self.solved, self.rows
-        joints, waypoints = solved.joints, solved.waypoints
+        free_task, rows = self.free_task, self.rows
+        joints, waypoints = free_task.joints, free_task.waypoints
         accelerations = np.full((len(rows), len(joints.joint_names)), np.nan)
         for end, last in ((0, 0), (-1, len(waypoints.time) - 1)):
             row, given = rows[end], waypoints.acceleration
@@ -238,38 +236,38 @@ class FreeSection:
                 accelerations[end] = given[row]
             elif row == last and joints.end_acceleration is not None:
                 accelerations[end] = joints.end_acceleration[end]
-            elif self.waypoints[end] in solved.zero_acceleration_points or (
-                row == last and solved.free_values.has_free_durations
+            elif self.waypoints[end] in free_task.zero_acceleration_points or (
+                row == last and free_task.free_values.has_free_durations
             ):
                 accelerations[end] = 0.0
         return accelerations
 
 
-def find_sections(solved: FreeTask) -> list[FreeSection]:
+def find_sections(free_task: FreeTask) -> list[FreeSection]:
     """Find the free sections of a scenario, in order of time.
 
     Raises:
         InputError: Two equal stops have no given time between them, or a free velocity is at a
             waypoint where the motion must be split.
     """
-    scenario, at = solved.scenario, solved.free_values.waypoints
-    closed = set(solved.joints.waits)
+    scenario, at = free_task.scenario, free_task.free_values.waypoints
+    closed = set(free_task.joints.waits)
     for i in closed:
         if at[i + 1].duration_is_free:
             names = (scenario.waypoints[k].name for k in (i, i + 1))
             raise InputError(
                 f"{' and '.join(map(repr, names))} are the same stop, so the minimum time between "
                 "them is zero; accepted: wait: seconds at the first of them, or after: seconds",
-                where=solved.where(i + 1),
+                where=free_task.where(i + 1),
             )
-    ends = solved.zero_acceleration_points
+    ends = free_task.zero_acceleration_points
     for i, why in ends.items():
         if at[i].speed_kind != "given":
             accepted = "stop, or a velocity"
             if [bool(free.way) for free in at[i : i + 2]] == [True, True]:
                 accepted += ", or velocity: free between ways of equal options without times"
             message = f"the velocity is chosen, but {why} here; accepted: {accepted}"
-            raise InputError(message, where=solved.where(i))
+            raise InputError(message, where=free_task.where(i))
     closed.update(i for path in scenario.paths for i in range(path.first, path.last))
     last = len(scenario.waypoints) - 1
     sections: list[FreeSection] = []
@@ -277,7 +275,7 @@ def find_sections(solved: FreeTask) -> list[FreeSection]:
     for i in range(last + 1):
         if i < last and i not in closed and i not in ends:
             continue
-        section = FreeSection(solved, range(first, i + 1))
+        section = FreeSection(free_task, range(first, i + 1))
         if i > first and section.has_free_values:
             sections.append(section)
         first = i + 1 if i in closed else i

@@ -36,34 +36,34 @@ CONSTANT_SPEED_PART = 1
 """Index of the part of a stretch with its own speed."""
 
 
-def state_limits(solved: FreeTask, path: ScenarioPath) -> StateLimits:
+def state_limits(free_task: FreeTask, path: ScenarioPath) -> StateLimits:
     """The limits of joint states on a path, whose load the efforts depend on."""
-    joints, motion = solved.joints, solved.scenario.motion_limits
+    joints, motion = free_task.joints, free_task.scenario.motion_limits
     frames = {LimitedQuantity(at.frame, "speed", 1): at.speed for at in motion.frame_speeds}
     if motion.tool_speed is not None:
         frames[TOOL_SPEED] = (1.0 - TOOL_MARGIN) * motion.tool_speed
     if motion.tool_acceleration is not None:
         frames[LimitedQuantity("", "tool acceleration", 2)] = motion.tool_acceleration
-    dynamics = solved.dynamics(path.first)
+    dynamics = free_task.dynamics(path.first)
     robot = joints.robot if dynamics is None else dynamics.robot
     return StateLimits(joints.joint_names, joints.limits, robot, frames)
 
 
-def planned_utilisation(solved: FreeTask, path: ScenarioPath, limits: StateLimits) -> FloatArray:
+def planned_utilisation(free_task: FreeTask, path: ScenarioPath, limits: StateLimits) -> FloatArray:
     """Largest utilisation by the planned motion on each part of a path, shape (n, 3, m).
 
     Args:
-        solved: A scenario with known speeds along its paths.
+        free_task: A scenario with known speeds along its paths.
         path: The path in this scenario.
         limits: Its limits.
     """
-    rows, points = solved.rows, solved.waypoints
+    rows, points = free_task.rows, free_task.waypoints
     inserted = slice(rows[path.first], rows[path.last] + 1)
     time, q, v, a = (
         np.asarray(values)[inserted]
         for values in (points.time, points.position, points.velocity, points.acceleration)
     )
-    curve = ModifiedHermiteSpline(time, q, v, knots=knots_of(solved.scenario), acceleration=a)
+    curve = ModifiedHermiteSpline(time, q, v, knots=knots_of(free_task.scenario), acceleration=a)
     t = _sample_points(curve)
     ends = path.motion.start_time + _parts(path.motion.timing)
     return _largest_by_part(limits.utilisation(curve, t), t, ends)
@@ -102,7 +102,7 @@ class PathUtilisation:
     """Utilisation of each limit along a path, at any speeds and without another solution.
 
     Args:
-        solved: The scenario and its IK solutions.
+        free_task: The scenario and its IK solutions.
         path: One of its paths.
         limits: Its limits.
 
@@ -110,13 +110,13 @@ class PathUtilisation:
         orders: Powers of the speed with which the limited quantities grow, shape (m,).
     """
 
-    def __init__(self, solved: FreeTask, path: ScenarioPath, limits: StateLimits) -> None:
+    def __init__(self, free_task: FreeTask, path: ScenarioPath, limits: StateLimits) -> None:
         self.orders = np.array([limited.order for limited in limits.quantities])
         lengths = path.requested.lengths
         # at 1 m/s time is the arc length
         timing = speed_profile(lengths, np.ones(len(lengths)), acceleration=1.0)
         unit = TimedPath(path.motion.path, timing)
-        robot, start, pull = solved.solution.starts[path.first]
+        robot, start, pull = free_task.solution.starts[path.first]
         curve = JointsOnPath(robot, unit, start, pull).curve
         joints = len(limits.joint_names)
         self._s = _sample_points(curve)

@@ -76,7 +76,7 @@ class PathSpeedProblem:
     Planned motions correct the expected utilisation of the limits, and lower the caps.
 
     Args:
-        solved: The scenario and its IK solutions.
+        free_task: The scenario and its IK solutions.
         number: Index of the path among those of the task.
 
     Attributes:
@@ -91,13 +91,13 @@ class PathSpeedProblem:
         limiting: The limit or other bound of each of them.
     """
 
-    def __init__(self, solved: FreeTask, number: int) -> None:
-        self.number, self.path = number, solved.scenario.paths[number]
+    def __init__(self, free_task: FreeTask, number: int) -> None:
+        self.number, self.path = number, free_task.scenario.paths[number]
         self.requested = self.path.requested
         self.caps = {k: (bound, AT_MOST) for k, bound in self.requested.at_most.items()}
-        self.unit = solved.scenario.shown_length[0]
-        self.limits = state_limits(solved, self.path)
-        self.along_path = PathUtilisation(solved, self.path, self.limits)
+        self.unit = free_task.scenario.shown_length[0]
+        self.limits = state_limits(free_task, self.path)
+        self.along_path = PathUtilisation(free_task, self.path, self.limits)
         self._ratio = np.ones((len(self.path.stretches), 3, len(self.limits.quantities)))
         self.speeds: dict[int, float] = {}
         self.limiting: dict[int, LimitedQuantity] = {}
@@ -193,19 +193,19 @@ class PathSpeedProblem:
         """Cap each speed at a fraction of its present value."""
         self.caps = {k: (factor * speed, reason) for k, speed in self.speeds.items()}
 
-    def correct_from_plan(self, solved: FreeTask) -> NoSpeedsError | None:
+    def correct_from_plan(self, free_task: FreeTask) -> NoSpeedsError | None:
         """Correct the expected utilisation by that of a planned motion.
 
         Speeds with which this motion exceeds a limit are capped.
 
         Args:
-            solved: The scenario with the chosen speeds.
+            free_task: The scenario with the chosen speeds.
 
         Returns:
             The error for the limit that the motion exceeds, or `None`.
         """
-        path = solved.scenario.paths[self.number]
-        planned = planned_utilisation(solved, path, self.limits)
+        path = free_task.scenario.paths[self.number]
+        planned = planned_utilisation(free_task, path, self.limits)
         expected = self.along_path.with_timing(path.motion.timing)
         ratio = np.clip(planned / np.maximum(expected, 1e-9), 0.1, 1e3)
         compared = np.maximum(planned, self._ratio * expected) > SIGNIFICANT_UTILISATION
