@@ -8,7 +8,6 @@ continuity.
 from __future__ import annotations
 
 import itertools
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
@@ -308,8 +307,7 @@ class CheckedMotion:
 
     @property
     def space(self) -> JointRequirements:
-        """`joints`, by the name that it had."""
-        warnings.warn("space of a plan is now joints", DeprecationWarning, stacklevel=2)
+        """Old name of `joints`, which works for one more version."""
         return self.joints
 
 
