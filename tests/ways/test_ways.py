@@ -14,7 +14,7 @@ import knotwork as kw
 from judged import judged
 from knotwork.errors import InputError, NoWayFoundError
 from knotwork.joint_quantities import JointLimits
-from knotwork.planning.ways.configuration_space import ConfigurationSpace
+from knotwork.planning.clear_motions.configuration_space import ConfigurationSpace
 from knotwork.scene.building import build_robot_collision_model
 from walls import DOWN, at, box, past
 

@@ -235,7 +235,7 @@ def _misplaced_objects(scenario: Scenario, executed: Execution) -> Iterator[Find
     """Warnings of objects whose frame is unknown, because the executed task has joint values."""
     inner = {waypoint.name for waypoint in executed.passed.waypoints[1:-1]}
     for held in scenario.scene.held:
-        ends = ("before", held.take), ("after", held.leave)
+        ends = ("before", held.taken_at), ("after", held.released_at)
         for (when, i), frame in zip(ends, held.frames, strict=True):
             name = scenario.waypoints[i].name
             if not frame.rests_on(scenario.pose_frame_link) and name in inner:

@@ -79,7 +79,7 @@ def clearance_from_robot(
 
 
 def motion_model(motion: Motion, scenario: Scenario, robot: Robot) -> CollisionModel:
-    """Build the collision model of a scenario, with objects held between grasp and release.
+    """Build the collision model of a scenario, with its held objects.
 
     Raises:
         DocumentError: A mesh is wrong, or a name in the scenario is unknown.

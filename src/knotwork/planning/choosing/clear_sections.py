@@ -12,18 +12,18 @@ from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.curves.retiming import stop_on_path
 from knotwork.errors import InputError, NoWayFoundError
 from knotwork.planning.choosing.free_sections import FreeSection
-from knotwork.planning.timing import TimedMotion, TimingProblem
-from knotwork.planning.timing.bounds import lower_bound, sufficient_duration
-from knotwork.planning.timing.part_motion import PartMotion
-from knotwork.planning.timing.solving import timed_motion
-from knotwork.planning.timing.timed_motion import Budget
-from knotwork.planning.ways.clear_motion_problem import (
+from knotwork.planning.clear_motions.clear_motion_problem import (
     ClearMotion,
     ClearMotionProblem,
-    NoClearMotionError,
+    ClearSearchError,
 )
-from knotwork.planning.ways.clear_search import find_clear_motion, slow_to_duration
-from knotwork.planning.ways.configuration_space import bodies_at
+from knotwork.planning.clear_motions.clear_search import find_clear_motion, slow_to_duration
+from knotwork.planning.clear_motions.configuration_space import bodies_at
+from knotwork.planning.timing import TimedMotion, TimingProblem
+from knotwork.planning.timing.minimum_durations import lower_bound, sufficient_duration
+from knotwork.planning.timing.section_motion import SectionMotion
+from knotwork.planning.timing.solving import timed_motion
+from knotwork.planning.timing.timed_motion import Budget
 from knotwork.robot import Robot
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.task import PoseWaypoint
@@ -83,7 +83,7 @@ def plan_clear_section(
             is_out_of_time=lambda: budget.is_over,
             report=report,
         )
-    except NoClearMotionError as fault:
+    except ClearSearchError as fault:
         single = len(clear_problem.starts) == len(clear_problem.goals) == 1
         raise _located_error(fault, section, single=single) from None
     budget.finish(1)
@@ -106,7 +106,7 @@ def _timed_motion(
         for last in ends.goals
     )
     time = motion.time * (float(curve.x[-1]) / motion.duration)
-    part = PartMotion(time, curve, "resting" if motion.rests else "optimal")
+    part = SectionMotion(time, curve, "resting" if motion.rests else "optimal")
     return timed_motion(problem, part, least, "way")
 
 
@@ -209,7 +209,7 @@ def _slowed(
 
 
 def _located_error(
-    fault: NoClearMotionError, section: FreeSection, *, single: bool
+    fault: ClearSearchError, section: FreeSection, *, single: bool
 ) -> NoWayFoundError:
     """Make the error for a missing motion, at the waypoint of the fault, or else at the goal.
 

@@ -76,7 +76,7 @@ class Comparison:
         """
         return storage.write_files(
             folder,
-            {"comparison.json": storage.to_json(self.to_dict()), "comparison.csv": self.to_csv()},
+            {"comparison.json": storage.json_text(self.to_dict()), "comparison.csv": self.to_csv()},
         )
 
 

@@ -16,13 +16,13 @@ from knotwork.arrays import BoolArray
 from knotwork.errors import TimingError
 from knotwork.errors.plain_text import waypoint_text
 from knotwork.joint_quantities import JOINT_QUANTITIES, rate_unit
-from knotwork.planning.timing.bounds import (
+from knotwork.planning.timing.minimum_durations import (
     interval_bounds,
     min_durations,
     slowest_text,
     sufficient_duration,
 )
-from knotwork.planning.timing.part_motion import resting_motion
+from knotwork.planning.timing.section_motion import resting_motion
 from knotwork.planning.timing.stop_to_stop import with_longer
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.units import rounded_down, rounded_up

@@ -16,9 +16,9 @@ from knotwork.errors.arguments import require_number
 Status = Literal["optimal", "resting", "stopped"]
 
 
-def status_of(parts: Iterable[Status]) -> Status:
-    """The worst status among the parts of a motion, which is that of the motion."""
-    return max(parts, key=("optimal", "resting", "stopped").index, default="optimal")
+def worst_status(statuses: Iterable[Status]) -> Status:
+    """The worst status among the sections of a motion, which is that of the motion."""
+    return max(statuses, key=("optimal", "resting", "stopped").index, default="optimal")
 
 
 @dataclass(frozen=True)
@@ -107,16 +107,16 @@ class TimedMotion(ReadOnlyArrays):
 
 @dataclass(eq=False)
 class Budget:
-    """Progress and time budget of a solution over all its parts.
+    """Progress and time budget of a solution over all its sections.
 
     Attributes:
         progress: Called after each run of the solver, or `None`.
-        seconds: Time for all parts [s], or `None`.
-        work: Number of intervals of all parts.
+        seconds: Time for all sections [s], or `None`.
+        work: Number of intervals of all sections.
         now: The clock [s].
         begun: Start of the solution by this clock [s].
         iterations: Number of steps so far.
-        solved: Number of intervals of solved parts.
+        solved: Number of intervals of solved sections.
 
     Raises:
         InputError: The budget is not positive.
@@ -140,11 +140,11 @@ class Budget:
         return np.inf if self.seconds is None else self.begun + self.seconds - self.now()
 
     def begin(self, intervals: int) -> None:
-        """Begin parts with a number of intervals."""
+        """Begin sections with a number of intervals."""
         self.work, self.solved = intervals, 0
 
     def finish(self, intervals: int) -> None:
-        """Count the intervals of solved parts."""
+        """Count the intervals of solved sections."""
         self.solved += intervals
 
     @property

@@ -16,10 +16,10 @@ from knotwork.arrays import (
     known_rows,
     number_array,
 )
-from knotwork.curves.polynomial.joint_durations import feasible_durations
 from knotwork.errors import InputError, WaypointDataError
 from knotwork.errors.arguments import require_number
 from knotwork.joint_quantities import JointLimits
+from knotwork.planning.timing.feasible_durations import feasible_durations
 from knotwork.units import SI, Units
 
 if TYPE_CHECKING:
