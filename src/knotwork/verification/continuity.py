@@ -9,7 +9,7 @@ import numpy as np
 from knotwork.curves.polynomial.jumps import ALWAYS_A_JUMP, evaluation_noise, measure_jumps
 from knotwork.joint_quantities import MOTION_QUANTITIES, rate_unit
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.joint_space import JointSpace
+from knotwork.task.scenario.joint_requirements import JointRequirements
 from knotwork.verification.finding import Finding, Group, Topic
 from knotwork.verification.motion import Motion
 
@@ -27,14 +27,16 @@ are about 100 times lower.
 """
 
 
-def check_continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def check_continuity(
+    motion: Motion, scenario: Scenario, joints: JointRequirements
+) -> Iterator[Finding]:
     """Find jumps of position, velocity and acceleration beyond rounding.
 
     There is a finding for every joint that jumps; if none does, for the joint nearest to a jump.
     Jumps of derivatives up to the order of the scenario's `continuity` fail. A change faster than
     `FASTEST_CHANGES` counts as a jump as well.
     """
-    names = space.joint_names
+    names = joints.joint_names
     for order, quantity in enumerate(MOTION_QUANTITIES[:JUMP_ORDERS]):
         required = order <= scenario.given.continuity
         sizes, allowed = measure_jumps(motion.curve, order)
@@ -47,7 +49,7 @@ def check_continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> I
             worst = max(range(len(sizes)), key=lambda k: (utilisation[k, joint], sizes[k, joint]))
             time = float(motion.curve.x[min(worst + 1, len(motion.curve.x) - 1)])
             value, limit = float(sizes[worst, joint]), float(allowed[worst, joint])
-            unit = rate_unit(space.joint_units[joint], order)
+            unit = rate_unit(joints.joint_units[joint], order)
             jump = scenario.units.text(value, unit, ".3g")
             fact = f"joint {names[joint]!r}: {quantity} jumps by {jump} at {time:.6g} s"
             yield Topic(Group.CONTINUITY, "joint", names[joint]).at_most(
@@ -56,7 +58,7 @@ def check_continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> I
         rates, limit = motion.curve.extrema(order + 1), FASTEST_CHANGES[order]
         for joint in np.flatnonzero(~(rates.peak <= limit)):
             value, time = float(rates.peak[joint]), float(rates.peak_time[joint])
-            unit = rate_unit(space.joint_units[joint], order + 1)
+            unit = rate_unit(joints.joint_units[joint], order + 1)
             rate, fastest = (scenario.units.text(x, unit, ".3g") for x in (value, limit))
             fact = (
                 f"joint {names[joint]!r}: {quantity} changes at {rate} at {time:.6g} s, which is a "
@@ -67,7 +69,9 @@ def check_continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> I
             )
 
 
-def check_resolution(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def check_resolution(
+    motion: Motion, scenario: Scenario, joints: JointRequirements
+) -> Iterator[Finding]:
     """Check that rounding errors of position, velocity and acceleration are negligible.
 
     Where large terms of opposite signs cancel, their rounding errors remain. All other checks
@@ -76,7 +80,7 @@ def check_resolution(motion: Motion, scenario: Scenario, space: JointSpace) -> I
     noise = evaluation_noise(motion.curve, JUMP_ORDERS)
     for order, quantity in enumerate(MOTION_QUANTITIES[:JUMP_ORDERS]):
         for joint in np.flatnonzero(~(noise[order] <= ALWAYS_A_JUMP[order])):
-            name, unit = space.joint_names[joint], rate_unit(space.joint_units[joint], order)
+            name, unit = joints.joint_names[joint], rate_unit(joints.joint_units[joint], order)
             value, limit = float(noise[order, joint]), ALWAYS_A_JUMP[order]
             fact = (
                 f"joint {name!r}: the terms of its polynomials cancel, so {quantity} has a "
