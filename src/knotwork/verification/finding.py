@@ -232,14 +232,14 @@ class Finding:
 
 
 class Topic(NamedTuple):
-    """What findings are about.
+    """The subject of findings, and their heading in the report.
 
     >>> topic = Topic("Joint limits", "joint", "elbow")
     >>> topic.at_most("velocity", "the elbow turns at 3 rad/s, limit 2", 3.0, 2.0, "rad/s").verdict
     'failed'
 
     Attributes:
-        group: Heading in the report.
+        group: Heading.
         subject: Kind of subject.
         name: Name of the subject.
     """
