@@ -223,7 +223,7 @@ def _build_model(text: str, path: Path, robot: str) -> Any:
                 raise RobotError(
                     robot,
                     f"{path} is not a valid URDF: the {name} of {frame.name!r} is not finite",
-                    joint=frame.name,
+                    link=frame.name,
                 )
     return model
 
