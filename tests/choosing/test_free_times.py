@@ -46,7 +46,7 @@ def test_planned_scenario_has_no_free_times() -> None:
     plan = kw.plan(swing(to(1, velocity="free"), to(2)))
     assert plan.scenario.free_values is None
     assert plan.scenario.times[-1] == pytest.approx(plan.trajectory.end_time)
-    velocity = plan.space.targets[1].velocity
+    velocity = plan.joints.targets[1].velocity
     assert np.allclose(plan.trajectory.velocity(plan.scenario.times[1]), velocity, atol=1e-12)
     assert velocity[0] > 1.5  # passed, not stopped at
 

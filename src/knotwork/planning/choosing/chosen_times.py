@@ -198,7 +198,7 @@ def _choose_motions(
         solution=free_task.solution,
         sections=tuple(motions.values()),
         path_limits=active_path_limits(free_task, paths),
-        assumed_jerk=assumed_jerk(free_task.space),
+        assumed_jerk=assumed_jerk(free_task.joints),
     )
 
 

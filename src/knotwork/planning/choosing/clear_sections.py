@@ -54,7 +54,7 @@ def plan_clear_section(
     Raises:
         NoWayFoundError: No motion was found, or an end is not clear.
     """
-    free_task, options, robot = section.free_task, section.way, section.free_task.space.robot
+    free_task, options, robot = section.free_task, section.way, section.free_task.joints.robot
     if options is None or robot is None:
         raise TypeError("the section has no way: clear")
     if start is not None:
@@ -141,7 +141,7 @@ def _bodies(section: FreeSection) -> CollisionModel:
                 "velocity",
                 where=free_task.where(i),
             )
-    joints = free_task.space.robot.model.njoints if free_task.space.robot is not None else 0
+    joints = free_task.joints.robot.model.njoints if free_task.joints.robot is not None else 0
     bodies = (first.bodies[k] for pair in first.pairs for k in (pair.first, pair.second))
     if moving := dict.fromkeys(body.name.split("/")[0] for body in bodies if body.joint >= joints):
         raise InputError(
@@ -231,8 +231,8 @@ def _located_error(
             phase = "stopping after" if k == 0 else "coming from rest to"
             where = f"{phase} {names[k]!r}"
         if fault.limit:
-            space = free_task.space
-            joint, unit = space.joint_names[fault.joint], space.joint_units[fault.joint]
+            joints = free_task.joints
+            joint, unit = joints.joint_names[fault.joint], joints.joint_units[fault.joint]
             excess = f"exceeds its {fault.limit} limit"
             if fault.limit == "position":
                 excess = f"goes {text(fault.shortfall, unit, '.4g')} beyond its position limit"
