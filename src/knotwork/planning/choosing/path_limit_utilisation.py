@@ -43,7 +43,7 @@ def state_limits(free_task: FreeTask, path: ScenarioPath) -> StateLimits:
     if motion.tool_speed is not None:
         frames[TOOL_SPEED] = (1.0 - TOOL_MARGIN) * motion.tool_speed
     if motion.tool_acceleration is not None:
-        frames[LimitedQuantity("", "tool acceleration", 2)] = motion.tool_acceleration
+        frames[LimitedQuantity("", "tool_acceleration", 2)] = motion.tool_acceleration
     dynamics = free_task.dynamics(path.first)
     robot = joints.robot if dynamics is None else dynamics.robot
     return StateLimits(joints.joint_names, joints.limits, robot, frames)
