@@ -58,10 +58,10 @@ def test_stop_keeps_state_limits_and_path(deburring: kw.Plan, at: float, on_path
         assert np.abs(now(0.0, nu) - was(at, nu)).max() < 1e-12
     for nu in (1, 2):
         assert np.abs(now(now.end_time, nu)).max() < 1e-10
-    space = deburring.space
+    joints = deburring.joints
     for kind in ("acceleration", "jerk"):
         peak = now.extrema(kind).peak
-        assert (peak <= space.limits[kind] * (1 + 1e-9)).all()
+        assert (peak <= joints.limits[kind] * (1 + 1e-9)).all()
     if on_path:
         places = was.position(np.linspace(at, min(at + now.duration, was.end_time), 20001))
         for q in now.position(np.linspace(0, now.end_time, 20)):

@@ -34,7 +34,7 @@ class Plan(CheckedMotion):
 
     Attributes:
         scenario: The scenario.
-        space: The joints it moves and their robot.
+        joints: The joints it moves and their robot.
         joint_waypoints: Joint positions and velocities at the waypoints.
         trajectory: The motion.
         report: Findings of the check.

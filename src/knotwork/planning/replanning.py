@@ -15,7 +15,7 @@ from knotwork.planning.speed_override import TIME_TOLERANCE
 from knotwork.task import Action, EndAcceleration, ExpandedTask, Placement, SceneObject, Task
 from knotwork.task.scenario import PlacedHeldObject, Scenario, resolve_task
 from knotwork.task.scenario.event_reader import action_of
-from knotwork.task.scenario.joint_space import by_joint, moved_robot
+from knotwork.task.scenario.joint_requirements import by_joint, moved_robot
 from knotwork.task.scenario.repetitions import expand_repeats
 from knotwork.task.scenario.waypoint_reader import START
 from knotwork.task.task_part import plain
@@ -192,7 +192,7 @@ def _put_down(
     scenario, task = plan.scenario, plan.scenario.given
     waypoint, frame = scenario.waypoints[i], held.frames[i == held.released_at]
     near = [neighbour.time for neighbour in scenario.waypoints[max(i - 1, 0) : i + 2]]
-    robot, q = plan.space.robot, plan.trajectory(waypoint.time)
+    robot, q = plan.joints.robot, plan.trajectory(waypoint.time)
     tool = robot.tool_pose(q, in_world_frame=waypoint.in_world_frame)  # type: ignore[union-attr]
     placed, parent = tool * held.shape.placement, "base"
     if frame.is_moving:

@@ -118,7 +118,7 @@ def _more_curves(shown: ShownMotion, time: FloatArray) -> Iterator[dict[str, Any
         factor, unit = scenario.units.shown(1.0, "m/s")
         speed = frame_values(robot, limit.link, 1, *(curve(time, order) for order in range(3)))
         yield _curve(f"speed of {limit.link}", unit, time, factor * speed, [factor * limit.speed])
-    for path in sample_freedoms(Motion(shown.trajectory, shown.space), scenario, robot):
+    for path in sample_freedoms(Motion(shown.trajectory, shown.joints), scenario, robot):
         for (freedom, si_unit), values in path.values.items() if path.subject == "path" else ():
             factor, unit = scenario.units.shown(1.0, si_unit)
             bounds = [factor * edge for edge in path.bounds[freedom, si_unit] if np.isfinite(edge)]

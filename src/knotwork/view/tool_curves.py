@@ -204,7 +204,7 @@ def tool_rows(motions: list[ShownMotion]) -> list[ToolRow]:
 
 def _require_tool(motion: ShownMotion) -> None:
     """Refuse a motion without a robot, or with a robot without a tool."""
-    robot = motion.space.robot
+    robot = motion.joints.robot
     if robot is None:
         raise InputError(
             "the tool can't be drawn without a robot; give a plan or a scenario that names a robot"

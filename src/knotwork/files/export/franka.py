@@ -121,7 +121,7 @@ def to_franka(motion: JointTrajectory | StraightPoints, *, robot: Robot | None =
     if robot is None:
         raise ExportError(
             "format 'franka' needs the arm for the rate of its torques: give "
-            "robot=plan.space.robot (--scenario SCENARIO)"
+            "robot=plan.joints.robot (--scenario SCENARIO)"
         )
     if robot.joint_names != names:
         raise ExportError(f"the robot has {', '.join(robot.joint_names)}, not the motion's joints")

@@ -40,7 +40,7 @@ def torque_bound(
             number per joint.
 
     >>> plan = kw.plan("ur5_deburring")
-    >>> torque = kw.verification.torque_bound(plan.space.robot, plan.trajectory)
+    >>> torque = kw.verification.torque_bound(plan.joints.robot, plan.trajectory)
     >>> all(joint.proved and joint.bound < joint.limit for joint in torque)
     True
     """
