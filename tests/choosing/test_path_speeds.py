@@ -230,7 +230,7 @@ def test_takes_first_speeds_with_motions_when_budget_ends(monkeypatch: pytest.Mo
     monkeypatch.setattr(chosen_times, "with_path_speeds", record)
     plan = kw.plan(task, budget=1e-3)
     plan.report.raise_if_failed()
-    assert plan.chosen.status == "stopped"
+    assert plan.chosen.status == "budget"
     assert len(speeds_tried) == 2  # the maximum speeds have no motions
     assert speeds(plan) == pytest.approx([1e3 * speed for speed in speeds_tried[-1].values()])
 

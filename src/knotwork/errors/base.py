@@ -206,8 +206,8 @@ class RobotError(InputError):
 
     Attributes:
         robot: Name of the robot.
-        joint: The joint at fault, or `None`.
-        link: The link at fault, or `None`.
+        joint: Name of the joint at fault, or `None`.
+        link: Name of the link at fault, or `None`.
     """
 
     joint: str | None = None

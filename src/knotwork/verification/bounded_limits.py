@@ -45,7 +45,7 @@ def check_tool_limits(
     rows = [
         ("tool_speed", None, limits.tool_speed),
         ("tool_acceleration", None, limits.tool_acceleration),
-        *(("frame_speed", limit.frame, limit.speed) for limit in limits.frame_speeds),
+        *(("frame_speed", limit.link, limit.speed) for limit in limits.link_speeds),
     ]
     for quantity, frame, limit in rows:
         if limit is None:

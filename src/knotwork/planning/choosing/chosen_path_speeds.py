@@ -137,7 +137,7 @@ def path_speed_error(
     else:
         excess = f"reaches {rounded_up(utilisation, 4):.4g} times" if utilisation else "exceeds"
         joint = repr(limit.subject) if limit.subject else "the tool"
-        reason = f"{joint} {excess} its limit of {limit.quantity}"
+        reason = f"{joint} {excess} its limit of {limit.quantity.replace('_', ' ')}"
     return InputError(
         f"{speed} along the path from {start!r} to {end!r}: {reason}; accepted: {accepted}, or a "
         "higher limit",

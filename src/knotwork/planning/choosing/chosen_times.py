@@ -83,7 +83,7 @@ class ChosenValues:
 
     @property
     def status(self) -> Status:
-        """`"optimal"`, `"stopped"` or `"resting"`, the worst of the sections; see `TimedMotion`."""
+        """`"optimal"`, `"budget"` or `"resting"`, the worst of the sections; see `TimedMotion`."""
         return worst_status(motion.status for motion in self.sections)
 
     @property

@@ -13,6 +13,7 @@ from knotwork.curves.trajectory import JointTrajectory
 from knotwork.joint_quantities import rate_unit
 from knotwork.planning.choosing.chosen_times import ChosenValues
 from knotwork.planning.choosing.path_speed_problem import ADJACENT_MOTION, RAMPS, TOLERANCES
+from knotwork.planning.timing.state_limits import TOOL_SPEED
 from knotwork.task import ChosenSectionFields
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_requirements import JointRequirements
@@ -27,6 +28,8 @@ SHOWN_CLEARANCE_PRECISION = 1e-5
 BOUND_TEXTS = {
     RAMPS.quantity: "room for changes of speed at path.acceleration, {acceleration},",
     ADJACENT_MOTION.quantity: "the motion before or after",
+    TOOL_SPEED.quantity: "tool speed",
+    "tool_acceleration": "tool acceleration",
     TOLERANCES.quantity: "the tolerance of the path",
 }
 """Texts of bounds of a speed along a path."""
@@ -86,7 +89,7 @@ def _duration(chosen: ChosenValues, *, given: bool) -> str:
     better = "a smoother motion may exist" if given else f"a shorter motion may exist ({bound})"
     if given:
         text += ", as given"
-    if chosen.status == "stopped":
+    if chosen.status == "budget":
         return f"{text}, the best so far when the budget ended: every limit is kept, but {better}"
     if chosen.status == "resting":
         return f"{text}: every limit is kept, but the arm rests between waypoints, and {better}"
@@ -142,8 +145,8 @@ def _limits_by_interval(chosen: ChosenValues) -> dict[tuple[str, str], _Shares]:
     limits: defaultdict[tuple[str, str], _Shares] = defaultdict(list)
     for limit in chosen.binding:
         quantity = BOUND_TEXTS.get(limit.quantity, limit.quantity)
-        text = f"{limit.joint} {quantity}" if limit.joint else quantity
-        if limit.quantity == "jerk" and limit.joint in chosen.assumed_jerk:
+        text = f"{limit.subject} {quantity}" if limit.subject else quantity
+        if limit.quantity == "jerk" and limit.subject in chosen.assumed_jerk:
             text += " (assumed)"
         if limit.quantity == RAMPS.quantity:
             acceleration = chosen.scenario.paths[0].requested.acceleration

@@ -236,7 +236,7 @@ def _located_error(
             excess = f"exceeds its {fault.limit} limit"
             if fault.limit == "position":
                 excess = f"goes {text(fault.shortfall, unit, '.4g')} beyond its position limit"
-            elif fault.limit == "tool speed":
+            elif fault.limit == "tool_speed":
                 joint, excess = "the tool", "exceeds its speed limit"
             reason = f": {where}, {joint} {excess}"
             accepted = "a lower velocity there, or a stop"

@@ -59,7 +59,7 @@ def solve_section(problem: TimingProblem, budget: Budget) -> SectionMotion | Non
     motion = _optimised_motion(problem, budget)
     if motion is not None:
         return motion
-    return resting_motion(problem, "stopped" if budget.is_over else "resting")
+    return resting_motion(problem, "budget" if budget.is_over else "resting")
 
 
 def resting_motion(problem: TimingProblem, status: Status) -> SectionMotion | None:

@@ -261,6 +261,6 @@ def binding_limits(
             at_limit = at_limit[peaks[i, at_limit] >= 1.0 - TOUCH_DISTANCE]
         for k in at_limit.tolist():
             share = round(float(shares[i, k]), 2)
-            joint, quantity, _ = quantities[k]
-            active.append(ActiveLimit(start, end, joint, quantity, share))
+            limited = quantities[k]
+            active.append(ActiveLimit(start, end, limited.subject, limited.quantity, share))
     return tuple(active)

@@ -13,12 +13,12 @@ from knotwork.arrays import FloatArray, ReadOnlyArrays
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors.arguments import require_number
 
-Status = Literal["optimal", "resting", "stopped"]
+Status = Literal["optimal", "resting", "budget"]
 
 
 def worst_status(statuses: Iterable[Status]) -> Status:
     """The worst status among the sections of a motion, which is that of the motion."""
-    return max(statuses, key=("optimal", "resting", "stopped").index, default="optimal")
+    return max(statuses, key=("optimal", "resting", "budget").index, default="optimal")
 
 
 @dataclass(frozen=True)
@@ -27,16 +27,16 @@ class ActiveLimit:
 
     Attributes:
         start, end: Names of the waypoints at the ends of the interval.
-        joint: Name of the joint; empty for the tool.
+        subject: Name of the joint or link; empty for the tool and for other bounds.
         quantity: `"velocity"`, `"acceleration"`, `"jerk"`, `"position"`, `"effort"` or
-            `"tool speed"`; for a speed along a path also other bounds.
+            `"tool_speed"`; for a speed along a path also other bounds.
         share: Fraction of the interval's duration in which the limit is active. It is 0 if a peak
             is only near the limit, and `None` for a bound on a constant speed along a path.
     """
 
     start: str
     end: str
-    joint: str
+    subject: str
     quantity: str
     share: float | None
 
@@ -73,7 +73,7 @@ class TimedMotion(ReadOnlyArrays):
         velocity: Joint velocities at the waypoints, chosen or given, shape (n, d).
         lower_bound: Lower bound on the duration of motions through these waypoints within the
             limits [s].
-        status: `"optimal"`; `"stopped"` if the budget ended first, so a better motion may
+        status: `"optimal"`; `"budget"` if the budget ended first, so a better motion may
             exist; or `"resting"` if the arm comes to rest in each interval, because the solver did
             not converge or hardly any gain was possible.
         binding: Active limits of each interval, the longest first.
