@@ -362,7 +362,7 @@ def test_keeps_requested_clearance_or_a_part(room: float, kept: float) -> None:
     pairs = kw.check(plan.trajectory, kw.load_scenario(wider)).select(quantity="clearance")
     assert [pair.ok for pair in pairs if pair.name == "tool, wall"] == [True]
     (way,) = plan.report.select(quantity="way")
-    for text in (way.message, way.brief):
+    for text in (way.message, way.highlight):
         assert f"with {kept} mm of extra clearance, minimum clearance" in text
 
 
