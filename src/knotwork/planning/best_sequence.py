@@ -75,9 +75,9 @@ def _attempt(sequences: SequencePlanner, solution: TaskSolution | None) -> Seque
     try:
         plan = sequences.plan(solution)
     except NoWayFoundError as error:
-        if error.waypoints is None:
+        if error.between is None:
             return SequenceAttempt(error=error)
-        intervals = range(error.waypoints[0], error.waypoints[-1])
+        intervals = range(*error.between)
         return SequenceAttempt(None, _steps(solution or sequences.solve(), intervals), error)
     except InputError:
         if solution is None:
