@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -161,8 +162,8 @@ def _sampled_finding(
 ) -> Finding:
     fact = f"{topic.name}: {text}"
     interval = (float(time[0]), float(time[-1]))
-    numbers = {"value": value, "unit": unit, "interval": interval}
-    return topic.finding(quantity, fact, highlight=fact, proof="sampled", **numbers)
+    finding = topic.finding(quantity, fact, value=value, unit=unit, interval=interval)
+    return replace(finding, proof="sampled", highlight=fact)
 
 
 def _size_text(value: float, unit: str, units: Units) -> str:
