@@ -76,8 +76,8 @@ def broken_spans(
     spans = [
         span
         for failure in failures
-        if failure.at is not None
-        for span in failure.spans or ((failure.at, failure.at),)
+        if failure.shown_time is not None
+        for span in failure.intervals or ((failure.shown_time, failure.shown_time),)
     ]
     for finding, utilisation in utilisations:
         over = np.flatnonzero(np.diff(np.r_[False, (utilisation > 1.0) & (not finding.ok), False]))
@@ -98,7 +98,7 @@ def _limiting_constraint(
     for finding in findings:
         span = finding.interval if finding.quantity == "binding_limits" else None
         if span is not None and span[0] <= start and end <= span[1]:
-            return finding.label
+            return finding.short_fact
     within = (time >= start) & (time <= end)
     slowing = [pair for pair in utilisations if pair[0].quantity != "position" or not pair[0].ok]
     if not slowing or not within.any():
@@ -108,16 +108,16 @@ def _limiting_constraint(
     if most < NOTABLE_UTILISATION:
         return ""
     part = f"{100.0 * most:.0f} %" if np.isfinite(most) else "a jump"
-    return f"{limiting.name} {limiting.title} {part}".lstrip()
+    return f"{limiting.name} {limiting.quantity_text} {part}".lstrip()
 
 
 def _more_curves(shown: ShownMotion, time: FloatArray) -> Iterator[dict[str, Any]]:
     """Curves of the speeds of limited links, and of the free values of paths, in shown units."""
     scenario, robot, curve = shown.scenario, shown.robot, shown.curve
-    for limit in scenario.motion_limits.frame_speeds:
+    for limit in scenario.motion_limits.link_speeds:
         factor, unit = scenario.units.shown(1.0, "m/s")
-        speed = frame_values(robot, limit.frame, 1, *(curve(time, order) for order in range(3)))
-        yield _curve(f"speed of {limit.frame}", unit, time, factor * speed, [factor * limit.speed])
+        speed = frame_values(robot, limit.link, 1, *(curve(time, order) for order in range(3)))
+        yield _curve(f"speed of {limit.link}", unit, time, factor * speed, [factor * limit.speed])
     for path in sample_freedoms(Motion(shown.trajectory, shown.joints), scenario, robot):
         for (freedom, si_unit), values in path.values.items() if path.subject == "path" else ():
             factor, unit = scenario.units.shown(1.0, si_unit)

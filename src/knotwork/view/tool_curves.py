@@ -182,8 +182,8 @@ def tool_rows(motions: list[ShownMotion]) -> list[ToolRow]:
     ]
     motion_rows = [("tool acceleration", "", limits.tool_acceleration, 2, "tool_acceleration")]
     motion_rows += [
-        (f"speed of {limit.frame}", limit.frame, limit.speed, 1, "frame_speed")
-        for limit in limits.frame_speeds
+        (f"speed of {limit.link}", limit.link, limit.speed, 1, "frame_speed")
+        for limit in limits.link_speeds
     ]
     for title, frame, limit, order, quantity in motion_rows:
         if limit is not None:

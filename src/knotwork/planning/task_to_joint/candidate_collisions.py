@@ -196,5 +196,5 @@ class CandidateCollisions:
         for pair in self.model.pairs:
             first, second = self.model.bodies[pair.first], self.model.bodies[pair.second]
             if max(first.start, second.start) <= time <= min(first.end, second.end):
-                near = find_nearest_points(self.model.meter, first, second, rotation, origin)
+                near = find_nearest_points(first, second, rotation, origin)
                 yield near.distance - pair.margin, first, second

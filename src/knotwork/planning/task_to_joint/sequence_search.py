@@ -269,7 +269,7 @@ def velocity_at(
     if not rate or not v.any():
         return chain.scatter(v)
     self_motion = solve(pull_to_middle(robot, q, rate)) - v
-    return chain.scatter(v + _largest_fraction(v, self_motion, robot.velocity_limit) * self_motion)
+    return chain.scatter(v + _largest_fraction(v, self_motion, robot.limits.velocity) * self_motion)
 
 
 def _largest_fraction(v: FloatArray, change: FloatArray, limit: FloatArray) -> float:

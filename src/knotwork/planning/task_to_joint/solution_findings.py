@@ -79,9 +79,9 @@ def _velocity_finding(
         start: Waypoint with these speeds, or where an interval with these mean speeds begins.
         end: Waypoint where the interval ends.
     """
-    worst = int(np.argmax(speeds / robot.velocity_limit))
+    worst = int(np.argmax(speeds / robot.limits.velocity))
     joint, unit = robot.joint_names[worst], f"{robot.joint_units[worst]}/s"
-    speed, limit = float(speeds[worst]), float(robot.velocity_limit[worst])
+    speed, limit = float(speeds[worst]), float(robot.limits.velocity[worst])
     if not speed > limit * OVERSPEED_FACTOR:  # an unknown duration gives NaN
         return None
     if end is not None:
@@ -93,6 +93,8 @@ def _velocity_finding(
         why, place = "for the tool's velocity", f"at {start.name!r}"
         remedy = f"{limit / speed:.3g} of that velocity is feasible"
     text, allowed = scenario.units.text, scenario.units.text(limit, unit, ".4g")
+    bare = scenario.units.number(speed, unit)
+    short_fact = f"{to_one_line(joint)} needs {bare} of {allowed} {why}"
     return Finding(
         group=Group.FEASIBILITY,
         subject="waypoint",
@@ -105,7 +107,7 @@ def _velocity_finding(
         margin=limit - speed,
         unit=unit,
         time=None if end is not None else start.time,
-        label=f"{to_one_line(joint)} needs {scenario.units.number(speed, unit)} of {allowed} {why}",
+        short_fact=short_fact,
         remedy=remedy,
         interval=None if end is None else (start.time, end.time),
     )

@@ -28,7 +28,7 @@ COLLISION_DISTANCE = 0.3
 
 def joint_rules(robot: Robot) -> JointRules:
     """Rules for the joints of a robot. Virtual joints move freely."""
-    limit, virtual = robot.velocity_limit, robot.virtual
+    limit, virtual = robot.limits.velocity, robot.virtual
     lower, upper = arm_limits(robot)
     speed = np.where(np.isfinite(limit), limit, 1.0)
     return JointRules(

@@ -212,10 +212,10 @@ def _check_motion_limits(scenario: Scenario, robot: Robot) -> None:
         if value is not None and key != "frame_speed":
             with scenario.error_context("limits", key):
                 robot.require_tool()
-    for i, limit in enumerate(limits.frame_speeds):
-        place = [i] * (len(limits.frame_speeds) > 1)
+    for i, limit in enumerate(limits.link_speeds):
+        place = [i] * (len(limits.link_speeds) > 1)
         with scenario.error_context("limits", "frame_speed", *place, "frame"):
-            robot.frame_index(limit.frame)
+            robot.frame_index(limit.link)
 
 
 def _bare_joints(scenario: Scenario) -> JointRequirements:
