@@ -17,7 +17,7 @@ from knotwork.task.scenario.joint_reader import JointState
 from knotwork.task.scenario.joint_requirements import JointRequirements
 from knotwork.units import Units
 from knotwork.verification.bounds.free_turn import turned_beyond
-from knotwork.verification.finding import Finding, Group, Topic, verdict_on
+from knotwork.verification.finding import Finding, Findings, Group, Topic, verdict_on
 from knotwork.verification.motion import Motion
 from knotwork.waypoints import CartesianWaypoint, PoseFreedom
 
@@ -32,9 +32,7 @@ MAX_TIME_SLACK = 1e-6
 """Maximum rounding tolerance of times [s], unless their floating-point resolution is coarser."""
 
 
-def check_time_span(
-    motion: Motion, scenario: Scenario, joints: JointRequirements
-) -> Iterator[Finding]:
+def check_time_span(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
     """Check that the motion has the time span of its scenario."""
     slack = _time_slack(motion)
     first, last = scenario.waypoints[0].time, scenario.waypoints[-1].time
@@ -45,9 +43,7 @@ def check_time_span(
     yield Finding.of_motion(Group.MOTION, "time_span", message, verdict_on(same))
 
 
-def report_no_start(
-    motion: Motion, scenario: Scenario, joints: JointRequirements
-) -> Iterator[Finding]:
+def report_no_start(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
     """Report that a motion without a start begins at its first waypoint, so has no approach."""
     if joints.robot is None or scenario.given.start is not None:
         return
@@ -64,7 +60,7 @@ def report_no_start(
 
 def check_tool_at_waypoints(
     motion: Motion, scenario: Scenario, joints: JointRequirements
-) -> Iterator[Finding]:
+) -> Findings:
     """Compare the tool's pose and velocity, by forward kinematics (eq 1), with the waypoints."""
     for i, time in _passing_times(motion, scenario).items():
         yield from _tool_findings(i, scenario.waypoints[i], time, motion, scenario, joints)
@@ -72,7 +68,7 @@ def check_tool_at_waypoints(
 
 def check_joints_at_waypoints(
     motion: Motion, scenario: Scenario, joints: JointRequirements
-) -> Iterator[Finding]:
+) -> Findings:
     """Compare joint values with those that the waypoints and the two ends require.
 
     Where the tool must stop, all joints must stop, because self-motion would not move the tool.
@@ -125,7 +121,7 @@ def _tool_findings(
     motion: Motion,
     scenario: Scenario,
     joints: JointRequirements,
-) -> Iterator[Finding]:
+) -> Findings:
     """Compare the tool at a time [s] with waypoint i, if it is given by a pose."""
     if joints.robot is None or not isinstance(waypoint, CartesianWaypoint):
         return
@@ -233,7 +229,7 @@ def _error_finding(
     )
 
 
-def check_waits(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Iterator[Finding]:
+def check_waits(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
     """Compare joint positions during each wait with those at its start, over all time."""
     tolerances = joints.tolerances["joint_position"]
     for i in joints.waits:

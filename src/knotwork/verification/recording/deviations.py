@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
@@ -15,7 +15,7 @@ from knotwork.curves.polynomial.two_point import raise_degree
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.joint_quantities import rate_unit
 from knotwork.units import SI, Units
-from knotwork.verification.finding import Finding, Group, Subject, Topic
+from knotwork.verification.finding import Finding, Findings, Group, Subject, Topic
 from knotwork.verification.recording.alignment import Alignment
 from knotwork.verification.recording.log_delays import delay_text
 
@@ -42,7 +42,7 @@ def deviation_findings(
     robot: Robot | None = None,
     units: Units = SI,
     tolerances: LogTolerances = LogTolerances(),  # noqa: B008
-) -> Iterator[Finding]:
+) -> Findings:
     """Report the deviations of a log from its plan: time, each joint over all time, and the tool.
 
     Joint deviations are exact extrema between the smoothed log and the plan. Deviations of the tool
@@ -100,7 +100,7 @@ def _size(finding: Finding) -> float:
 
 def _joint_findings(
     motion: JointTrajectory, alignment: Alignment, units: Units, tolerances: LogTolerances
-) -> Iterator[Finding]:
+) -> Findings:
     gap = _difference(motion.polynomial, alignment.plan.polynomial)
     for order, word in enumerate(("", "velocity_")):
         extrema = gap.extrema(order)
@@ -129,7 +129,7 @@ def _tool_findings(
     robot: Robot | None,
     units: Units,
     tolerances: LogTolerances,
-) -> Iterator[Finding]:
+) -> Findings:
     if robot is None:
         return
     import pinocchio as pin
