@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -30,6 +31,32 @@ TIME_ROUNDING = 1e-9
 """Relative rounding tolerance of times."""
 MAX_TIME_SLACK = 1e-6
 """Maximum rounding tolerance of times [s], unless their floating-point resolution is coarser."""
+
+
+class _Miss(NamedTuple):
+    """A value at a waypoint that differs from the requested one."""
+
+    quantity: str
+    requested: FloatArray
+    achieved: FloatArray
+    error: float
+    tolerance: float
+    unit: str
+
+    def finding(self, topic: Topic, time: float, units: Units) -> Finding:
+        """Compare the error at a time [s] with its tolerance."""
+        error, tolerance = (
+            units.text(size, self.unit, ".3g") for size in (self.error, self.tolerance)
+        )
+        fact = (
+            f"{waypoint_text(topic.name)} at {time:g} s: {self.quantity.replace('_', ' ')} is off "
+            f"by {error}, tolerance {tolerance}"
+        )
+        finding = topic.at_most(
+            self.quantity, fact, self.error, self.tolerance, self.unit, time=time
+        )
+        requested, achieved = (tuple(values.tolist()) for values in (self.requested, self.achieved))
+        return replace(finding, requested=requested, achieved=achieved)
 
 
 def check_time_span(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
@@ -149,18 +176,17 @@ def _tool_findings(
     rate = float(np.linalg.norm(spin - waypoint.angular))
     quaternion, reached = (np.array(pin.Quaternion(R).coeffs()) for R in (rotation, pose.rotation))
     reached = reached if quaternion @ reached >= 0 else -reached
-    rows = (
-        ("position", waypoint.position, pose.translation, offset, "m"),
-        ("orientation", quaternion, reached, turn, "rad"),
-        ("linear_velocity", waypoint.linear, twist.linear, speed, "m/s"),
-        ("angular_velocity", waypoint.angular, spin, rate, "rad/s"),
-    )
-    for quantity, requested, achieved, error, unit in rows:
-        yield _error_finding(
-            Group.TOOL_AT_WAYPOINTS, waypoint.name, waypoint.time, quantity, requested=requested,
-            achieved=achieved, error=error, tolerance=getattr(scenario.tolerances, quantity),
-            unit=unit, units=scenario.units,
-        )  # fmt: skip
+    allowed = scenario.tolerances
+    topic = Topic(Group.TOOL_AT_WAYPOINTS, "waypoint", waypoint.name)
+    for miss in (
+        _Miss("position", waypoint.position, pose.translation, offset, allowed.position, "m"),
+        _Miss("orientation", quaternion, reached, turn, allowed.orientation, "rad"),
+        _Miss(
+            "linear_velocity", waypoint.linear, twist.linear, speed, allowed.linear_velocity, "m/s"
+        ),
+        _Miss("angular_velocity", waypoint.angular, spin, rate, allowed.angular_velocity, "rad/s"),
+    ):
+        yield miss.finding(topic, waypoint.time, scenario.units)
 
 
 def _excess_rotation(freedom: PoseFreedom, requested: FloatArray, reached: FloatArray) -> float:
@@ -188,45 +214,16 @@ def _joint_finding(
     tolerances = joints.tolerances[quantity]
     errors = np.abs(achieved - requested)
     worst = worst_joint(errors, tolerances)
-    return _error_finding(
-        Group.JOINTS_AT_WAYPOINTS, name, time, quantity, requested=requested, achieved=achieved,
-        error=float(errors[worst]), tolerance=float(tolerances[worst]),
-        unit=rate_unit(joints.joint_units[worst], order), units=scenario.units,
-    )  # fmt: skip
+    error, tolerance = float(errors[worst]), float(tolerances[worst])
+    unit = rate_unit(joints.joint_units[worst], order)
+    miss = _Miss(quantity, requested, achieved, error, tolerance, unit)
+    topic = Topic(Group.JOINTS_AT_WAYPOINTS, "waypoint", name)
+    return miss.finding(topic, time, scenario.units)
 
 
 def worst_joint(errors: FloatArray, tolerances: FloatArray) -> int:
     """Index of the joint with the largest error relative to its tolerance."""
     return int((errors / tolerances).argmax())
-
-
-def _error_finding(
-    group: str,
-    waypoint: str,
-    time: float,
-    quantity: str,
-    *,
-    requested: FloatArray,
-    achieved: FloatArray,
-    error: float,
-    tolerance: float,
-    unit: str,
-    units: Units,
-) -> Finding:
-    fact = (
-        f"{waypoint_text(waypoint)} at {time:g} s: {quantity.replace('_', ' ')} is off by "
-        f"{units.text(error, unit, '.3g')}, tolerance {units.text(tolerance, unit, '.3g')}"
-    )
-    return Topic(group, "waypoint", waypoint).at_most(
-        quantity,
-        fact,
-        error,
-        tolerance,
-        unit,
-        time=time,
-        requested=tuple(requested.tolist()),
-        achieved=tuple(achieved.tolist()),
-    )
 
 
 def check_waits(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
