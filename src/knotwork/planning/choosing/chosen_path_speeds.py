@@ -41,7 +41,7 @@ def with_path_speeds(free_task: FreeTask, problems: Sequence[PathSpeedProblem]) 
     """
     if not problems:
         return free_task
-    scenario, unit = free_task.scenario, free_task.scenario.shown_length[0]
+    scenario, unit = free_task.scenario, free_task.scenario.units.per_metre
     changes: defaultdict[int, dict[str, Any]] = defaultdict(dict, solutions_near(free_task))
     for problem in problems:
         for stretch, speed in problem.speeds.items():

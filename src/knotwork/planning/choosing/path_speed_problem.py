@@ -95,7 +95,7 @@ class PathSpeedProblem:
         self.number, self.path = number, free_task.scenario.paths[number]
         self.requested = self.path.requested
         self.caps = {k: (bound, AT_MOST) for k, bound in self.requested.at_most.items()}
-        self.unit = free_task.scenario.shown_length[0]
+        self.unit = free_task.scenario.units.per_metre
         self.limits = state_limits(free_task, self.path)
         self.along_path = PathUtilisation(free_task, self.path, self.limits)
         self._ratio = np.ones((len(self.path.stretches), 3, len(self.limits.quantities)))
