@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -167,14 +167,13 @@ class FreeSection:
             or any(free.speed_kind != "given" for free in self.free)
         )
 
-    def located(self, errors: Sequence[TimingError]) -> Sequence[TimingError]:
+    def add_locations(self, errors: Iterable[TimingError]) -> None:
         """Add the locations in the file to errors of the timing problem."""
         for error in errors:
             error.where = self.free_task.scenario.name
             if error.waypoint is not None:
                 i = self.waypoints[error.waypoint + error.in_interval]
                 error.where = self.free_task.where(i)
-        return errors
 
     def timing_problem(self, objective: Objective, total: float | None = None) -> TimingProblem:
         """Make the timing problem from given and free values.
