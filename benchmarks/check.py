@@ -16,16 +16,16 @@ from rich.console import Console
 
 import knotwork as kw
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.joint_space import JointSpace
+from knotwork.task.scenario.joint_requirements import JointRequirements
 from knotwork.verification import CHECKS, Finding, Motion
 from results import Table
 
 SAMPLES = 500
 
 
-def sampled(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def sampled(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Iterator[Finding]:
     """Torque, singular values and, if it is limited, tool speed at some times; finds nothing."""
-    robot = space.robot
+    robot = joints.robot
     if robot is None:
         return
     times = np.linspace(motion.start_time, motion.end_time, SAMPLES)
@@ -73,7 +73,7 @@ def main(scenarios: tuple[str, ...], runs: int) -> None:
                 )
 
                 def act(motion: kw.JointTrajectory = motion, plan: kw.Plan = plan) -> kw.Report:
-                    return kw.check(motion, plan.scenario, space=plan.space)
+                    return kw.check(motion, plan.scenario, joints=plan.joints)
 
                 least[kind] = min(least.get(kind, np.inf), cost(act))
         CHECKS.clear()

@@ -63,9 +63,9 @@ def pinocchio_geometry(model: CollisionModel) -> Any:
 
 def sampled(plan: kw.Plan) -> Callable[[], bool]:
     """Whether the samples of a motion collide, as a function to be timed."""
-    robot = plan.space.robot
+    robot = plan.joints.robot
     assert robot is not None
-    motion = Motion(plan.trajectory, plan.space)
+    motion = Motion(plan.trajectory, plan.joints)
     geometry = pinocchio_geometry(motion_model(motion, plan.scenario, robot))
     data, found = robot.model.createData(), pin.GeometryData(geometry)
     times = np.arange(motion.start_time, motion.end_time, 1 / RATE)
@@ -116,9 +116,9 @@ def swing(rng: np.random.Generator) -> kw.Plan:
 
 def sampled_rods(plan: kw.Plan) -> int:
     """How many rods touch the blade at a sample."""
-    robot = plan.space.robot
+    robot = plan.joints.robot
     assert robot is not None
-    motion = Motion(plan.trajectory, plan.space)
+    motion = Motion(plan.trajectory, plan.joints)
     geometry = pinocchio_geometry(motion_model(motion, plan.scenario, robot))
     data, found = robot.model.createData(), pin.GeometryData(geometry)
     seen: set[int] = set()
@@ -130,10 +130,10 @@ def sampled_rods(plan: kw.Plan) -> int:
 
 def timed(name: str, plan: kw.Plan, runs: int) -> dict[str, Any]:
     """What the proof and the samples cost for one motion."""
-    motion, look = Motion(plan.trajectory, plan.space), sampled(plan)
+    motion, look = Motion(plan.trajectory, plan.joints), sampled(plan)
 
     def prove() -> None:
-        list(check_collisions(motion, plan.scenario, plan.space))
+        list(check_collisions(motion, plan.scenario, plan.joints))
 
     least = {"proof_ms": math.inf, "samples_ms": math.inf}
     for _ in range(runs):

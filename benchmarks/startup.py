@@ -82,15 +82,15 @@ def stages(scenario: str) -> list[tuple[str, float]]:
     from knotwork.planning.planner_options import planner_options
     from knotwork.planning.task_to_joint import solve_task
     from knotwork.task.scenario import load_scenario
-    from knotwork.task.scenario.joint_space import joint_space
+    from knotwork.task.scenario.joint_requirements import read_joint_requirements
     from knotwork.verification import check
 
     task = timed("read the scenario", lambda: load_scenario(scenario))
-    space = timed("load the robot", lambda: joint_space(task))
-    waypoints = timed("inverse kinematics", lambda: solve_task(task, space).waypoints)
-    options = planner_options(task, space)
+    joints = timed("load the robot", lambda: read_joint_requirements(task))
+    waypoints = timed("inverse kinematics", lambda: solve_task(task, joints).waypoints)
+    options = planner_options(task, joints)
     trajectory = timed("interpolate", lambda: get_planner(task.planner)(waypoints, options))
-    report = timed("check", lambda: check(trajectory, task, space=space))
+    report = timed("check", lambda: check(trajectory, task, joints=joints))
     timed("print", lambda: _printed(print_short, report))
     return rows
 

@@ -266,10 +266,10 @@ def freed(scenario: Scenario) -> dict[str, Any]:
         waypoint.pop("time", None)
         waypoint.pop("after", None)
     data["times"] = "fastest"
-    limits = given.space.limits
-    if given.space.robot is None or not np.isfinite(limits["effort"] + limits["velocity"]).all():
+    limits = given.joints.limits
+    if given.joints.robot is None or not np.isfinite(limits["effort"] + limits["velocity"]).all():
         angle = np.pi / 180.0 if (data.get("units") or {}).get("angle") == "deg" else 1.0
-        names = given.space.joint_names
+        names = given.joints.joint_names
         data["limits"] = {
             what: {
                 name: float(1.001 * peak / angle)
@@ -297,10 +297,10 @@ def shipped_row(name: str, scenario: Scenario, given: float | None) -> dict[str,
     begun = clock.process_time()
     made = kw.plan(scenario)
     seconds = clock.process_time() - begun
-    chosen, limits = made.chosen, made.space.limits
+    chosen, limits = made.chosen, made.joints.limits
     assert chosen is not None
     jerk = np.array(limits["jerk"])
-    for k, joint in enumerate(made.space.joint_names):
+    for k, joint in enumerate(made.joints.joint_names):
         jerk[k] = chosen.assumed_jerk.get(joint, jerk[k])
     ruckig, ours = 0.0, 0.0
     for run in chosen.sections:

@@ -115,7 +115,7 @@ def draw_gallery(tab: Any, names: list[str]) -> None:
         if names and name not in names:
             continue
         plan = kw.plan(name)
-        if plan.space.robot is None:
+        if plan.joints.robot is None:
             _keep(_drawn(plan), name)
             continue
         with scene(tab, plan, CONTROLS + WORDS) as taken:

@@ -29,7 +29,7 @@ def test_no_joint_comes_near_its_speed_limit(plan: kw.Plan) -> None:
 
 
 def test_the_tool_stays_on_the_edge(plan: kw.Plan) -> None:
-    robot = plan.space.robot
+    robot = plan.joints.robot
     assert robot is not None
     on_edge = np.linspace(5.0, 11.0, 200)  # s
     points = np.array([robot.forward(q).translation for q in plan.trajectory(on_edge)])

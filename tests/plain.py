@@ -32,4 +32,4 @@ def tool_frames(robot: kw.Robot, q: np.ndarray | list[np.ndarray]) -> list[pin.S
 
 
 def tool_poses(plan: kw.Plan, times: np.ndarray | list[float]) -> list[pin.SE3]:
-    return tool_frames(plan.space.robot, plan.trajectory.position(times))
+    return tool_frames(plan.joints.robot, plan.trajectory.position(times))

@@ -26,4 +26,4 @@ def assert_same_bits(one: kw.JointTrajectory, other: kw.JointTrajectory) -> None
 
 def arm(plan: kw.Plan) -> kw.Robot:
     """The robot of a plan that has one."""
-    return plan.space.robot
+    return plan.joints.robot

@@ -154,7 +154,7 @@ def test_curves_know_no_robot(part: str) -> None:
 
 def test_verification_does_not_know_how_motions_are_made() -> None:
     """Neither itself nor anything that it may import."""
-    makers = {"kinematics", "task_to_joint", "interpolation", "planning", "timing", "ways"}
+    makers = {"kinematics", "task_to_joint", "interpolation", "planning", "timing", "clear_motions"}
     assert makers <= TABLE.keys()
     assert not TABLE["verification"] & makers
 
@@ -204,7 +204,7 @@ IMPORTED_BY_TESTS = {
         "scene",
         "verification.bounds",
         "view.curves",
-        "planning.ways.configuration_space",
+        "planning.clear_motions.configuration_space",
     ),
     "files of a format: what is written is what is read, for any content": (
         "files.documents",

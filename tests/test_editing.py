@@ -13,7 +13,7 @@ import pytest
 import knotwork as kw
 from knotwork.errors import DocumentError, InputError
 from knotwork.files.documents.resources import names
-from knotwork.task.scenario.joint_space import joint_space
+from knotwork.task.scenario.joint_requirements import read_joint_requirements
 from knotwork.view.editing import session as sessions
 from knotwork.view.editing.draft import Draft
 from knotwork.view.editing.handles import handles, move_handle
@@ -73,7 +73,7 @@ def test_handle_is_at_pose_and_moves(name: str, tmp_path: Path) -> None:
 def test_only_what_rests_where_poses_are_has_handles() -> None:
     """Seen from a turntable its stand moves, and the drum on it does not."""
     scenario = kw.load_scenario("ur5_turntable_rim")
-    robot = joint_space(scenario).robot
+    robot = read_joint_requirements(scenario).robot
     found = {(one.name, one.kind): one.pose.translation for one in handles(scenario, robot)}
     assert ("stand", "object") not in found
     assert found["drum", "frame"] == pytest.approx([0.0, 0.0, 0.15])
@@ -132,7 +132,7 @@ def test_waypoint_is_added_at_arm(name: str, time: float, what: str, tmp_path: P
     """The motion leads through the pose that the arm had, and all checks pass as before."""
     session = session_in(tmp_path, name)
     assert session.replan() is not None
-    robot, before = session.plan.space.robot, session.plan
+    robot, before = session.plan.joints.robot, session.plan
     pose = robot.forward(before.trajectory.position(time))
     add = session.server.actions["add"]
     _, *place = add({"what": what, "time": time})["at"]
@@ -236,7 +236,7 @@ def test_an_overtaken_plan_is_dropped(tmp_path: Path, monkeypatch: pytest.Monkey
 @pytest.mark.parametrize("name", mostly_exhaustive([*FREE, *TIMED], *FREE))
 def test_before_a_task_is_planned_the_robot_stands_in_its_scene(name: str) -> None:
     scenario = SCENARIOS[name]
-    robot = joint_space(scenario).robot
+    robot = read_joint_requirements(scenario).robot
     scene = unplanned_scene(scenario, robot)
     drawn = {one.get("of") for one in scene["things"]}
     assert drawn >= set(scenario.given.scene.objects)

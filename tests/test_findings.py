@@ -18,7 +18,7 @@ from knotwork.view import report_page
 FAST = "the tool whistles at 'three four'"
 
 
-def whistling(motion: Motion, scenario: kw.Scenario, space: Any) -> Iterator[Finding]:
+def whistling(motion: Motion, scenario: kw.Scenario, joints: Any) -> Iterator[Finding]:
     """A made-up check: how loud the tool is at two times."""
     for name, time, value in (("three four", 1.5, 71.5), ("other", 0.5, 12.25)):
         yield Finding(
@@ -168,7 +168,7 @@ def test_outputs_show_incomplete_findings(
         Finding(**odd | {"quantity": f"oddity {i}", "fact": f"it is odd ({i})"} | rest)
         for i, rest in enumerate(LEFT_OUT)
     ]
-    monkeypatch.setitem(CHECKS, "odd", lambda motion, scenario, space: findings)
+    monkeypatch.setitem(CHECKS, "odd", lambda motion, scenario, joints: findings)
     plan = kw.plan("planar2_closed_form")
     page = report_page(plan).html
     assert plan.view().html
@@ -199,7 +199,7 @@ def test_number_of_further_failures_is_not_marked_as_failure(
 ) -> None:
     odd: dict[str, Any] = {"group": "Odd", "subject": "tool", "name": "", "verdict": "failed"}
     findings = [Finding(**odd, quantity=f"oddity {i}", fact=f"odd ({i})") for i in range(7)]
-    monkeypatch.setitem(CHECKS, "odd", lambda motion, scenario, space: findings)
+    monkeypatch.setitem(CHECKS, "odd", lambda motion, scenario, joints: findings)
     lines = kw.plan("planar2_closed_form").report.brief()
     assert lines[5:7] == ["FAIL odd (4)", "     and 2 more"]
 

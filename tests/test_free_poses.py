@@ -123,7 +123,7 @@ def passing(free: Any) -> dict[str, Any]:
 def test_given_velocity_keeps_fixed_components() -> None:
     plan = kw.plan(passing(TURN))
     assert plan.report.ok
-    robot = plan.space.robot
+    robot = plan.joints.robot
     twist = robot.twist(plan.trajectory.position(3.0), plan.trajectory.velocity(3.0))
     pose = robot.forward(plan.trajectory.position(3.0))
     np.testing.assert_allclose(twist.linear, [0.06, 0, 0], atol=1e-6)

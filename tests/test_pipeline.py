@@ -112,14 +112,14 @@ def test_turns_follow_the_motion_also_with_near() -> None:
 
 def test_limits_of_the_scenario_take_the_place_of_the_robot_s() -> None:
     base = {"robot": "ur5", "waypoints": [{"joints": "home"}, {"joints": "home", "after": 1}]}
-    own = kw.plan(base).space
+    own = kw.plan(base).joints
     changed = kw.plan(
         {
             **base,
             "units": {"angle": "deg"},
             "limits": {"velocity": {"elbow_joint": 90}, "acceleration": 180, "effort": 100},
         }
-    ).space
+    ).joints
     index = own.joint_names.index("elbow_joint")
     assert changed.limits["velocity"][index] == pytest.approx(np.pi / 2)
     others = np.arange(6) != index
@@ -198,7 +198,7 @@ def test_a_plan_made_in_another_process(pool: ProcessPoolExecutor, deburring: Pl
     assert other.report_to_dict() == deburring.report_to_dict()
     assert other.scenario.waypoints[0].name == deburring.scenario.waypoints[0].name
     assert np.array_equal(other.joint_waypoints.position, deburring.joint_waypoints.position)
-    robot, ours = other.space.robot, deburring.space.robot
+    robot, ours = other.joints.robot, deburring.joints.robot
     assert_same_robot(robot, ours)
     pose = ours.forward(deburring.joint_waypoints.position[0])
     solutions = [branch.q for branch in robot.solve_pose_ik_all(pose)]
@@ -209,7 +209,7 @@ def test_a_plan_made_in_another_process(pool: ProcessPoolExecutor, deburring: Pl
 
 
 def test_what_is_made_here_is_checked_there(pool: ProcessPoolExecutor, deburring: Plan) -> None:
-    sent = pool.submit(kw.check, deburring.trajectory, deburring.scenario, space=deburring.space)
+    sent = pool.submit(kw.check, deburring.trajectory, deburring.scenario, joints=deburring.joints)
     assert sent.result() == deburring.report
 
 

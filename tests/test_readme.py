@@ -91,7 +91,7 @@ def test_how_near_the_tool_stays_to_edge_and_speed() -> None:
     figures = re.search(r"at ([\d.]+) to ([\d.]+) mm/s and at most ([\d.]+) mm off", README)
     slowest, fastest, most_off = map(float, figures.groups())
     plan = kw.plan("ur5_deburring")
-    robot = plan.space.robot
+    robot = plan.joints.robot
     time = np.linspace(5, 11, 3001)  # from edge start to edge end
     q, v = plan.trajectory.position(time), plan.trajectory.velocity(time)
     place = np.array([robot.forward(row).translation for row in q])

@@ -13,7 +13,7 @@ from command_line import Command
 from judged import judged_folder
 from knotwork.errors import UnknownNameError
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.joint_space import joint_space
+from knotwork.task.scenario.joint_requirements import read_joint_requirements
 from knotwork.waypoints import CartesianWaypoint, JointWaypoints
 from plans import planned
 from shipped import LONG
@@ -81,18 +81,18 @@ def test_it_is_described_and_its_waypoints_are_named(path: Path) -> None:
 
 def nearest_by_nearest(scenario: Scenario) -> JointWaypoints:
     """Joint waypoints as one takes them without looking ahead: each nearest the one before."""
-    space = joint_space(scenario)
-    q, positions, velocities = space.robot.configurations["home"], [], []
-    for waypoint, state in zip(scenario.waypoints, space.targets, strict=True):
+    joints = read_joint_requirements(scenario)
+    q, positions, velocities = joints.robot.configurations["home"], [], []
+    for waypoint, state in zip(scenario.waypoints, joints.targets, strict=True):
         if state is not None:
             q, v = state.position, state.velocity
         else:
-            q = kw.solve_pose_ik(space.robot, waypoint.pose, q).q
-            v = kw.solve_velocity_ik(space.robot, q, waypoint.twist)
+            q = kw.solve_pose_ik(joints.robot, waypoint.pose, q).q
+            v = kw.solve_velocity_ik(joints.robot, q, waypoint.twist)
         positions.append(q)
         velocities.append(v)
     return JointWaypoints(
-        space.joint_names, scenario.times, np.array(positions), np.array(velocities)
+        joints.joint_names, scenario.times, np.array(positions), np.array(velocities)
     )
 
 

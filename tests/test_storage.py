@@ -73,7 +73,7 @@ def test_any_trajectory_comes_back_through_text(data: st.DataObject) -> None:
     before = JointTrajectory(
         tuple(names), PiecewisePolynomial(c, breaks), joint_units=units, planner="a [ 1,  2] b"
     )
-    text = storage.to_json(storage.trajectory_to_dict(before))
+    text = storage.json_text(storage.trajectory_to_dict(before))
     after = storage.trajectory_from_dict(json.loads(text))
     assert after.polynomial.c.tobytes() == np.ascontiguousarray(c).tobytes()
     assert after.breaks.tobytes() == breaks.tobytes()

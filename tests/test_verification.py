@@ -358,6 +358,6 @@ def test_bound_of_speed_knows_how_far_the_tool_is_from_its_joint() -> None:
     elbow = [({}, 0.0), ({"velocity": {"elbow": 0.7}, "after": 1}, 1.0), ({"after": 0.9}, 1.2)]
     waypoints = [{**more, "joints": {"shoulder": 0, "elbow": q}} for more, q in elbow]
     made = plan({"robot": "planar2", "waypoints": waypoints})
-    robot, reached = made.space.robot, made.trajectory.extrema("velocity").peak
+    robot, reached = made.joints.robot, made.trajectory.extrema("velocity").peak
     fastest = np.linalg.norm(robot.jacobian([0.0, 0.0])[:3, 1]) * reached[1]
     assert fastest <= tool_speed_bound(robot, made.trajectory).bound <= 1.001 * fastest

@@ -38,7 +38,7 @@ def live_page(name: str) -> Page:
         name: Of the picture's file, without its ending.
     """
     plan = at_home(name[len(ROBOT) :]) if name.startswith(ROBOT) else kw.plan(name)
-    return plan.view() if plan.space.robot is not None else report_page(plan)
+    return plan.view() if plan.joints.robot is not None else report_page(plan)
 
 
 def link_pages(app: Sphinx, document: nodes.document) -> None:

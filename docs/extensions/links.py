@@ -50,7 +50,7 @@ MODULES = {
     ),
     "knotwork.joint_quantities": ("JointLimits",),
     "knotwork.curves.trajectory": ("Continuity", "Jump", "Knots", "Samples"),
-    "knotwork.task.scenario.joint_space": ("JointSpace", "joint_space"),
+    "knotwork.task.scenario.joint_requirements": ("JointRequirements", "read_joint_requirements"),
     "knotwork.planning.task_to_joint": (
         "Choice",
         "TaskSolution",

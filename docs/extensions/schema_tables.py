@@ -67,7 +67,7 @@ TITLES = {
     "CollisionFile": "collision",
     "JointLimitFields": "limits",
     "Limits": "limits",
-    "FrameSpeed": "frame_speed",
+    "LinkSpeed": "frame_speed",
 }
 HEADER = ("key", "accepted", "unit", "left out", "meaning")
 # Bounds that only keep nonsense out, which nobody needs to read about.

@@ -168,11 +168,11 @@ def test_link_speed_limit_bounds_speed_along_path() -> None:
     limits = {"acceleration": 400, "frame_speed": {"frame": "forearm_link", "speed": 50}}
     plan = kw.plan(reach(line("fastest"), limits=limits))
     path = plan.scenario.paths[0].stretches[0]
-    assert plan.space.robot is not None
+    assert plan.joints.robot is not None
     along = plan.trajectory.breaks
     along = along[(along >= path.start) & (along <= path.end)]
     bound = kw.verification.tool_speed_bound(
-        plan.space.robot, plan.trajectory, frame="forearm_link", limit=0.05
+        plan.joints.robot, plan.trajectory, frame="forearm_link", limit=0.05
     )
     assert bound.value > 0.045
     assert bound.ok or not along[0] <= bound.time <= along[-1]

@@ -46,7 +46,7 @@ def test_planned_scenario_has_no_free_times() -> None:
     plan = kw.plan(swing(to(1, velocity="free"), to(2)))
     assert plan.scenario.free_values is None
     assert plan.scenario.times[-1] == pytest.approx(plan.trajectory.end_time)
-    velocity = plan.space.targets[1].velocity
+    velocity = plan.joints.targets[1].velocity
     assert np.allclose(plan.trajectory.velocity(plan.scenario.times[1]), velocity, atol=1e-12)
     assert velocity[0] > 1.5  # passed, not stopped at
 
@@ -128,13 +128,13 @@ def test_segments_rest_after_budget(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(planning, "Budget", lambda *given: Budget(*given, now=count().__next__))
     plan = kw.plan(task, budget=2)
     plan.report.raise_if_failed()
-    assert plan.chosen.status == "stopped"
+    assert plan.chosen.status == "budget"
     assert plan.trajectory.duration < 1.2 * best.trajectory.duration
     (finding,) = [one for one in plan.report.warnings if one.group == "Chosen times"]
     assert "the best so far when the budget ended" in str(finding)
     hasty = kw.plan(task, budget=1)
     hasty.report.raise_if_failed()
-    assert hasty.chosen.status == "stopped"
+    assert hasty.chosen.status == "budget"
     assert plan.trajectory.duration < hasty.trajectory.duration
     shorter = 0.5 * (plan.trajectory.duration + hasty.trajectory.duration)
     with pytest.raises(InputError, match=r"minimum time found .* s or more, or a larger budget"):

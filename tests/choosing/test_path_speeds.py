@@ -15,7 +15,7 @@ from knotwork.errors import InputError, PathError
 from knotwork.planning.choosing import chosen_times, free_sections
 from knotwork.planning.task_to_joint import solve_task
 from knotwork.planning.timing.timed_motion import Budget
-from knotwork.task.scenario.joint_space import joint_space
+from knotwork.task.scenario.joint_requirements import read_joint_requirements
 from sweeps import mostly_exhaustive
 
 LIMITS = {"velocity": 60, "acceleration": 800}
@@ -232,7 +232,7 @@ def test_takes_first_speeds_with_motions_when_budget_ends(monkeypatch: pytest.Mo
     monkeypatch.setattr(chosen_times, "maximum_path_speeds", record)
     plan = kw.plan(task, budget=1e-3)
     plan.report.raise_if_failed()
-    assert plan.chosen.status == "stopped"
+    assert plan.chosen.status == "budget"
     assert len(tried) == 2  # the maximum speeds have no motions
     assert speeds(plan) == pytest.approx(1e3 * np.array(tried[-1]))
 
@@ -273,9 +273,9 @@ def test_path_that_cannot_be_followed_slows_no_other(monkeypatch: pytest.MonkeyP
 
 def test_speeds_are_expected_for_the_given_solution(monkeypatch: pytest.MonkeyPatch) -> None:
     scenario = kw.load_scenario(reach(line("a", 100), limits=LIMITS))
-    space = joint_space(scenario)
-    best = solve_task(scenario, space)
-    other = solve_task(scenario, space, avoided=[(0, best.sequence[0], best.sequence[1])])
+    joints = read_joint_requirements(scenario)
+    best = solve_task(scenario, joints)
+    other = solve_task(scenario, joints, avoided=[(0, best.sequence[0], best.sequence[1])])
     solved: list[Any] = []
     solve = free_sections.solve_task
 

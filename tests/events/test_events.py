@@ -53,7 +53,7 @@ def test_moments(plan: kw.Plan) -> None:
     assert begin == at["seam"] + 0.5
     assert times[:3] == [at["approach"] - 0.5, at["seam"], at["seam"] + 0.3]
     assert times[5:] == [end, end + 0.25]
-    motion, robot = plan.trajectory, plan.space.robot
+    motion, robot = plan.trajectory, plan.joints.robot
 
     def speed(t: float) -> float:
         _, jacobian = robot.forward_and_jacobian(motion.position(t))

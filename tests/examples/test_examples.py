@@ -74,7 +74,7 @@ class ControllerMode:
 def test_a_motion_on_a_franka(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, off: float) -> None:
     plan = planned("panda_pick_place")
     motion = plan.trajectory
-    motion.save_as("franka", tmp_path / "motion.csv", robot=plan.space.robot)
+    motion.save_as("franka", tmp_path / "motion.csv", robot=plan.joints.robot)
     start = (motion.position(0.0) + off).tolist()
     (tmp_path / "pylibfranka.py").write_text(FRANKA.format(start=start), encoding="utf-8")
     monkeypatch.setenv("PYTHONPATH", f"{tmp_path}{os.pathsep}{os.environ.get('PYTHONPATH', '')}")

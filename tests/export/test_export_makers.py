@@ -213,7 +213,7 @@ def test_what_slides_is_an_external_axis(motion: JointTrajectory) -> None:
 def test_what_turns_beside_the_arm_is_an_external_axis_too() -> None:
     """In degrees, and axes of the arm are counted without it."""
     plan = planned("ur5_turntable_rim")
-    motion, robot = plan.trajectory, plan.space.robot
+    motion, robot = plan.trajectory, plan.joints.robot
     assert motion.joint_names[0] == "table"
     points = export.straight_points(motion, **export.STRAIGHT["ls"])
     table, *arm = np.degrees(points.position[-1])
@@ -327,12 +327,12 @@ def test_franka_has_limits_of_its_interface(panda_arm: kw.Robot) -> None:
     fast = swing(panda_arm.joint_names, home, 0, 2.4, 1.6)
     assert fast.report.ok
     with pytest.raises(ExportError, match=r"velocity .*'panda_joint1' is 2\.\d+ .* there is 2.175"):
-        export.to_franka(fast.trajectory, robot=fast.space.robot)
+        export.to_franka(fast.trajectory, robot=fast.joints.robot)
     with pytest.raises(ExportError, match=r"needs the arm.*--scenario"):
         export.to_franka(fast.trajectory)
     weld = planned("ur5_deburring")
     with pytest.raises(ExportError, match=r"seven joints, named panda_joint1"):
-        export.to_franka(weld.trajectory, robot=weld.space.robot)
+        export.to_franka(weld.trajectory, robot=weld.joints.robot)
 
 
 @pytest.mark.parametrize(("end", "span", "allowed"), [(2.6, 4.0, True), (2.74, 2.0, False)])

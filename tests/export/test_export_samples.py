@@ -49,7 +49,7 @@ def test_the_last_sample_is_the_end_whatever_the_rate(rate: float) -> None:
 
 def test_all_four_say_the_same(deburring: Plan) -> None:
     parquet = pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed")
-    given = {"rate": 30.0, "robot": deburring.space.robot}
+    given = {"rate": 30.0, "robot": deburring.joints.robot}
     trajectory = deburring.trajectory
     columns = from_csv(trajectory.to_csv(**given))
     table = parquet.read_table(io.BytesIO(trajectory.to_parquet(**given)))
@@ -71,7 +71,7 @@ def test_all_four_say_the_same(deburring: Plan) -> None:
 
 
 def test_the_tool_is_where_pinocchio_says(deburring: Plan) -> None:
-    robot = deburring.space.robot
+    robot = deburring.joints.robot
     arrays = np.load(io.BytesIO(deburring.trajectory.to_npz(rate=20, robot=robot)))
     turns = arrays["tool_quaternion"]
     assert np.linalg.norm(turns, axis=1) == pytest.approx(np.ones(len(turns)), abs=1e-14)
@@ -138,7 +138,7 @@ def test_options_that_can_not_be(options: dict) -> None:
 
 def test_a_robot_of_other_joints(deburring: Plan) -> None:
     with pytest.raises(InputError, match=r"slide"):
-        motion().to_csv(robot=deburring.space.robot)
+        motion().to_csv(robot=deburring.joints.robot)
 
 
 def test_parquet_without_pyarrow(monkeypatch: pytest.MonkeyPatch) -> None:

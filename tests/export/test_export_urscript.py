@@ -169,5 +169,5 @@ def test_the_command_writes_the_program(knotwork: Command, tmp_path: Path) -> No
     file = tmp_path / "motion.script"
     knotwork("export", "ur5_deburring", "--format", "urscript", "-o", file).done()
     plan = planned("ur5_deburring")
-    assert file.read_text() == plan.trajectory.to_urscript(robot=plan.space.robot)
+    assert file.read_text() == plan.trajectory.to_urscript(robot=plan.joints.robot)
     assert "set_tcp(p[0.0, 0.0, 0.18, 0.0, 0.0, 0.0])" in file.read_text()

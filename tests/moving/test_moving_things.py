@@ -41,7 +41,7 @@ def belt(**more: Any) -> dict[str, Any]:
 
 def tool(plan: kw.Plan, t: float) -> tuple[pin.SE3, pin.Motion]:
     """Pose and velocity (of the TCP, in base axes) of a UR5's tool by plain Pinocchio."""
-    robot = plan.space.robot
+    robot = plan.joints.robot
     model = pin.buildModelFromUrdf(str(robot.urdf))
     data, q, v = model.createData(), plan.trajectory.position(t), plan.trajectory.velocity(t)
     pin.forwardKinematics(model, data, q, v)
@@ -267,7 +267,7 @@ def test_draws_other_robot_along_its_motion(tmp_path: Path) -> None:
     plan = kw.plan(two_arms(tmp_path, delay=0.5))
     scene = scene_of(plan)
     there, time = other_arm(0.9), times(scene)
-    robot = plan.space.robot
+    robot = plan.joints.robot
     first = len(scene["joints"]) - robot.dof + 1  # the other arm's joints come last
     for k in (0, len(time) // 3, len(time) - 1):
         places = placed(scene, k)

@@ -74,7 +74,7 @@ def task(folder: Path, **more: Any) -> dict[str, Any]:
 
 
 def named(plan: kw.Plan, t: float) -> dict[str, float]:
-    return dict(zip(plan.space.joint_names, plan.trajectory.position(t).tolist(), strict=True))
+    return dict(zip(plan.joints.joint_names, plan.trajectory.position(t).tolist(), strict=True))
 
 
 def test_robot_has_joints_and_limits_of_both_urdfs(folder: Path) -> None:
@@ -159,7 +159,7 @@ def test_positioner_off_chain_is_fixed_obstacle(folder: Path, key: str) -> None:
     path = written(folder / "locked.yaml", {**cell(), **more})
     swing = {"joints": {**ARM_HOME, "shoulder_pan_joint": 0.5}, "after": 2}
     plan = kw.plan({"robot": str(path), "start": "home", "waypoints": [swing]})
-    assert len(plan.space.joint_names) == 6
+    assert len(plan.joints.joint_names) == 6
     both = Composed(folder)
     arms = links(plan.trajectory, pin.SE3.Identity())
     plate = shapes(both, where)["plate"]
@@ -190,7 +190,7 @@ def test_new_task_continues_motion_on_positioner(folder: Path) -> None:
     plan = kw.plan(task(folder))
     again = plan.replan(at=2.5, scenario=kw.Task(**task(folder)))
     assert again.report.ok, again.report
-    assert again.space.joint_names == plan.space.joint_names
+    assert again.joints.joint_names == plan.joints.joint_names
     for order in (0, 1, 2):
         state = plan.trajectory.polynomial(2.5, order)
         assert again.trajectory.polynomial(0.0, order) == pytest.approx(state, abs=1e-9)

@@ -62,8 +62,8 @@ def on_table(height: float = 0.1, **more: Any) -> dict[str, Any]:
 
 def part_and_tool(plan: kw.Plan, t: float) -> tuple[pin.SE3, pin.SE3]:
     """The part and the tool in the cell, each from the joints that carry it."""
-    q = dict(zip(plan.space.joint_names, plan.trajectory.position(t), strict=True))
-    model = pin.buildModelFromUrdf(str(plan.space.robot.urdf))
+    q = dict(zip(plan.joints.joint_names, plan.trajectory.position(t), strict=True))
+    model = pin.buildModelFromUrdf(str(plan.joints.robot.urdf))
     data = model.createData()
     pin.framesForwardKinematics(model, data, np.array([q[name] for name in model.names[1:]]))
 
@@ -83,7 +83,7 @@ def relative(plan: kw.Plan, t: float) -> tuple[pin.SE3, np.ndarray]:
 def test_poses_velocities_and_paths_are_relative_to_part() -> None:
     plan = kw.plan(on_table())
     assert plan.report.ok, plan.report
-    assert plan.space.joint_names[:2] == ("plate", "tilt")
+    assert plan.joints.joint_names[:2] == ("plate", "tilt")
     for text in (plan.trajectory.to_ros2(), plan.trajectory.to_csv()):
         assert all(name in text for name in ("plate", "tilt", "elbow_joint"))
     moved = np.ptp([plan.trajectory.position(t) for t in np.linspace(0, 3, 20)], axis=0)

@@ -49,7 +49,7 @@ def test_finds_worst_deviation_and_time(tmp_path: Path, deburring: Plan, joint: 
     bump = 0.02 * np.exp(-(((samples.time - 0.5 - 6.2) / 0.2) ** 2))
     samples.position[:, joint] += bump
     found = align(tmp_path, deburring, samples)
-    robot = deburring.space.robot
+    robot = deburring.joints.robot
     findings = list(deviation_findings(found, robot))
     joints = [finding for finding in findings if finding.quantity == "joint_deviation"]
     assert [one.name for one in joints] == list(deburring.trajectory.joint_names)

@@ -27,7 +27,7 @@ def judge(
     noise: float | None = None,
 ) -> Report:
     alignment = aligned(smooth(path, source.trajectory, samples, digits, noise), source.trajectory)
-    return check_log(alignment, scenario or source.scenario, source.space)
+    return check_log(alignment, scenario or source.scenario, source.joints)
 
 
 @pytest.mark.parametrize(

@@ -27,7 +27,7 @@ def on_paths(plan: kw.Plan) -> dict[str, set[str]]:
 
 def furthest_from_chords(plan: kw.Plan, start: float, end: float) -> float:
     """Largest distance of the tool from the straight line between its ends [m], by samples."""
-    robot = plan.space.robot
+    robot = plan.joints.robot
     at = np.array([robot.forward(plan.trajectory(t)).translation for t in np.linspace(start, end)])
     along = (at[-1] - at[0]) / np.linalg.norm(at[-1] - at[0])
     off = at - at[0] - np.outer((at - at[0]) @ along, along)

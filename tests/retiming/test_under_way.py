@@ -58,10 +58,10 @@ def test_stop_keeps_state_limits_and_path(deburring: kw.Plan, at: float, on_path
         assert np.abs(now(0.0, nu) - was(at, nu)).max() < 1e-12
     for nu in (1, 2):
         assert np.abs(now(now.end_time, nu)).max() < 1e-10
-    space = deburring.space
+    joints = deburring.joints
     for kind in ("acceleration", "jerk"):
         peak = now.extrema(kind).peak
-        assert (peak <= space.limits[kind] * (1 + 1e-9)).all()
+        assert (peak <= joints.limits[kind] * (1 + 1e-9)).all()
     if on_path:
         places = was.position(np.linspace(at, min(at + now.duration, was.end_time), 20001))
         for q in now.position(np.linspace(0, now.end_time, 20)):
@@ -172,7 +172,7 @@ def test_new_task_keeps_object(moving_part: kw.Plan, tmp_path: Path, knotwork: C
     stop = moving_part.stop(5.5)
     (held,) = stop.scenario.scene.held
     names = [waypoint.name for waypoint in stop.scenario.waypoints]
-    assert (names[held.take], names[held.leave]) == ("stop from 5.5 s", "stopped")
+    assert (names[held.taken_at], names[held.released_at]) == ("stop from 5.5 s", "stopped")
     stop.save(tmp_path)
     assert knotwork("check", tmp_path).code == 0
     with pytest.raises(InputError, match=r"holds 'part' at 5\.5 s"):
@@ -190,7 +190,7 @@ def test_released_parts_stay_in_place(at: float) -> None:
     plan = planned("panda_pick_place")
     for changed in (plan.scaled({0: 1, at: 0}), plan.stop(at), plan.stop(at, on_path=False)):
         (held,) = changed.scenario.scene.held
-        assert held.leave == len(changed.scenario.waypoints) - 1
+        assert held.released_at == len(changed.scenario.waypoints) - 1
         assert changed.report.ok
 
 

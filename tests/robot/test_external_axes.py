@@ -104,7 +104,7 @@ def test_fastest_motion_moves_slow_rail_little(place: list[float], prefer: Any) 
     task = {"robot": "ur5_rail", "start": "home", "limits": limits, "waypoints": [goal]}
     plan = kw.plan({**task, "prefer": prefer} if prefer else task)
     assert plan.report.ok
-    robot, ur5 = plan.space.robot, kw.load_robot("ur5")
+    robot, ur5 = plan.joints.robot, kw.load_robot("ur5")
     speed, acceleration = robot.velocity_limit, robot.limits["acceleration"]
     best, home = np.inf, robot.configuration("home")
     target = pin.SE3(pin.rpy.rpyToMatrix(*pose["rpy"]), np.array(place))

@@ -209,7 +209,7 @@ def test_refuses_followers_of_planned_joints(tmp_path: Path, frame) -> None:
     task["robot"]["locked"] = {"crank": 0.5}
     plan = kw.plan(task)
     assert plan.report.ok
-    assert plan.space.robot.locked == {"crank": 0.5, "rod": -0.5}
+    assert plan.joints.robot.locked == {"crank": 0.5, "rod": -0.5}
 
 
 def test_other_joints_are_locked_within_limits(tmp_path: Path) -> None:

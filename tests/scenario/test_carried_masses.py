@@ -59,7 +59,7 @@ def tensor(moments: dict[str, float]) -> np.ndarray:
 
 def torques(plan: kw.Plan, payload: pin.Inertia, at: pin.SE3) -> tuple[np.ndarray, np.ndarray]:
     """Times and joint torques of a motion, of a model with the payload from pick to place on."""
-    bare = plan.space.robot.model
+    bare = plan.joints.robot.model
     loaded = bare.copy()
     tool = loaded.frames[loaded.getFrameId("tool0")]
     loaded.appendBodyToJoint(tool.parentJoint, payload, tool.placement * at)
@@ -93,7 +93,7 @@ def test_torque_includes_held_object(mass: float, centre: Any, inertia: Any) -> 
         assert dense <= abs(one.value) + one.proof_gap + 1e-6
         assert dense == pytest.approx(abs(one.value), rel=5e-3, abs=5e-3)
     # the limits bind with the load, and are kept
-    assert (most / plan.space.limits["effort"]).max() == pytest.approx(1.0, abs=0.02)
+    assert (most / plan.joints.limits["effort"]).max() == pytest.approx(1.0, abs=0.02)
     assert plan.report.ok
 
 
@@ -154,7 +154,7 @@ def test_programs_of_universal_robots_set_payload_and_tool(tmp_path: Path) -> No
     both = (1.0 * np.array([0, 0, 0.05]) + 3.0 * (at * np.array([0, 0, 0.06]))) / 4.0
     expected = [(0.0, 1.0, [0, 0, 0.05]), (1.5, 4.0, both), (4.9, 1.0, [0, 0, 0.05])]
     controller = Controller(motion.position(0.0), 500.0)
-    robot = plan.space.robot
+    robot = plan.joints.robot
     controller.run(motion.to_urscript(robot=robot))
     flange = robot.tool_offset
     np.testing.assert_allclose(controller.tcp[:3], flange.translation)

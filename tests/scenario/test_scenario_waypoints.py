@@ -12,7 +12,7 @@ import pytest
 import knotwork as kw
 from knotwork.errors import InputError, UnknownNameError
 from knotwork.task.scenario import Scenario, load_scenario
-from knotwork.task.scenario.joint_space import joint_space
+from knotwork.task.scenario.joint_requirements import read_joint_requirements
 from knotwork.waypoints import CartesianWaypoint
 from shipped import SCENARIO_FILES
 
@@ -45,7 +45,7 @@ def test_start_is_a_waypoint_of_its_own_at_rest_at_time_zero() -> None:
     )
     start, pose = scenario.waypoints
     assert (start.name, start.time) == ("start", 0.0)
-    np.testing.assert_array_equal(joint_space(scenario).targets[0].velocity, 0)
+    np.testing.assert_array_equal(read_joint_requirements(scenario).targets[0].velocity, 0)
     assert pose.time == 2
     joints_alone = {"start": {"a": 0}, "waypoints": [{"joints": {"a": 1}, "time": 1}]}
     assert len(load_scenario(joints_alone).waypoints) == 2
@@ -61,7 +61,7 @@ def test_ends_are_at_rest_by_default() -> None:
     for waypoint in scenario.waypoints:
         np.testing.assert_array_equal([waypoint.linear, waypoint.angular], 0)
     moving = joints({"velocity": {"a": 1}}, {"after": 1})
-    assert [target.velocity for target in joint_space(moving).targets] == [1, 0]
+    assert [target.velocity for target in read_joint_requirements(moving).targets] == [1, 0]
 
 
 @pytest.mark.parametrize("kind", [{"pose": POSE}, {"joints": "home"}])
@@ -73,7 +73,7 @@ def test_stop_is_at_rest(kind: dict[str, Any]) -> None:
     if isinstance(waypoint, CartesianWaypoint):
         np.testing.assert_array_equal([waypoint.linear, waypoint.angular], 0)
     else:
-        np.testing.assert_array_equal(joint_space(scenario).targets[1].velocity, 0)
+        np.testing.assert_array_equal(read_joint_requirements(scenario).targets[1].velocity, 0)
 
 
 # Joint values
@@ -94,27 +94,27 @@ def test_joint_values_are_read_in_the_unit_of_each_joint() -> None:
             ],
         }
     )
-    space = joint_space(scenario)
-    assert space.joint_names == ("turn", "slide")
-    first, last = space.targets
+    joints = read_joint_requirements(scenario)
+    assert joints.joint_names == ("turn", "slide")
+    first, last = joints.targets
     np.testing.assert_allclose(first.position, [np.pi / 2, 0.25])
     np.testing.assert_allclose(first.velocity, [0, 0.01])
     np.testing.assert_array_equal([last.position, last.velocity], np.zeros((2, 2)))
-    np.testing.assert_allclose(space.limits.lower, [-np.inf, -0.4])
-    np.testing.assert_allclose(space.limits.upper, [np.inf, 0.5])
-    np.testing.assert_allclose(space.limits["velocity"], [np.pi, 0.18])
-    np.testing.assert_allclose(space.limits["effort"], [np.inf, 7])
-    np.testing.assert_allclose(space.accelerations, [[np.pi / 180, 1e-3], [2 * np.pi / 180, 2e-3]])
+    np.testing.assert_allclose(joints.limits.lower, [-np.inf, -0.4])
+    np.testing.assert_allclose(joints.limits.upper, [np.inf, 0.5])
+    np.testing.assert_allclose(joints.limits["velocity"], [np.pi, 0.18])
+    np.testing.assert_allclose(joints.limits["effort"], [np.inf, 7])
+    np.testing.assert_allclose(joints.accelerations, [[np.pi / 180, 1e-3], [2 * np.pi / 180, 2e-3]])
 
 
 def test_a_configuration_is_named_and_copied() -> None:
     task: dict[str, Any] = {"robot": "ur5", "waypoints": [{"pose": POSE, "time": 1}]}
-    space = joint_space(load_scenario({**task, "start": "home", "near": "home"}))
-    start, pose = space.targets
+    joints = read_joint_requirements(load_scenario({**task, "start": "home", "near": "home"}))
+    start, pose = joints.targets
     assert pose is None
-    for q in (start.position, space.near):
-        np.testing.assert_array_equal(q, space.robot.configurations["home"])
-        assert q is not space.robot.configurations["home"]
+    for q in (start.position, joints.near):
+        np.testing.assert_array_equal(q, joints.robot.configurations["home"])
+        assert q is not joints.robot.configurations["home"]
 
 
 # Everything else
@@ -136,7 +136,7 @@ def test_a_robot_may_be_described_in_place_and_keeps_its_lines(tmp_path: Path) -
         "waypoints: [{joints: {a: 0}}, {joints: {a: 1}, after: 1}]\n"
     )
     with pytest.raises(InputError, match=re.escape(f"{path}: line 3: robot.tool_fram: unknown")):
-        joint_space(load_scenario(path))
+        read_joint_requirements(load_scenario(path))
 
 
 # Finding files

@@ -64,7 +64,9 @@ TASK = kw.Task(
         offset=Placement(position=[0, 0, 0.12]),
         holds={
             "nozzle": HeldObject(
-                take="above", leave="away", cylinder=SolidOfRevolution(radius=0.01, length=0.03)
+                taken_at="above",
+                released_at="away",
+                cylinder=SolidOfRevolution(radius=0.01, length=0.03),
             )
         },
     ),

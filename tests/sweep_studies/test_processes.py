@@ -25,7 +25,7 @@ HANGING = """
 import os, pathlib, time
 from knotwork.verification import CHECKS
 
-def hanging(motion, scenario, space):
+def hanging(motion, scenario, joints):
     pathlib.Path(os.environ["BEGUN"]).touch()
     time.sleep(10_000)
     return ()

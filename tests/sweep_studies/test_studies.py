@@ -208,7 +208,7 @@ FAULTY = """
 import ctypes, os, pathlib
 from knotwork.verification import CHECKS
 
-def faulty(motion, scenario, space):
+def faulty(motion, scenario, joints):
     seconds, ended = motion.trajectory.duration, pathlib.Path(__file__).with_name("ended")
     if seconds == 1.25 and not ended.exists(): ended.touch(); os._exit(9)
     if seconds == 1.5: os.abort()

@@ -225,7 +225,7 @@ def test_keeps_tool_speed_limit_all_the_time() -> None:
     bound = kw.verification.tool_speed_bound(robot, motion.trajectory, limit=0.8)
     assert bound.ok
     assert bound.proved
-    assert any(limit.quantity == "tool speed" for limit in motion.binding)
+    assert any(limit.quantity == "tool_speed" for limit in motion.binding)
 
 
 def test_sufficient_duration_is_not_for_the_speed_of_a_longer_interval() -> None:

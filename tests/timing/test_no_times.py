@@ -170,7 +170,7 @@ def test_resting_motion_with_given_velocities_needs_no_budget(seed: int) -> None
     at_least[::2] = 3.0
     problem = replace(problem, acceleration=acceleration, at_least=at_least)
     motion = solve(problem, budget=1e-6)
-    assert motion.status == "stopped"
+    assert motion.status == "budget"
     assert_kept(problem, replace(motion, status="optimal"))
     ends = motion.trajectory.acceleration(motion.time[[0, -1]])
     np.testing.assert_allclose(ends, acceleration[[0, -1]], atol=1e-12)
@@ -180,7 +180,7 @@ def test_resting_motion_with_given_velocities_needs_no_budget(seed: int) -> None
 def test_resting_motion_takes_rounding_of_velocity_as_rest() -> None:
     problem = one_joint([0, 1, 2], [0, 1e-17, 0])
     motion = solve(problem, budget=1e-6)
-    assert motion.status == "stopped"
+    assert motion.status == "budget"
     assert_kept(problem, replace(motion, status="optimal"))
 
 

@@ -32,7 +32,7 @@ UP = {
 
 def tool(plan: kw.Plan, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Positions [mm], rotations and speeds [mm/s] of the tool by Pinocchio."""
-    robot, motion = plan.space.robot, plan.trajectory
+    robot, motion = plan.joints.robot, plan.trajectory
     poses = [robot.forward(q) for q in motion.position(times)]
     twists = [
         robot.twist(q, v).linear

@@ -19,7 +19,7 @@ from knotwork.scene.distances import DistanceMeter
 from knotwork.scene.solid_pairs import SolidPairs
 from knotwork.scene.solids import Placed, make_solid, support_values
 from knotwork.task.scenario import PlacedShape
-from knotwork.task.scenario.joint_space import joint_space
+from knotwork.task.scenario.joint_requirements import read_joint_requirements
 from knotwork.verification.bounds.link_motion import tree_motion
 from knotwork.verification.bounds.rate_bounds import Intervals
 from knotwork.verification.bounds.relative_motion import RelativeMotion
@@ -233,7 +233,7 @@ def solid_pairs(arm: str) -> SolidPairs:
             ],
         }
     )
-    robot = joint_space(task).robot
+    robot = read_joint_requirements(task).robot
     assert robot is not None
     return SolidPairs(build_collision_model(task, robot))
 

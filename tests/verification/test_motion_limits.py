@@ -40,7 +40,7 @@ def move(**rest: Any) -> dict[str, Any]:
 
 
 def peak_speed(plan: kw.Plan, frame: str | None = None) -> float:
-    robot = plan.space.robot
+    robot = plan.joints.robot
     index = robot.tcp_frame_id if frame is None else robot.model.getFrameId(frame, pin.BODY)
     places = []
     for q in plan.trajectory(np.linspace(0, 2, 20_001)):
@@ -120,7 +120,7 @@ def test_checks_singular_value_limit() -> None:
     (free,) = plan.report.select(quantity="smallest_singular_value")
     assert (free.verdict, free.limit) == ("information", None)
     smallest = min(
-        np.linalg.svd(plan.space.robot.jacobian(q), compute_uv=False)[-1]
+        np.linalg.svd(plan.joints.robot.jacobian(q), compute_uv=False)[-1]
         for q in plan.trajectory(np.linspace(0, 2, 10_001))
     )
     for share, ok in ((0.9999, True), (1.0001, False)):

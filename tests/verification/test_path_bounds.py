@@ -60,7 +60,7 @@ def test_path_bounds_stay_above_dense_samples(along: Any, tolerance: float, tilt
     assert all(one.proof == "bounded" for one in found.values())
     motion, path = plan.trajectory, plan.scenario.paths[0].motion
     times = np.random.default_rng(0).uniform(path.start_time, path.end_time, 4000)
-    poses = [plan.space.robot.forward(q) for q in motion.position(times)]
+    poses = [plan.joints.robot.forward(q) for q in motion.position(times)]
     points = np.array([pose.translation for pose in poses])
     s = np.linspace(0, path.path.length, 4001)
     near = path.path.nearest(points, path.arc_length(times))
@@ -80,7 +80,7 @@ def test_path_bounds_stay_above_dense_samples(along: Any, tolerance: float, tilt
 def test_bump_between_samples_fails(line: kw.Plan, width: float) -> None:
     stretch = line.scenario.paths[0].stretches[0]
     time = stretch.start + 0.437 * (stretch.end - stretch.start)
-    J = line.space.robot.jacobian(line.trajectory.position(time))
+    J = line.joints.robot.jacobian(line.trajectory.position(time))
     reach = np.linalg.norm(J[[0, 2], 1])  # across the line, which is along y
     for factor, ok in ((0.5, True), (1.5, False)):
         motion = with_bump(line.trajectory, 1, time, 0.5 * width, factor * 1e-4 / reach)

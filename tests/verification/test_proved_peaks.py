@@ -139,7 +139,7 @@ def test_random_motions_peak_below_bounds(seed: int, motions: int, samples: int)
 
 def test_limits_close_to_peak_are_decided() -> None:
     plan = planned("ur5_deburring")
-    robot, trajectory = plan.space.robot, plan.trajectory
+    robot, trajectory = plan.joints.robot, plan.trajectory
     tight = torque_bound(robot, trajectory, limit=np.full(6, np.inf))
     peaks = [peak(trajectory.polynomial, torque_of(robot, joint), 20_000) for joint in range(6)]
     assert all(
@@ -161,7 +161,7 @@ def test_exhausted_budget_is_not_proved(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr(adaptive, "EVALUATION_BUDGET", 0)
     monkeypatch.setattr(adaptive, "EVALUATIONS_PER_PIECE", 0)
     plan = planned("ur5_deburring")
-    robot, trajectory = plan.space.robot, plan.trajectory
+    robot, trajectory = plan.joints.robot, plan.trajectory
     truth = peak(trajectory.polynomial, torque_of(robot, 1), 20_000)
     limit = np.full(6, truth * (1 + 1e-6))
     found = torque_bound(robot, trajectory, limit=limit)[1]
@@ -250,7 +250,7 @@ def test_finds_peak_between_samples(name: str) -> None:
 
 def test_refuses_unknown_frames_and_limits() -> None:
     plan = planned("ur5_deburring")
-    robot, trajectory = plan.space.robot, plan.trajectory
+    robot, trajectory = plan.joints.robot, plan.trajectory
     with pytest.raises(kw.InputError, match="unknown frame 'forearm'; did you mean 'forearm_link'"):
         tool_speed_bound(robot, trajectory, frame="forearm")
     other = kw.JointTrajectory.from_knots(["a"], [0, 1], [[0], [1]], [[0], [0]])
@@ -262,6 +262,6 @@ def test_refuses_unknown_frames_and_limits() -> None:
 def test_refuses_limits_that_are_not_positive(limit: Any) -> None:
     plan = planned("ur5_deburring")
     with pytest.raises(kw.InputError, match="limit of the tool speed"):
-        kw.verification.tool_speed_bound(plan.space.robot, plan.trajectory, limit=limit)
+        kw.verification.tool_speed_bound(plan.joints.robot, plan.trajectory, limit=limit)
     with pytest.raises(kw.InputError, match=r"torque limits.*accepted: 6 positive numbers"):
-        kw.verification.torque_bound(plan.space.robot, plan.trajectory, limit=limit)
+        kw.verification.torque_bound(plan.joints.robot, plan.trajectory, limit=limit)

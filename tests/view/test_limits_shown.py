@@ -83,7 +83,7 @@ def test_a_broken_limit_is_shown_everywhere(key: str, quantity: str, title: str,
     time = np.linspace(plan.trajectory.start_time, plan.trajectory.end_time, len(use))
     assert time[use.argmax()] == pytest.approx(worst.time, abs=0.6 * time[1])
 
-    page, robot = scene(plan.view()), plan.space.robot
+    page, robot = scene(plan.view()), plan.joints.robot
     assert page["legend"]["broken"]
     red = vertices(thing(page, "limits broken"))
     places = [(robot.base_placement * robot.forward(q)).translation for q in plan.trajectory(time)]

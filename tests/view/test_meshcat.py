@@ -43,7 +43,7 @@ def test_the_animation_is_the_motion(plan: kw.Plan) -> None:
     assert {"shape", "path", "waypoints", "knots", "tool"} <= drawn
     (shown,) = window.kinds("set_animation")
     moved = {one["path"].split("/")[-1]: one["clip"] for one in shown["animations"]}
-    robot = plan.space.robot
+    robot = plan.joints.robot
     for share in (0.0, 0.37, 1.0):
         pose = pin.SE3.Identity()
         for name in robot.joint_names:

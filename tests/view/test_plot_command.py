@@ -169,7 +169,7 @@ def test_seven_joints_and_many_waypoints(points: int) -> None:
 def test_shipped_scenarios(name: str) -> None:
     plan = kw.plan(name)
     clean(plot_joints(plan))
-    if plan.space.robot is not None:
+    if plan.joints.robot is not None:
         clean(plot_tool(plan))
 
 

@@ -23,7 +23,7 @@ def test_tool_speed_meets_the_given_speeds(deburring_by_waypoints: Plan) -> None
     labels = [label(axis) for axis in figure.axes]
     assert labels == ["tool speed [mm/s]", "turning speed [deg/s]"]
     time, speed = data(lines(figure.axes[0], "curve")[0])
-    robot = deburring.space.robot
+    robot = deburring.joints.robot
     for i in range(0, len(time), 97):
         near = [
             robot.forward(deburring.trajectory(time[i] + dt)).translation

@@ -53,7 +53,7 @@ def test_all_of_a_shipped_scenario_is_in_view(name: str, tabs: Any, tmp_path: Pa
     plan = kw.plan(name)
     page = plan.view()
     data = scene(page)
-    robot = plan.space.robot
+    robot = plan.joints.robot
     known = data["first_joint"] + robot.model.njoints  # joints of what moves by itself
     data["things"] = [
         one

@@ -152,7 +152,7 @@ def drawn(planner: str | None) -> Any:
 
 def off_seam(points: Any) -> Any:
     """Distance from the line and the half circle [m], in the axes of the URDF's root."""
-    robot = planned_corner(None).space.robot
+    robot = planned_corner(None).joints.robot
     base = robot.base_placement.inverse()
     x, y, z = (points @ base.rotation.T + base.translation).T
     line = np.linalg.norm([x - 0.45, y - np.clip(y, -0.1, 0.05), z - 0.06], axis=0)
@@ -170,7 +170,7 @@ def test_the_required_path_is_a_thin_dashed_line(planner: str | None) -> None:
     assert off_seam(points).min() > 0.9 * thick
     corners = np.array([[0.45, -0.1], [0.45, 0.05], [0.48, 0.08], [0.51, 0.05]])
     for corner in corners:  # from its start to its end
-        robot = planned_corner(None).space.robot
+        robot = planned_corner(None).joints.robot
         at = robot.base_placement.act(np.array([*corner, 0.06]))
         assert np.linalg.norm(points - at, axis=1).min() < 0.03 * data["size"]
 

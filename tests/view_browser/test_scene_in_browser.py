@@ -65,7 +65,7 @@ def is_red(shown: Picture) -> NDArray[np.bool_]:
 
 def tool_position(tab: Any, plan: kw.Plan) -> NDArray[np.float64]:
     """Where the page has the tool centre point, in the axes of the URDF's root [m]."""
-    robot = plan.space.robot
+    robot = plan.joints.robot
     x, y, z = tab.evaluate(
         """(tip) => {
           const data = JSON.parse(document.getElementById("data").textContent);
@@ -84,7 +84,7 @@ def tool_position(tab: Any, plan: kw.Plan) -> NDArray[np.float64]:
 
 
 def true_position(plan: kw.Plan, time: float) -> NDArray[np.float64]:
-    robot = plan.space.robot
+    robot = plan.joints.robot
     pose = robot.base_placement * robot.forward(plan.trajectory.position(time))
     return np.array(pose.translation)
 

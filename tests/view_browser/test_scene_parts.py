@@ -144,7 +144,7 @@ def test_a_stored_trajectory_does_not_name_its_tool() -> None:
 
 def test_arrows_are_as_long_as_the_tool_goes_and_turn_with_the_robots_base() -> None:
     plan = planned("kinova_dispense")
-    robot = plan.space.robot
+    robot = plan.joints.robot
     data = scene(plan.view())
     seconds = data["legend"]["arrow_seconds"]
     arrows = vertices(thing(data, "given speeds"))

@@ -40,7 +40,7 @@ def test_motions_share_one_clock(tabs: Any, knotwork: Any, tmp_path: Path, barri
     assert tab.locator("h1").all_inner_texts() == names
     plans = [planned("planar2_closed_form"), kw.plan(other)]
     first, second = plans
-    robot, at = first.space.robot, 0.5 * first.trajectory.duration
+    robot, at = first.joints.robot, 0.5 * first.trajectory.duration
     tab.evaluate("at => seek(at)", at)
     for inner in tab.frames[1:]:
         inner.wait_for_function("at => Math.abs(knotwork.time() - at) < 0.01", arg=at)

@@ -123,7 +123,7 @@ import sys
 from knotwork.cli.main import main
 from knotwork.verification import CHECKS
 
-def faulty(motion, scenario, space):
+def faulty(motion, scenario, joints):
     if "fault" in scenario.given.description:
         raise ZeroDivisionError("boom")
     return ()

@@ -14,7 +14,7 @@ import knotwork as kw
 from judged import judged
 from knotwork.errors import InputError, NoWayFoundError
 from knotwork.joint_quantities import JointLimits
-from knotwork.planning.ways.configuration_space import ConfigurationSpace
+from knotwork.planning.clear_motions.configuration_space import ConfigurationSpace
 from knotwork.scene.building import build_robot_collision_model
 from walls import DOWN, at, box, past
 
@@ -88,7 +88,7 @@ def test_chooses_solutions_at_both_ends(tmp_path: Path) -> None:
     assert plan.chosen.lower_bound <= plan.trajectory.duration
     again = kw.plan(plan.freeze(tmp_path / "frozen.yaml"))
     assert again.trajectory.polynomial.c.tobytes() == plan.trajectory.polynomial.c.tobytes()
-    near = dict(zip(plan.space.joint_names, np.degrees(before).tolist(), strict=True))
+    near = dict(zip(plan.joints.joint_names, np.degrees(before).tolist(), strict=True))
     given["waypoints"][0]["near"] = near
     assert planned(given).trajectory.duration > 1.1 * plan.trajectory.duration
 
@@ -105,7 +105,7 @@ def test_passes_pose_between_clear_motions(tmp_path: Path) -> None:
     plan = planned(through(velocity="free"))
     assert plan.trajectory.duration < kw.plan(through(stop=True)).trajectory.duration
     q = plan.trajectory.position(plan.scenario.times[1])
-    assert np.abs(plan.space.robot.forward(q).translation - [0.45, 0, 0.43]).max() < 1e-8
+    assert np.abs(plan.joints.robot.forward(q).translation - [0.45, 0, 0.43]).max() < 1e-8
     again = kw.plan(plan.freeze(tmp_path / "frozen.yaml"))
     assert again.report.ok
     assert again.trajectory.polynomial.c.tobytes() == plan.trajectory.polynomial.c.tobytes()
@@ -157,7 +157,7 @@ def test_keeps_velocities_at_both_ends(after: Any) -> None:
     assert after == "fastest" or plan.trajectory.duration == pytest.approx(after, abs=1e-12)
     for time, z in ((0.0, 0.1), (plan.trajectory.end_time, -0.1)):
         q, v = plan.trajectory.position(time), plan.trajectory.velocity(time)
-        twist = plan.space.robot.twist(q, v)
+        twist = plan.joints.robot.twist(q, v)
         assert np.abs(twist.linear - [0, 0, z]).max() < 1e-9
         assert np.abs(twist.angular).max() < 1e-9
 
@@ -237,7 +237,7 @@ def test_clear_motion_continues_from_tool_path() -> None:
     plan = planned(given)
     end = plan.scenario.times[1]
     q, v = plan.trajectory.position(end), plan.trajectory.velocity(end)
-    assert np.linalg.norm(plan.space.robot.twist(q, v).linear) == pytest.approx(0.05, abs=1e-9)
+    assert np.linalg.norm(plan.joints.robot.twist(q, v).linear) == pytest.approx(0.05, abs=1e-9)
 
 
 @pytest.mark.exhaustive

@@ -39,7 +39,7 @@ from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import DocumentError, InputError
 from knotwork.files.documents import resources
 from knotwork.task.scenario import Scenario, load_scenario
-from knotwork.task.scenario.joint_space import JointSpace, joint_space
+from knotwork.task.scenario.joint_requirements import JointRequirements, read_joint_requirements
 from knotwork.verification import Report
 from knotwork.verification.recording import compare_log
 
@@ -205,13 +205,15 @@ def _checked_report(
     return compare_log(log_beside_plan(trajectory, log)[0], tolerances=log.tolerances), None
 
 
-def _require_placement(source: str, scenario: Scenario, space: JointSpace, other: str) -> None:
+def _require_placement(
+    source: str, scenario: Scenario, joints: JointRequirements, other: str
+) -> None:
     """Refuse robots without a known relative placement, unless they are two arms of one URDF."""
-    other_space = joint_space(load_scenario(other))
-    if space.robot is None or other_space.robot is None:
+    other_joints = read_joint_requirements(load_scenario(other))
+    if joints.robot is None or other_joints.robot is None:
         return  # reported by another error
-    one_urdf = space.robot.urdf == other_space.robot.urdf
-    if one_urdf and not set(space.joint_names) & set(other_space.joint_names):
+    one_urdf = joints.robot.urdf == other_joints.robot.urdf
+    if one_urdf and not set(joints.joint_names) & set(other_joints.joint_names):
         return
     why = "both motions are of the same joints" if one_urdf else "their URDFs are not the same"
     frames = ", ".join(dict.fromkeys([*scenario.frames, "base"]))
@@ -229,9 +231,11 @@ def check_together(
     if isinstance(first, JointTrajectory):
         raise InputError(f"give the scenario of {source} with --scenario")
     if other["in"] is None:
-        _require_placement(source, first.scenario, first.space, other["scenario"])
+        _require_placement(source, first.scenario, first.joints, other["scenario"])
         other = {**other, "in": "base"}
-    nearest = planning.clearance_between(first.trajectory, first.scenario, other, space=first.space)
+    nearest = planning.clearance_between(
+        first.trajectory, first.scenario, other, joints=first.joints
+    )
     word, colour = ("clear:", "green") if nearest.ok else ("TOO NEAR:", "red")
     if as_json:
         echo_json(nearest.to_dict())

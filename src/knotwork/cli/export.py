@@ -228,7 +228,7 @@ def _content(
     elif form.tabular and checked is not None:
         chosen.setdefault("rate", checked.scenario.given.rate)
     note = "" if motion is trajectory else motion.describe()
-    robot = checked.space.robot if checked is not None else None
+    robot = checked.joints.robot if checked is not None else None
     if form.tabular:
         table = exporting.motion_table(motion, robot=robot, **chosen)
         return exporting.content(table, form.name), table.note
@@ -278,7 +278,7 @@ def may_export_points(checked: CheckedMotion | None, points: Points, allowed: bo
     """
     if points.exact or checked is None:
         return True
-    report = check(points.trajectory, checked.scenario, space=checked.space)
+    report = check(points.trajectory, checked.scenario, joints=checked.joints)
     if report.ok:
         return True
     failures = [finding for finding in report.failures if finding not in checked.report.failures]

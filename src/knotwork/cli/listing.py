@@ -116,8 +116,8 @@ def print_robot(robot: Robot) -> None:
     out.print(f"model …/{cell(str(Path(*robot.urdf.parts[-2:])))}")
     out.print(f"base frame {cell(robot.base_frame)}, tool frame {cell(str(robot.tool_frame))}")
     limits = {
-        "lower": robot.lower_position_limit,
-        "upper": robot.upper_position_limit,
+        "lower": robot.limits.lower,
+        "upper": robot.limits.upper,
         **{name: robot.limits[name] for name in MAGNITUDES},
     }
     table = plain_table("Joint limits", ["joint", "unit", *limits], 2)
@@ -193,8 +193,8 @@ def robot_to_dict(robot: Robot) -> dict[str, Any]:
         "frames": list(robot.frame_names),
         "joints": dict(zip(names, robot.joint_units, strict=True)),
         "limits": {
-            "lower_position_limit": finite(robot.lower_position_limit),
-            "upper_position_limit": finite(robot.upper_position_limit),
+            "lower_position_limit": finite(robot.limits.lower),
+            "upper_position_limit": finite(robot.limits.upper),
             **{f"{name}_limit": finite(robot.limits[name]) for name in MAGNITUDES},
         },
         "locked": dict(robot.locked),

@@ -20,7 +20,7 @@ from knotwork.files.foreign import is_foreign, read_trajectory
 from knotwork.files.storage import load_trajectory
 from knotwork.files.storage.report_digests import stated_scenario
 from knotwork.task.scenario import load_scenario
-from knotwork.task.scenario.joint_space import joint_space
+from knotwork.task.scenario.joint_requirements import read_joint_requirements
 from knotwork.verification.recording import (
     Alignment,
     LogTolerances,
@@ -159,16 +159,16 @@ def checked_log(path: str | Path, reference: str, log: LogOptions) -> CheckedMot
         InputError: The log or the plan can't be read, or the scenario can't be planned.
     """
     scenario = load_scenario(reference)
-    space = joint_space(scenario)
-    curve = smoothed_log(path, space.joint_names, space.joint_units, log)
+    joints = read_joint_requirements(scenario)
+    curve = smoothed_log(path, joints.joint_names, joints.joint_units, log)
     if log.against is not None:
         span = (float(scenario.times[0]), float(scenario.times[-1]))
-        plan = read_trajectory(log.against, space.joint_names, space.joint_units, span=span)[0]
+        plan = read_trajectory(log.against, joints.joint_names, joints.joint_units, span=span)[0]
     else:
         plan = planning.plan(reference).trajectory
     alignment = aligned(curve, plan)
-    report = check_log(alignment, scenario, space, log.tolerances)
-    return CheckedMotion(scenario, space, None, alignment.trajectory, report)
+    report = check_log(alignment, scenario, joints, log.tolerances)
+    return CheckedMotion(scenario, joints, None, alignment.trajectory, report)
 
 
 def planned_scenario(log: LogOptions | None) -> str | None:

@@ -221,7 +221,7 @@ def _file(name: str) -> Path:
 
 def source_files(motion: Any) -> list[Path]:
     """Files that a plan or a checked file depends on."""
-    robot, source = motion.space.robot, motion.scenario.source
+    robot, source = motion.joints.robot, motion.scenario.source
     robot_files: list[Path | None] = []
     if robot is not None:
         robot_files = [robot.source, robot.srdf, *(file.path for file in robot.urdf_files)]

@@ -204,10 +204,12 @@ class RobotError(InputError):
 
     Attributes:
         robot: Name of the robot.
-        joint: The joint or frame at fault, or `None`.
+        joint: Name of the joint at fault, or `None`.
+        link: Name of the link at fault, or `None`.
     """
 
     joint: str | None = None
+    link: str | None = None
 
     def __init__(self, robot: str, message: str, **data: Any) -> None:
         self.robot = robot

@@ -263,7 +263,7 @@ class TimingError(InputError):
             `None` without a particular one.
         in_interval: Whether the fault is in the interval from that waypoint to the next one.
         joint: Name of the joint at fault; empty without a particular one.
-        cause: `"velocity"`, `"acceleration"`, `"jerk"`, `"position"`, `"effort"`, `"tool speed"`,
+        cause: `"velocity"`, `"acceleration"`, `"jerk"`, `"position"`, `"effort"`, `"tool_speed"`,
             `"duration"`, `"budget"` or `"rounds"`; empty without a particular one.
         value: The requested value, in SI units, or `None`.
         feasible_value: The nearest feasible value, in SI units, or `None` if unknown.

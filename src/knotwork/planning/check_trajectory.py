@@ -17,7 +17,11 @@ from knotwork.files.storage import changed_since_report
 from knotwork.planning.replanning import SCENE_KEYS, joint_state
 from knotwork.task import OtherRobot, Task
 from knotwork.task.scenario import Scenario, load_scenario, resolve_task
-from knotwork.task.scenario.joint_space import JointSpace, joint_space, moved_robot
+from knotwork.task.scenario.joint_requirements import (
+    JointRequirements,
+    moved_robot,
+    read_joint_requirements,
+)
 from knotwork.task.task_source import read_document
 from knotwork.verification import Finding, check
 from knotwork.verification.checks import CHECKS_OF_WAYPOINTS
@@ -39,12 +43,12 @@ def check_with_task(path: str | Path, reference: str | Path) -> tuple[CheckedMot
         InputError: A file can't be read, or the trajectory has other joints.
     """
     scenario = load_scenario(reference)
-    space = joint_space(scenario)
+    joints = read_joint_requirements(scenario)
     span = float(scenario.times[0]), float(scenario.times[-1])
-    motion, defects = read_trajectory(path, space.joint_names, space.joint_units, span=span)
-    report = check(motion, scenario, space=space, defects=defects)
+    motion, defects = read_trajectory(path, joints.joint_names, joints.joint_units, span=span)
+    report = check(motion, scenario, joints=joints, defects=defects)
     fault = changed_since_report(Path(path))
-    return CheckedMotion(scenario, space, None, motion, report), f"{path} {fault}" if fault else ""
+    return CheckedMotion(scenario, joints, None, motion, report), f"{path} {fault}" if fault else ""
 
 
 def check_without_task(
@@ -93,10 +97,10 @@ def check_without_task(
             f"{', '.join(moved.joint_names)}"
         )
     scenario = resolve_task(task.replace(waypoints=_ends(motion, task)), surroundings)
-    space = joint_space(scenario)
+    joints = read_joint_requirements(scenario)
     # the ends of the motion are its own waypoints
-    report = check(motion, scenario, space=space, defects=defects, without=CHECKS_OF_WAYPOINTS)
-    return CheckedMotion(scenario, space, None, motion, report)
+    report = check(motion, scenario, joints=joints, defects=defects, without=CHECKS_OF_WAYPOINTS)
+    return CheckedMotion(scenario, joints, None, motion, report)
 
 
 def _ends(motion: JointTrajectory, task: Task) -> list[dict[str, Any]]:
@@ -125,7 +129,7 @@ def clearance_between(
     scenario: Scenario,
     other: Mapping[str, Any],
     *,
-    space: JointSpace | None = None,
+    joints: JointRequirements | None = None,
 ) -> Finding:
     """Prove that the motions of two robots are clear of each other, or find their contact.
 
@@ -136,7 +140,7 @@ def clearance_between(
         scenario: Its task, with the margin and rules of collisions.
         other: The other robot, with the keys of `scene: {robots: …}`, such as `scenario`, `motion`,
             `in`, `position` and `delay`.
-        space: The scenario's joints and robot, if loaded already.
+        joints: The scenario's joints and robot, if loaded already.
 
     Returns:
         The pair with the minimum clearance: `ok`, `value` [m], `time` [s] and `message`.
@@ -155,8 +159,10 @@ def clearance_between(
     resolved_scene = resolve_task(
         scenario.given.replace(scene=with_other), scenario.locations
     ).scene
-    space = space if space is not None else joint_space(scenario)
-    nearest = clearance_from_robot(trajectory, replace(scenario, scene=resolved_scene), space, name)
+    joints = joints if joints is not None else read_joint_requirements(scenario)
+    nearest = clearance_from_robot(
+        trajectory, replace(scenario, scene=resolved_scene), joints, name
+    )
     if nearest is None:
         raise InputError(f"{scenario.name} and {robot.scenario} have no shapes that can collide")
     return nearest

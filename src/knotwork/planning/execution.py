@@ -23,7 +23,7 @@ from knotwork.task import Task
 from knotwork.task.scenario import JointTarget, Scenario, resolve_task
 from knotwork.task.scenario.event_reader import action_of
 from knotwork.task.scenario.free_values_reader import ends_wait
-from knotwork.task.scenario.joint_space import by_joint, joint_space
+from knotwork.task.scenario.joint_requirements import by_joint, read_joint_requirements
 from knotwork.task.scenario.motion_segments import motion_segments
 from knotwork.task.scenario.scenario import ScenarioPath, ScenarioWaypoint
 from knotwork.task.scenario.waypoint_reader import START
@@ -66,7 +66,7 @@ class Execution:
 
 def scaled_motion(plan: MotionT, profile: Mapping[float, float]) -> MotionT:
     """Execute a planned motion at another speed: see `Plan.scaled`."""
-    scenario, limits = plan.scenario, plan.space.limits
+    scenario, limits = plan.scenario, plan.joints.limits
     moving = on_moving_frames(scenario.given)
     if moving:
         raise scenario.locations.error(
@@ -80,19 +80,19 @@ def scaled_motion(plan: MotionT, profile: Mapping[float, float]) -> MotionT:
 
 def stopped_motion(plan: MotionT, at: float, *, on_path: bool) -> MotionT:
     """Stop a planned motion: see `Plan.stop`."""
-    name, space, planned = plan.scenario.name, plan.space, plan.trajectory
+    name, joints, planned = plan.scenario.name, plan.joints, plan.trajectory
     q, v, a = (planned(at, nu) for nu in range(3))
     at_rest = InputError(f"{name}: the motion is at rest at {at:g} s; it can't be stopped")
     if find_first_rest(planned.polynomial, at) == at:
         raise at_rest
     for kind in ("acceleration",) if on_path else ("acceleration", "jerk"):
-        unlimited = np.flatnonzero(~np.isfinite(space.limits[kind]))
+        unlimited = np.flatnonzero(~np.isfinite(joints.limits[kind]))
         if unlimited.size:
             raise InputError(
-                f"{name}: joint {space.joint_names[unlimited[0]]!r} has no {kind} "
+                f"{name}: joint {joints.joint_names[unlimited[0]]!r} has no {kind} "
                 f"limit, so the fastest stop is undefined; accepted: `limits: {{{kind}: …}}`"
             )
-    limits, warnings = (space.limits["acceleration"], space.limits["jerk"]), []
+    limits, warnings = (joints.limits["acceleration"], joints.limits["jerk"]), []
     if on_path:
         stop = stop_on_path(planned.polynomial, at, *limits, PATH_TOLERANCE)
         if stop is None:
@@ -204,33 +204,38 @@ def _checked(plan: MotionT, executed: Execution, warnings: Sequence[Finding] = (
         warnings: Findings to report as well.
     """
     passed, scenario = executed.passed, resolve_task(_task_of(plan, executed))
-    space, segments = joint_space(scenario), _segments(plan.trajectory.segments, executed)
+    joints, segments = (
+        read_joint_requirements(scenario),
+        _segments(plan.trajectory.segments, executed),
+    )
     trajectory = replace(
         executed.trajectory,
         events=tuple(event.event for event in scenario.events),
-        loads=space.loaded_robots.loads(executed.trajectory.start_time)
-        if space.loaded_robots
+        loads=joints.loaded_robots.loads(executed.trajectory.start_time)
+        if joints.loaded_robots
         else (),
         segments=segments or motion_segments(scenario),
     )
-    motion = Motion(trajectory, plan.space)
+    motion = Motion(trajectory, plan.joints)
     known = [
         *warnings,
         *_misplaced_objects(plan.scenario, executed),
-        *check_tool_at_waypoints(motion, passed, plan.space),
-        *check_tool_paths(motion, passed, plan.space),
+        *check_tool_at_waypoints(motion, passed, plan.joints),
+        *check_tool_paths(motion, passed, plan.joints),
     ]
     q, v = (trajectory(passed.times, nu) for nu in range(2))
-    waypoints = JointWaypoints(space.joint_names, passed.times, q, v, joint_units=space.joint_units)
-    report = check(trajectory, scenario, space=space, known=known)
-    return type(plan)(scenario, space, waypoints, trajectory, report)
+    waypoints = JointWaypoints(
+        joints.joint_names, passed.times, q, v, joint_units=joints.joint_units
+    )
+    report = check(trajectory, scenario, joints=joints, known=known)
+    return type(plan)(scenario, joints, waypoints, trajectory, report)
 
 
 def _misplaced_objects(scenario: Scenario, executed: Execution) -> Iterator[Finding]:
     """Warnings of objects whose frame is unknown, because the executed task has joint values."""
     inner = {waypoint.name for waypoint in executed.passed.waypoints[1:-1]}
     for held in scenario.scene.held:
-        ends = ("before", held.take), ("after", held.leave)
+        ends = ("before", held.taken_at), ("after", held.released_at)
         for (when, i), frame in zip(ends, held.frames, strict=True):
             name = scenario.waypoints[i].name
             if not frame.rests_on(scenario.pose_frame_link) and name in inner:

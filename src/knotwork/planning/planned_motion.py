@@ -34,7 +34,7 @@ class Plan(CheckedMotion):
 
     Attributes:
         scenario: The scenario.
-        space: The joints it moves and their robot.
+        joints: The joints it moves and their robot.
         joint_waypoints: Joint positions and velocities at the waypoints.
         trajectory: The motion.
         report: Findings of the check.
@@ -157,7 +157,7 @@ class Plan(CheckedMotion):
 
         rate = rate if rate is not None else self.scenario.given.rate
         files = {
-            "trajectory.json": storage.to_json(storage.trajectory_to_dict(self.trajectory)),
+            "trajectory.json": storage.json_text(storage.trajectory_to_dict(self.trajectory)),
             "samples.csv": to_csv(self.trajectory, rate=rate),
         }
         scenario_file = self._given_file(Path(folder))
@@ -173,7 +173,7 @@ class Plan(CheckedMotion):
             "scenario_file": scenario_file or "scenario.yaml",
             "files": storage.digests(files),
         }
-        return storage.write_files(folder, {**files, "report.json": storage.to_json(report)})
+        return storage.write_files(folder, {**files, "report.json": storage.json_text(report)})
 
     def scaled(self, profile: Mapping[float, float]) -> Plan:
         """Execute the same path at another speed.

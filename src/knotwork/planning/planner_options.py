@@ -17,27 +17,27 @@ from knotwork.errors import InputError, KnotError, OptionError
 from knotwork.errors.plain_text import waypoint_text
 from knotwork.planning.task_to_joint import knots_of
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.joint_space import JointSpace, joint_space
+from knotwork.task.scenario.joint_requirements import JointRequirements, read_joint_requirements
 from knotwork.waypoints import JointWaypoints
 
 
-def planner_options(scenario: Scenario, space: JointSpace) -> PlannerOptions:
+def planner_options(scenario: Scenario, joints: JointRequirements) -> PlannerOptions:
     """Return a scenario's planner options with joint values in SI, in the order of the joints.
 
     Raises:
         InputError: An option names an unknown joint, or is out of range.
     """
     ends = scenario.given.end_acceleration
-    _refuse_values_for_each(scenario, space)
+    _refuse_values_for_each(scenario, joints)
     return PlannerOptions(
         knots=knots_of(scenario),
-        end_acceleration=ends if isinstance(ends, str) else space.end_acceleration,
-        chosen=space.chosen_sections,
-        accelerations=space.accelerations,
+        end_acceleration=ends if isinstance(ends, str) else joints.end_acceleration,
+        chosen=joints.chosen_sections,
+        accelerations=joints.accelerations,
     )
 
 
-def _refuse_values_for_each(scenario: Scenario, space: JointSpace) -> None:
+def _refuse_values_for_each(scenario: Scenario, joints: JointRequirements) -> None:
     """Raise an error if values are given for each waypoint and a path inserts further waypoints."""
     if not scenario.paths:
         return
@@ -45,7 +45,7 @@ def _refuse_values_for_each(scenario: Scenario, space: JointSpace) -> None:
     if not isinstance(scenario.knots, str | int | float):
         message = f"times are {text}; accepted: paper, balanced or its constant"
         raise InputError(message, where=scenario.where("knots"))
-    if space.accelerations is not None and not isinstance(space.accelerations, str):
+    if joints.accelerations is not None and not isinstance(joints.accelerations, str):
         message = f"values are {text}; accepted: a rule, such as zero or estimated"
         raise InputError(message, where=scenario.where("planner_options", "accelerations"))
 
@@ -86,14 +86,14 @@ class Interpolator:
 
     Attributes:
         scenario: The scenario, with the planner that was given instead of its own.
-        space: Its joints.
+        joints: Its joints.
         options: Options of the planner, in SI.
         unsupported: Names of the scenario's options that the planner does not support.
         planner_given: Whether a planner was given.
     """
 
     scenario: Scenario
-    space: JointSpace
+    joints: JointRequirements
     options: PlannerOptions
     unsupported: tuple[str, ...]
     planner_given: bool
@@ -109,11 +109,11 @@ class Interpolator:
         with nullcontext() if planner else scenario.error_context("planner"):
             get_planner(planner or original)
         scenario = replace(scenario, planner=planner or original)
-        space = joint_space(scenario)
-        options = planner_options(scenario, space)
+        joints = read_joint_requirements(scenario)
+        options = planner_options(scenario, joints)
         if scenario.planner != original:
             options, unsupported = supported_options(options, original, scenario.planner)
-        return cls(scenario, space, options, unsupported, planner is not None)
+        return cls(scenario, joints, options, unsupported, planner is not None)
 
     @property
     def knots_along_paths(self) -> Any:

@@ -13,9 +13,9 @@ from knotwork.errors import InputError
 from knotwork.errors.plain_text import default_waypoint_name
 from knotwork.planning.speed_override import TIME_TOLERANCE
 from knotwork.task import Action, EndAcceleration, ExpandedTask, Placement, SceneObject, Task
-from knotwork.task.scenario import GraspedObject, Scenario, resolve_task
+from knotwork.task.scenario import PlacedHeldObject, Scenario, resolve_task
 from knotwork.task.scenario.event_reader import action_of
-from knotwork.task.scenario.joint_space import by_joint, moved_robot
+from knotwork.task.scenario.joint_requirements import by_joint, moved_robot
 from knotwork.task.scenario.repetitions import expand_repeats
 from knotwork.task.scenario.waypoint_reader import START
 from knotwork.task.task_part import plain
@@ -103,7 +103,7 @@ def joint_state(motion: JointTrajectory, time: float, task: Task) -> dict[str, A
 def held_at(scenario: Scenario, at: float) -> list[str]:
     """Names of the objects held at a time [s]."""
     held, times = scenario.scene.held, scenario.times
-    return [item.name for item in held if times[item.take] <= at < times[item.leave]]
+    return [item.name for item in held if times[item.taken_at] <= at < times[item.released_at]]
 
 
 def on_moving_frames(task: ExpandedTask) -> list[int]:
@@ -140,15 +140,15 @@ def task_with_scene_from(
     for item in scenario.scene.objects:
         objects[item.name] = shift_appearance(task.scene.objects[item.name], item.appears)
     for held in scenario.scene.held:
-        take, leave = times[held.take], times[held.leave]
-        if take < last - TIME_TOLERANCE and first < leave:
-            grasp = task.tool.holds[held.name]  # type: ignore[union-attr]  # it holds something
-            holds[held.name] = shift_appearance(grasp, held.appears).replace(
-                take=grasp.take if first < take else ends[0],
-                leave=grasp.leave if leave <= last else ends[1],
+        taken, released = times[held.taken_at], times[held.released_at]
+        if taken < last - TIME_TOLERANCE and first < released:
+            given = task.tool.holds[held.name]  # type: ignore[union-attr]  # it holds something
+            holds[held.name] = shift_appearance(given, held.appears).replace(
+                taken_at=given.taken_at if first < taken else ends[0],
+                released_at=given.released_at if released <= last else ends[1],
             )
         else:
-            i = held.take if last - TIME_TOLERANCE <= take else held.leave
+            i = held.taken_at if last - TIME_TOLERANCE <= taken else held.released_at
             put_down = _put_down(plan, held, i, span)
             objects[held.name] = shift_appearance(put_down, held.appears)
     tool = None if task.tool is None else task.tool.replace(holds=holds or None)
@@ -177,7 +177,7 @@ def _frame_of_joints(scenario: Scenario) -> str | None:
 
 
 def _put_down(
-    plan: CheckedMotion, held: GraspedObject, i: int, span: tuple[float, float]
+    plan: CheckedMotion, held: PlacedHeldObject, i: int, span: tuple[float, float]
 ) -> SceneObject:
     """A held object that lies where the tool takes or releases it.
 
@@ -190,9 +190,9 @@ def _put_down(
         span: Time interval of the planned motion that is executed [s].
     """
     scenario, task = plan.scenario, plan.scenario.given
-    waypoint, frame = scenario.waypoints[i], held.frames[i == held.leave]
+    waypoint, frame = scenario.waypoints[i], held.frames[i == held.released_at]
     near = [neighbour.time for neighbour in scenario.waypoints[max(i - 1, 0) : i + 2]]
-    robot, q = plan.space.robot, plan.trajectory(waypoint.time)
+    robot, q = plan.joints.robot, plan.trajectory(waypoint.time)
     tool = robot.tool_pose(q, in_world_frame=waypoint.in_world_frame)  # type: ignore[union-attr]
     placed, parent = tool * held.shape.placement, "base"
     if frame.is_moving:
@@ -201,9 +201,9 @@ def _put_down(
     elif scenario.pose_frame_link and not waypoint.in_world_frame:
         parent = _frame_of_joints(scenario) or "base"
         placed = scenario.frames[parent].actInv(placed)
-    grasp = task.tool.holds[held.name]  # type: ignore[union-attr]
+    given = task.tool.holds[held.name]  # type: ignore[union-attr]
     described = SceneObject.model_fields.keys() - Placement.model_fields.keys()
-    shape = {key: getattr(grasp, key) for key in described & grasp.model_fields_set}
+    shape = {key: getattr(given, key) for key in described & given.model_fields_set}
     place = plain(placed)
     place["position"] = (placed.translation / task.units.in_si[0]).tolist()
     is_near = near[0] <= span[1] and span[0] <= near[-1]

@@ -42,8 +42,8 @@ class SequencePlanner:
     def solve(self, avoided: Sequence[SequenceStep] = ()) -> TaskSolution:
         """Find the best sequence of solutions that takes none of the steps to avoid."""
         interpolator = self._interpolator
-        scenario, space = interpolator.scenario, interpolator.space
-        return solve_task(scenario, space, interpolator.knots_along_paths, avoided)
+        scenario, joints = interpolator.scenario, interpolator.joints
+        return solve_task(scenario, joints, interpolator.knots_along_paths, avoided)
 
     def plan(self, solution: TaskSolution | None = None) -> Plan:
         """Plan a sequence of solutions, by default the best, and check the motion."""
@@ -61,21 +61,21 @@ class SequencePlanner:
     def _interpolate(self, solution: TaskSolution, chosen: ChosenValues | None = None) -> Plan:
         """Interpolate a sequence of solutions, and check the motion."""
         interpolator, waypoints = self._interpolator, solution.waypoints
-        scenario, space = interpolator.scenario, interpolator.space
+        scenario, joints = interpolator.scenario, interpolator.joints
         trajectory = interpolator.trajectory(waypoints)
         clear_motions = [*find_clear_motions(scenario)] if interpolator.options.chosen else []
         starts = {i for indices, _ in clear_motions for i in indices[:-1]}
         trajectory = replace(
             trajectory,
             events=tuple(event.event for event in scenario.events),
-            loads=space.loaded_robots.loads(trajectory.start_time) if space.loaded_robots else (),
+            loads=joints.loaded_robots.loads(trajectory.start_time) if joints.loaded_robots else (),
             segments=motion_segments(scenario, starts),
         )
         findings = [*solution.infeasibilities]
         if chosen is not None:
             from knotwork.planning.choosing.chosen_times_findings import chosen_times_findings
 
-            findings += chosen_times_findings(chosen, space)
+            findings += chosen_times_findings(chosen, joints)
             # the solutions were chosen before the times, and the times are only valid for them
             solution = replace(
                 chosen.solution, waypoints=waypoints, infeasibilities=solution.infeasibilities
@@ -83,11 +83,11 @@ class SequencePlanner:
         if clear_motions:
             from knotwork.planning.choosing.chosen_times_findings import clear_motion_findings
 
-            findings += clear_motion_findings(clear_motions, scenario, space, trajectory)
-        report = check(trajectory, scenario, space=space, known=findings)
+            findings += clear_motion_findings(clear_motions, scenario, joints, trajectory)
+        report = check(trajectory, scenario, joints=joints, known=findings)
         return Plan(
             scenario,
-            space,
+            joints,
             waypoints,
             trajectory,
             report,

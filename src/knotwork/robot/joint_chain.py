@@ -125,7 +125,7 @@ def _find_moving_joints(
             robot,
             f"tool frame {tool!r} is not carried by base frame {base!r}; give a base frame on "
             f"the way from the root {urdf.root!r} to the tool",
-            joint=tool,
+            link=tool,
         )
     chain = carriers[carriers.index(base_joint) + 1 :]
     moving = [i for i in chain if full.names[i] not in locked]
@@ -133,7 +133,7 @@ def _find_moving_joints(
         locked_names = [full.names[i] for i in chain]
         why = f"; these joints are locked: {', '.join(locked_names)}" if locked_names else ""
         message = f"no joint moves tool frame {tool!r} relative to base frame {base!r}{why}"
-        raise RobotError(robot, message, joint=tool)
+        raise RobotError(robot, message, link=tool)
     for i in moving:
         why_not = _explain_unsupported(urdf, i)
         if why_not is not None:

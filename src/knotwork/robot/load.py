@@ -168,7 +168,7 @@ def _check_names(content: RobotFile, document: Document, urdf: Urdf) -> None:
 
 def _check_configuration(robot: Robot, name: str) -> None:
     q = robot.configuration(name)
-    lower_limits, upper_limits = robot.lower_position_limit, robot.upper_position_limit
+    lower_limits, upper_limits = robot.limits.lower, robot.limits.upper
     joints = zip(robot.joint_names, q, lower_limits, upper_limits, robot.joint_units, strict=True)
     for joint, value, lower, upper, unit in joints:
         if not lower <= value <= upper:

@@ -31,6 +31,7 @@ class PlannedJoints:
         self.dof, self.virtual_joints = len(self.joint_names), extra
         self.virtual = np.array([False] * len(names) + [True] * len(extra))
         self.limits = limits = _collect_limits(description, names)
+        # the same arrays by names in the style of Pinocchio
         self.lower_position_limit, self.upper_position_limit = limits.lower, limits.upper
         self.velocity_limit, self.acceleration_limit = limits.velocity, limits.acceleration
         self.jerk_limit, self.effort_limit = limits.jerk, limits.effort

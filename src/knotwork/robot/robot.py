@@ -47,11 +47,9 @@ class Robot(ChainModel):
         dof: Number of planned joints, d.
         joint_names: Names of the d joints, base first.
         joint_units: `"rad"` or `"m"` for each joint.
-        lower_position_limit, upper_position_limit: Position limits [rad or m], infinite where there
-            are none.
-        velocity_limit, acceleration_limit, jerk_limit, effort_limit: Other limits [rad/s or m/s, …;
-            N m or N], infinite where not given.
-        limits: All of these as `JointLimits`.
+        limits: `JointLimits` of the d joints.
+        lower_position_limit, upper_position_limit, velocity_limit, acceleration_limit, jerk_limit,
+            effort_limit: The arrays of `limits`, by names in the style of Pinocchio.
         weights: Weight of each joint's motion.
         virtual: Whether each joint is a virtual one.
         virtual_joints: The virtual joints, which are the last joints.
@@ -176,7 +174,7 @@ class Robot(ChainModel):
                 positive, or lower isn't below upper.
             UnknownNameError: The robot has no such joint.
 
-        >>> kw.load_robot("planar2").with_limits(velocity={"elbow": 0.5}).velocity_limit
+        >>> kw.load_robot("planar2").with_limits(velocity={"elbow": 0.5}).limits.velocity
         array([3. , 0.5])
         """
         limits = {"position": position, **magnitudes}

@@ -220,11 +220,8 @@ def _build_model(text: str, path: Path, robot: str) -> Any:
             ("inertia", frame.inertia.toDynamicParameters()),
         ):
             if not np.isfinite(numbers).all():
-                raise RobotError(
-                    robot,
-                    f"{path} is not a valid URDF: the {name} of {frame.name!r} is not finite",
-                    joint=frame.name,
-                )
+                fault = f"the {name} of {frame.name!r} is not finite"
+                raise RobotError(robot, f"{path} is not a valid URDF: {fault}")
     return model
 
 

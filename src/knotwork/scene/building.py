@@ -33,7 +33,7 @@ from knotwork.scene.other_robots import are_in_one_cell, load_other_motion
 from knotwork.scene.pairing import Pairing
 from knotwork.scene.solids import Solid, make_solid
 from knotwork.task.scenario import (
-    GraspedObject,
+    PlacedHeldObject,
     PlacedObject,
     PlacedRobot,
     PlacedShape,
@@ -64,10 +64,10 @@ def build_robot_collision_model(robot: Robot) -> CollisionModel:
 
 
 class Hold(NamedTuple):
-    """Poses and times between a grasp and its release.
+    """Poses and times at which the tool takes and releases an object.
 
     Attributes:
-        grasp_pose, release_pose: Poses of the TCP at the start and at the end, `pin.SE3` in the
+        taken_pose, released_pose: Poses of the TCP at the start and at the end, `pin.SE3` in the
             base frame.
         start, end: Time interval [s].
         approach_start: Time at which the tool departs to the object [s]. Before, it must keep
@@ -76,8 +76,8 @@ class Hold(NamedTuple):
             keep clear of the object.
     """
 
-    grasp_pose: Any
-    release_pose: Any
+    taken_pose: Any
+    released_pose: Any
     start: float
     end: float
     approach_start: float = -math.inf
@@ -85,8 +85,7 @@ class Hold(NamedTuple):
 
 
 def find_hold(
-    take: int,
-    leave: int,
+    held: PlacedHeldObject,
     times: Sequence[float],
     poses: Sequence[Any],
     in_world_frame: Sequence[bool],
@@ -97,8 +96,7 @@ def find_hold(
     departure ends at the first such waypoint afterwards.
 
     Args:
-        take: Index of the waypoint where the object is taken.
-        leave: Index of the waypoint where it is released.
+        held: The object.
         times: Times of the waypoints [s].
         poses: Poses of the TCP at the waypoints, `pin.SE3` in the base frame.
         in_world_frame: Whether each pose is in the world frame instead.
@@ -110,10 +108,17 @@ def find_hold(
         moved = poses[k].translation - poses[waypoint].translation
         return bool(np.abs(moved).max() > TCP_TOLERANCE)
 
-    before = (times[k] for k in range(take - 1, -1, -1) if elsewhere(k, take))
-    after = (times[k] for k in range(leave + 1, len(times)) if elsewhere(k, leave))
-    near = next(before, -math.inf), next(after, math.inf)
-    return Hold(poses[take], poses[leave], times[take], times[leave], *near)
+    first, last = held.taken_at, held.released_at
+    before = (times[k] for k in range(first - 1, -1, -1) if elsewhere(k, first))
+    after = (times[k] for k in range(last + 1, len(times)) if elsewhere(k, last))
+    return Hold(
+        taken_pose=poses[first],
+        released_pose=poses[last],
+        start=times[first],
+        end=times[last],
+        approach_start=next(before, -math.inf),
+        departure_end=next(after, math.inf),
+    )
 
 
 def build_collision_model(
@@ -131,9 +136,9 @@ def build_collision_model(
         DocumentError: A mesh is wrong, or a name in the scenario is unknown.
     """
     scene = scenario.scene
-    waypoints = times, poses, [waypoint.in_world_frame for waypoint in scenario.waypoints]
-    holds = {held.name: find_hold(held.take, held.leave, *waypoints) for held in scene.held}
-    items: list[PlacedObject | GraspedObject] = [*scene.objects, *scene.held]
+    in_world_frame = [waypoint.in_world_frame for waypoint in scenario.waypoints]
+    holds = {held.name: find_hold(held, times, poses, in_world_frame) for held in scene.held}
+    items: list[PlacedObject | PlacedHeldObject] = [*scene.objects, *scene.held]
     appearance_times = {
         item.name: times[item.appears] for item in items if item.appears is not None
     }
@@ -277,12 +282,12 @@ class _Builder:
         solids = tuple(self._solid(shape, frame.placement) for shape in shapes)
         return Body(TOOL_BODY, "tool", int(frame.parentJoint), solids)
 
-    def _held_bodies(self, held: GraspedObject) -> list[Body]:
-        """Make the bodies of a grasped object: before the grasp, in the tool, after the release."""
+    def _held_bodies(self, held: PlacedHeldObject) -> list[Body]:
+        """Make the bodies of a held object: before it is taken, in the tool, after its release."""
         name, shape, hold = held.name, held.shape, self.holds[held.name]
         frame = self.robot.model.frames[self.robot.require_tool()]
         lying = []
-        ends = ((hold.grasp_pose, hold.start), (hold.release_pose, hold.end))
+        ends = ((hold.taken_pose, hold.start), (hold.released_pose, hold.end))
         for lies_in, (pose, time) in zip(held.frames, ends, strict=True):
             joint, placement = self._carrier(lies_in, time)
             lying.append((joint, (self._solid(shape, placement * pose),)))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,7 +15,6 @@ from knotwork.curves.tool_paths.task_frame import KnownJoints, TaskFrame
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import JointTree, place_joints
 from knotwork.scene.bodies import Body
-from knotwork.scene.distances import DistanceMeter
 
 TOOL_BODY = "tool"
 
@@ -166,8 +164,3 @@ class CollisionModel:
             if pair.reason not in (MOVE_TOGETHER, NEITHER_MOVES):
                 pairs.setdefault(pair.reason, []).append(f"{pair.first} and {pair.second}")
         return [f"not checked, as {reason}: {'; '.join(named)}" for reason, named in pairs.items()]
-
-    @cached_property
-    def meter(self) -> DistanceMeter:
-        """Measures distances between bodies, in one thread."""
-        return DistanceMeter()

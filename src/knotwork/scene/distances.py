@@ -156,7 +156,6 @@ def _express_in_axes(frame: Placed, solid: Placed) -> Placed:
 
 
 def find_nearest_points(
-    meter: DistanceMeter,
     first: Body,
     second: Body,
     rotation: FloatArray,
@@ -165,18 +164,17 @@ def find_nearest_points(
     """Find the nearest points of two bodies.
 
     Args:
-        meter: Meter of distances.
         first: A body.
         second: Another one.
         rotation: Rotations of all joints, shape (n + 1, 3, 3).
         origin: Origins of all joints [m], shape (n + 1, 3).
     """
+    meter = DistanceMeter()
     pairs = _pair_solids(first, second, rotation, origin)
     return min((meter.nearest(a, b) for a, b in pairs), key=lambda nearest: nearest.distance)
 
 
 def are_nearer_than(
-    meter: DistanceMeter,
     first: Body,
     second: Body,
     rotation: FloatArray,
@@ -186,13 +184,13 @@ def are_nearer_than(
     """Whether two bodies are within a margin of each other, or one is inside the other.
 
     Args:
-        meter: Meter of distances.
         first: A body.
         second: Another one.
         rotation: Rotations of all joints, shape (n + 1, 3, 3).
         origin: Origins of all joints [m], shape (n + 1, 3).
         margin: Required clearance [m].
     """
+    meter = DistanceMeter()
     return any(
         meter.distance(a, b, margin + DISTANCE_ERROR) <= margin or is_one_inside_other(a, b)
         for a, b in _pair_solids(first, second, rotation, origin)

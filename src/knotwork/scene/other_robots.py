@@ -76,18 +76,20 @@ def _load_motion(path: str, motion: Path | None, changed: tuple[int, ...]) -> Ot
                 f"{path}: its motion fails its own check: {plan.report.failures[0].message}; "
                 "accepted: a scenario that passes, or motion: the file of a recorded motion"
             )
-        scenario, space, trajectory = plan.scenario, plan.space, plan.trajectory
+        scenario, joints, trajectory = plan.scenario, plan.joints, plan.trajectory
     else:
-        space = _load_callable("task.scenario.joint_space", "joint_space")(scenario)
+        joints = _load_callable("task.scenario.joint_requirements", "read_joint_requirements")(
+            scenario
+        )
         read = _load_callable("files.foreign.trajectory_files", "read_trajectory")
-        trajectory, faults = read(motion, space.joint_names, space.joint_units)
+        trajectory, faults = read(motion, joints.joint_names, joints.joint_units)
         if faults:
             raise InputError(f"{motion}: {faults[0]}")
-    moved = _load_callable("verification.motion", "Motion")(trajectory, space)
-    model = _load_callable("verification.collisions", "motion_model")(moved, scenario, space.robot)
+    moved = _load_callable("verification.motion", "Motion")(trajectory, joints)
+    model = _load_callable("verification.collisions", "motion_model")(moved, scenario, joints.robot)
     held = frozenset(held.name for held in scenario.scene.held)
     known = (ExtendedCurve(moved.curve), *model.known_motions)
-    return OtherMotion(space.robot, model, known, held)
+    return OtherMotion(joints.robot, model, known, held)
 
 
 def are_in_one_cell(robot: Robot, second: Robot) -> bool:

@@ -45,8 +45,8 @@ from .task_waypoints import JointWaypoint as JointWaypoint
 from .task_waypoints import PathWaypoint as PathWaypoint
 from .task_waypoints import PoseWaypoint as PoseWaypoint
 from .task_waypoints import Weave as Weave
-from .tool_and_limits import FrameSpeed as FrameSpeed
 from .tool_and_limits import Limits as Limits
+from .tool_and_limits import LinkSpeed as LinkSpeed
 from .tool_and_limits import MotionLimits as MotionLimits
 from .tool_and_limits import Tool as Tool
 

@@ -164,8 +164,8 @@ def require_mass(part: Any) -> Any:
 class HeldObject(_Appearing):
     """An object carried by the tool; it is at rest before it is taken and after its release."""
 
-    take: Text = required("Name of the waypoint where the tool takes the object", key="from")
-    leave: Text = required("Name of the waypoint where the tool releases the object", key="to")
+    taken_at: Text = required("Name of the waypoint where the tool takes the object", key="from")
+    released_at: Text = required("Name of the waypoint where the tool releases it", key="to")
     allow: Items[Text] = optional(
         "Bodies that it may touch: objects of the scene that it is taken from or put on, "
         "links. The tool may touch it in any case",

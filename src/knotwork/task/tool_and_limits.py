@@ -54,10 +54,10 @@ class Tool(TaskPart):
         return self
 
 
-class FrameSpeed(TaskPart):
+class LinkSpeed(TaskPart):
     """A speed limit of a link's origin."""
 
-    frame: Text = required("A link of the robot, for example the forearm")
+    link: Text = required("A link of the robot, for example the forearm", key="frame")
     speed: Positive = required("Largest speed of the link's origin", unit="length/s")
 
 
@@ -70,7 +70,7 @@ class MotionLimits(TaskPart):
     )
     frame_speed: (
         Annotated[
-            FrameSpeed | NonEmpty[FrameSpeed],
+            LinkSpeed | NonEmpty[LinkSpeed],
             Forms("a mapping with frame and speed, or a list of them"),
         ]
         | None
@@ -81,10 +81,10 @@ class MotionLimits(TaskPart):
     )
 
     @property
-    def frame_speeds(self) -> Sequence[FrameSpeed]:
+    def link_speeds(self) -> Sequence[LinkSpeed]:
         """All limits on the speeds of links."""
         limits = self.frame_speed or ()
-        return (limits,) if isinstance(limits, FrameSpeed) else limits
+        return (limits,) if isinstance(limits, LinkSpeed) else limits
 
 
 class Limits(MotionLimits, JointLimitFields):

@@ -11,7 +11,7 @@ import numpy as np
 
 from knotwork.joint_quantities import rate_unit
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.joint_space import JointSpace
+from knotwork.task.scenario.joint_requirements import JointRequirements
 from knotwork.verification.finding import Finding, Group, Subject
 from knotwork.verification.limits import (
     LIMIT_SLACK,
@@ -33,9 +33,11 @@ ALMOST_SINGULAR = 1e-3
 """Smallest singular value below which a motion is called almost singular if there is no limit."""
 
 
-def check_tool_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def check_tool_limits(
+    motion: Motion, scenario: Scenario, joints: JointRequirements
+) -> Iterator[Finding]:
     """Compare speed and acceleration of the tool, and the speed of links, with their limits."""
-    robot, limits = space.robot, scenario.motion_limits
+    robot, limits = joints.robot, scenario.motion_limits
     if robot is None:
         return
     from knotwork.verification.bounds import tool_acceleration_bound, tool_speed_bound
@@ -43,7 +45,7 @@ def check_tool_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> 
     rows = [
         ("tool_speed", None, limits.tool_speed),
         ("tool_acceleration", None, limits.tool_acceleration),
-        *(("frame_speed", limit.frame, limit.speed) for limit in limits.frame_speeds),
+        *(("frame_speed", limit.link, limit.speed) for limit in limits.link_speeds),
     ]
     for quantity, frame, limit in rows:
         if limit is None:
@@ -63,15 +65,17 @@ def check_tool_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> 
         yield replace(finding, remedy=slowing_remedy(finding, order, scenario))
 
 
-def check_singularity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def check_singularity(
+    motion: Motion, scenario: Scenario, joints: JointRequirements
+) -> Iterator[Finding]:
     """Find the smallest singular value over the motion, and compare it with its limit, if any."""
-    if space.robot is None or space.robot.tool_frame is None:
+    if joints.robot is None or joints.robot.tool_frame is None:
         return
     from knotwork.verification.bounds import singular_value_bound
 
     limit = scenario.motion_limits.singular_value
     allowed = None if limit is None else limit * (1.0 - LIMIT_SLACK)
-    bound = singular_value_bound(space.robot, motion.trajectory, limit=allowed)
+    bound = singular_value_bound(joints.robot, motion.trajectory, limit=allowed)
     worst = LimitedValue.from_bound(bound, math.inf if limit is None else limit, -1.0)
     subject: tuple[str, Subject, str] = (Group.SINGULARITY, "tool", "")
     label = "tool: the smallest singular value (metres and radians mixed)"
@@ -89,27 +93,29 @@ def check_singularity(motion: Motion, scenario: Scenario, space: JointSpace) -> 
     )  # fmt: skip
 
 
-def check_effort_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def check_effort_limits(
+    motion: Motion, scenario: Scenario, joints: JointRequirements
+) -> Iterator[Finding]:
     """Compare joint torques and forces, by inverse dynamics, with their limits."""
-    if space.loaded_robots is None:
-        if space.robot is not None and space.robot.base_moves:
-            name = space.robot.base_frame
+    if joints.loaded_robots is None:
+        if joints.robot is not None and joints.robot.base_moves:
+            name = joints.robot.base_frame
             message = f"efforts are not checked: the frame of the poses is on {name}, which moves"
             yield Finding.of_motion(Group.MOTION, "efforts", message, "warning")
         return
     from knotwork.verification.bounds import torque_bound
 
-    limits = space.limits["effort"]
+    limits = joints.limits["effort"]
     jumps = lower_order_jumps(motion.curve, 2)  # a jump of one joint is an impulse on all joints
     parts = [
         torque_bound(robot, part, limit=add_slack(limits))
-        for robot, part in space.loaded_robots.parts(motion.trajectory)
+        for robot, part in joints.loaded_robots.parts(motion.trajectory)
     ]
     for i, bounds in enumerate(zip(*parts, strict=True)):
         bound = _worst_bound(bounds)
         side, jump = math.copysign(1.0, bound.value), jumps.get(i, next(iter(jumps.values()), None))
         worst = LimitedValue.from_bound(bound, side * float(limits[i]), side)
-        yield joint_finding(space, i, "effort", worst, jump)
+        yield joint_finding(joints, i, "effort", worst, jump)
 
 
 def _worst_bound(bounds: Sequence[Bound]) -> Bound:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.joint_space import JointSpace
+from knotwork.task.scenario.joint_requirements import JointRequirements
 from knotwork.verification.bounded_limits import (
     check_effort_limits,
     check_singularity,
@@ -31,7 +31,7 @@ from knotwork.verification.waypoint_checks import (
     report_no_start,
 )
 
-Check = Callable[[Motion, Scenario, JointSpace], Iterable[Finding]]
+Check = Callable[[Motion, Scenario, JointRequirements], Iterable[Finding]]
 """Function from a motion, its task and its joints to findings."""
 
 CHECKS: dict[str, Check] = {

@@ -12,7 +12,7 @@ from knotwork.arrays import FloatArray
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors.plain_text import waypoint_text
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.joint_space import JointSpace
+from knotwork.task.scenario.joint_requirements import JointRequirements
 from knotwork.verification.finding import Finding, Group, Verdict
 from knotwork.verification.limits import find_grossly_exceeded_limit
 from knotwork.verification.motion import AT_WAYPOINT, Motion, describe_time
@@ -26,12 +26,14 @@ MINIMUM_PRECISION = 2e-4
 """Precision of the clearance from another robot, see `clearance_from_robot` [m]."""
 
 
-def check_collisions(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def check_collisions(
+    motion: Motion, scenario: Scenario, joints: JointRequirements
+) -> Iterator[Finding]:
     """Prove over all time that all pairs of bodies keep their margins."""
-    robot, scene = space.robot, scenario.scene
+    robot, scene = joints.robot, scenario.scene
     if robot is None or not scene.is_checked:
         return
-    if exceeded_limit := find_grossly_exceeded_limit(motion.curve, space):
+    if exceeded_limit := find_grossly_exceeded_limit(motion.curve, joints):
         yield _not_examined(exceeded_limit)
         return
     from knotwork.verification.bounds.clearance import clearances
@@ -48,23 +50,23 @@ def check_collisions(motion: Motion, scenario: Scenario, space: JointSpace) -> I
 
 
 def clearance_from_robot(
-    trajectory: JointTrajectory, scenario: Scenario, space: JointSpace, name: str
+    trajectory: JointTrajectory, scenario: Scenario, joints: JointRequirements, name: str
 ) -> Finding | None:
     """Report how near the motion comes to another robot of the scene.
 
     Args:
         trajectory: The motion.
         scenario: The scenario, whose scene has the other robot.
-        space: The joints and their robot.
+        joints: The joints and their robot.
         name: Name of the other robot.
 
     Returns:
         The finding on the nearest pair of bodies; `None` if no pair is checked.
     """
-    robot, motion = space.robot, Motion(trajectory, space)
+    robot, motion = joints.robot, Motion(trajectory, joints)
     if robot is None:
         return None
-    if exceeded_limit := find_grossly_exceeded_limit(motion.curve, space):
+    if exceeded_limit := find_grossly_exceeded_limit(motion.curve, joints):
         return _not_examined(exceeded_limit)
     from knotwork.verification.bounds.clearance import least_clearance
 
@@ -77,7 +79,7 @@ def clearance_from_robot(
 
 
 def motion_model(motion: Motion, scenario: Scenario, robot: Robot) -> CollisionModel:
-    """Build the collision model of a scenario, with objects held between grasp and release.
+    """Build the collision model of a scenario, with its held objects.
 
     Raises:
         DocumentError: A mesh is wrong, or a name in the scenario is unknown.

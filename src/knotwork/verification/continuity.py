@@ -9,7 +9,7 @@ import numpy as np
 from knotwork.curves.polynomial.jumps import ALWAYS_A_JUMP, evaluation_noise, measure_jumps
 from knotwork.joint_quantities import MOTION_QUANTITIES, rate_unit
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.joint_space import JointSpace
+from knotwork.task.scenario.joint_requirements import JointRequirements
 from knotwork.verification.finding import Finding, Group
 from knotwork.verification.motion import Motion
 
@@ -27,7 +27,9 @@ are about 100 times lower.
 """
 
 
-def check_continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def check_continuity(
+    motion: Motion, scenario: Scenario, joints: JointRequirements
+) -> Iterator[Finding]:
     """Find jumps of position, velocity and acceleration beyond rounding.
 
     There is a finding for every joint that jumps; if none does, for the joint nearest to a jump.
@@ -38,7 +40,7 @@ def check_continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> I
         required = order <= scenario.given.continuity
         sizes, allowed = measure_jumps(motion.curve, order)
         if not len(sizes):
-            sizes = allowed = np.zeros((1, len(space.joint_names)))
+            sizes = allowed = np.zeros((1, len(joints.joint_names)))
         utilisation = np.divide(sizes, allowed, out=np.zeros_like(sizes), where=allowed > 0)
         utilisation[~(sizes <= allowed)] = np.inf
         jumping = np.flatnonzero(np.isinf(utilisation).any(axis=0))
@@ -46,27 +48,29 @@ def check_continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> I
             worst = max(range(len(sizes)), key=lambda k: (utilisation[k, joint], sizes[k, joint]))
             time = float(motion.curve.x[min(worst + 1, len(motion.curve.x) - 1)])
             value, limit = float(sizes[worst, joint]), float(allowed[worst, joint])
-            unit = rate_unit(space.joint_units[joint], order)
+            unit = rate_unit(joints.joint_units[joint], order)
             text = f"jumps by {scenario.units.text(value, unit, '.3g')} at {time:.6g} s"
             yield Finding.at_most(
-                Group.CONTINUITY, "joint", space.joint_names[joint], f"{quantity}_jump",
-                f"joint {space.joint_names[joint]!r}: {quantity} {text}", value=value, limit=limit,
+                Group.CONTINUITY, "joint", joints.joint_names[joint], f"{quantity}_jump",
+                f"joint {joints.joint_names[joint]!r}: {quantity} {text}", value=value, limit=limit,
                 required=required, unit=unit, time=time,
             )  # fmt: skip
         rates, limit = motion.curve.extrema(order + 1), FASTEST_CHANGES[order]
         for joint in np.flatnonzero(~(rates.peak <= limit)):
             value, time = float(rates.peak[joint]), float(rates.peak_time[joint])
-            unit = rate_unit(space.joint_units[joint], order + 1)
+            unit = rate_unit(joints.joint_units[joint], order + 1)
             rate, fastest = (scenario.units.text(x, unit, ".3g") for x in (value, limit))
             yield Finding.at_most(
-                Group.CONTINUITY, "joint", space.joint_names[joint], f"{quantity}_change",
-                f"joint {space.joint_names[joint]!r}: {quantity} changes at {rate} at {time:.6g} "
+                Group.CONTINUITY, "joint", joints.joint_names[joint], f"{quantity}_change",
+                f"joint {joints.joint_names[joint]!r}: {quantity} changes at {rate} at {time:.6g} "
                 f"s, which is a jump for any drive (at most {fastest})", value=value, limit=limit,
                 required=required, unit=unit, time=time,
             )  # fmt: skip
 
 
-def check_resolution(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def check_resolution(
+    motion: Motion, scenario: Scenario, joints: JointRequirements
+) -> Iterator[Finding]:
     """Check that rounding errors of position, velocity and acceleration are negligible.
 
     Where large terms of opposite signs cancel, their rounding errors remain. All other checks
@@ -75,7 +79,7 @@ def check_resolution(motion: Motion, scenario: Scenario, space: JointSpace) -> I
     noise = evaluation_noise(motion.curve, JUMP_ORDERS)
     for order, quantity in enumerate(MOTION_QUANTITIES[:JUMP_ORDERS]):
         for joint in np.flatnonzero(~(noise[order] <= ALWAYS_A_JUMP[order])):
-            name, unit = space.joint_names[joint], rate_unit(space.joint_units[joint], order)
+            name, unit = joints.joint_names[joint], rate_unit(joints.joint_units[joint], order)
             value, limit = float(noise[order, joint]), ALWAYS_A_JUMP[order]
             yield Finding.at_most(
                 Group.MOTION, "joint", name, ROUNDING_QUANTITIES[order],

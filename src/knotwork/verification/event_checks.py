@@ -9,7 +9,7 @@ import numpy as np
 
 from knotwork.curves.trajectory.motion_events import Event
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.joint_space import JointSpace
+from knotwork.task.scenario.joint_requirements import JointRequirements
 from knotwork.task.scenario.motion_segments import motion_segments
 from knotwork.task.scenario.repetitions import repetition_starts
 from knotwork.task.scenario.scenario import RequestedEvent
@@ -21,7 +21,9 @@ MAX_NAMED_EVENTS = 4
 """Maximum number of events named in a short report."""
 
 
-def check_events(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def check_events(
+    motion: Motion, scenario: Scenario, joints: JointRequirements
+) -> Iterator[Finding]:
     """Report the time of each event, and compare the tool's position along a path with the task."""
     requested = [request.event for request in scenario.events]
     shown = [f"{event.text} {event.time:.3f} s" for event in requested[:MAX_NAMED_EVENTS]]
@@ -37,7 +39,7 @@ def check_events(motion: Motion, scenario: Scenario, space: JointSpace) -> Itera
         yield _event_finding(event, "information" if inside else "failed", fact, brief=brief)
         brief = ""
         if inside and request.path is not None:
-            yield _compare_on_path(request, motion, scenario, space)
+            yield _compare_on_path(request, motion, scenario, joints)
     stored = motion.trajectory
     if stored.events or stored.segments:
         unexpected = "the motion has it, but the scenario does not request it"
@@ -99,13 +101,13 @@ def _location_text(request: RequestedEvent, scenario: Scenario) -> str:
 
 
 def _compare_on_path(
-    request: RequestedEvent, motion: Motion, scenario: Scenario, space: JointSpace
+    request: RequestedEvent, motion: Motion, scenario: Scenario, joints: JointRequirements
 ) -> Finding:
     event, path = request.event, request.path
-    if path is None or space.robot is None:
+    if path is None or joints.robot is None:
         raise TypeError("an event on a path needs a robot")
     time = np.clip([event.time], motion.start_time, motion.end_time)
-    pose = space.robot.forward(motion.curve(time[0]))
+    pose = joints.robot.forward(motion.curve(time[0]))
     reached, _, _ = path.motion.woven_frame.relative_motion(
         time, pose.translation[None], pose.rotation[None], np.zeros((1, 3))
     )
@@ -120,7 +122,9 @@ def _compare_on_path(
     )  # fmt: skip
 
 
-def report_segments(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def report_segments(
+    motion: Motion, scenario: Scenario, joints: JointRequirements
+) -> Iterator[Finding]:
     """Report the interval of each segment of the motion."""
     for segment in motion.trajectory.segments or motion_segments(scenario):
         yield Finding(
@@ -129,7 +133,9 @@ def report_segments(motion: Motion, scenario: Scenario, space: JointSpace) -> It
         )  # fmt: skip
 
 
-def report_cycles(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def report_cycles(
+    motion: Motion, scenario: Scenario, joints: JointRequirements
+) -> Iterator[Finding]:
     """Report the time from the first waypoint of a repetition to that of the next."""
     for rows in repetition_starts(scenario):
         starts = scenario.times[rows]

@@ -9,7 +9,7 @@ import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.task.scenario import Scenario, ScenarioPath
-from knotwork.task.scenario.joint_space import JointSpace
+from knotwork.task.scenario.joint_requirements import JointRequirements
 from knotwork.units import Units
 from knotwork.verification.bounds.free_turn import free_angles, open_ranges
 from knotwork.verification.finding import Finding, Group, Subject
@@ -120,9 +120,11 @@ def _continue_turn(uses: list[FreedomUse]) -> list[FreedomUse]:
     ]
 
 
-def report_freedoms(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def report_freedoms(
+    motion: Motion, scenario: Scenario, joints: JointRequirements
+) -> Iterator[Finding]:
     """Report the sampled free values within their ranges, and how far external axes move."""
-    robot = space.robot
+    robot = joints.robot
     if robot is None:
         return
     for use in sample_freedoms(motion, scenario, robot):

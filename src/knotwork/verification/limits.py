@@ -16,7 +16,7 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.jumps import measure_jumps
 from knotwork.joint_quantities import JOINT_QUANTITIES, MAGNITUDES, MOTION_QUANTITIES, rate_unit
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.joint_space import JointSpace
+from knotwork.task.scenario.joint_requirements import JointRequirements
 from knotwork.units import Units, rounded_up
 from knotwork.verification.finding import Finding, Group, Proof, Subject, verdict_on
 from knotwork.verification.motion import Motion, describe_time
@@ -43,9 +43,11 @@ MAX_ACCELERATION = 1e3
 """Acceleration that no arm reaches [rad/s² or m/s²], for joints without a limit."""
 
 
-def check_joint_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def check_joint_limits(
+    motion: Motion, scenario: Scenario, joints: JointRequirements
+) -> Iterator[Finding]:
     """Check position, velocity, acceleration and jerk of each joint against their limits."""
-    for finding in check_derivative_limits(space, motion.curve):
+    for finding in check_derivative_limits(joints, motion.curve):
         remedy = slowing_remedy(finding, MOTION_QUANTITIES.index(finding.quantity), scenario)
         if remedy and finding.time is not None:
             remedy = f"it is broken {describe_time(scenario, finding.time)}; {remedy}"
@@ -71,42 +73,44 @@ def slowing_remedy(finding: Finding, order: int, scenario: Scenario) -> str:
     return f"{factor:.4g} times the duration keeps this limit{paths}"
 
 
-def check_derivative_limits(space: JointSpace, curve: PiecewisePolynomial) -> Iterator[Finding]:
+def check_derivative_limits(
+    joints: JointRequirements, curve: PiecewisePolynomial
+) -> Iterator[Finding]:
     """Compare exact extrema of position, velocity, acceleration and jerk with the limits.
 
     Args:
-        space: The joints and their limits.
-        curve: Joint positions, trailing shape (d,), joints in the order of `space`.
+        joints: The joints and their limits.
+        curve: Joint positions, trailing shape (d,), joints in the order of `joints`.
     """
     for order, quantity in enumerate(MOTION_QUANTITIES):
         extrema, jumps = curve.extrema(order), lower_order_jumps(curve, order)
-        lower, upper = space.limits.bounds(quantity)
+        lower, upper = joints.limits.bounds(quantity)
         highest = np.transpose([extrema.maximum, extrema.maximum_time, upper]).tolist()
         lowest = np.transpose([extrema.minimum, extrema.minimum_time, lower]).tolist()
         from_below = starmap(partial(LimitedValue, side=-1.0), lowest)
         for i, sides in enumerate(zip(starmap(LimitedValue, highest), from_below, strict=True)):
             worst = min(sides, key=lambda side: (side.margin, -abs(side.value)))
-            yield joint_finding(space, i, quantity, worst, jumps.get(i))
+            yield joint_finding(joints, i, quantity, worst, jumps.get(i))
 
 
-def find_grossly_exceeded_limit(curve: PiecewisePolynomial, space: JointSpace) -> str:
+def find_grossly_exceeded_limit(curve: PiecewisePolynomial, joints: JointRequirements) -> str:
     """Name a limit that is exceeded so far that proofs of other properties are useless.
 
     Args:
-        curve: Joint positions, trailing shape (d,), joints in the order of `space`.
-        space: The joints and their limits.
+        curve: Joint positions, trailing shape (d,), joints in the order of `joints`.
+        joints: The joints and their limits.
 
     Returns:
         Text that names the joint and the limit; empty if no limit is grossly exceeded.
     """
-    lower, upper = space.limits.bounds("position")
+    lower, upper = joints.limits.bounds("position")
     position, velocity = curve.extrema(0), curve.extrema(1)
     excess = np.maximum(lower - position.minimum, position.maximum - upper)
     outside = excess > np.maximum(upper - lower, GROSS_DISTANCE)
-    fast = ~(velocity.peak <= GROSS_FACTOR * space.limits.bounds("velocity")[1])
+    fast = ~(velocity.peak <= GROSS_FACTOR * joints.limits.bounds("velocity")[1])
     for quantity, exceeded in (("velocity", fast), ("position", outside)):
         for i in np.flatnonzero(exceeded).tolist():
-            return f"the {quantity} of joint {space.joint_names[i]!r} is far beyond its limit"
+            return f"the {quantity} of joint {joints.joint_names[i]!r} is far beyond its limit"
     return ""
 
 
@@ -209,7 +213,7 @@ def limit_finding(
 
 
 def joint_finding(
-    space: JointSpace,
+    joints: JointRequirements,
     i: int,
     quantity: str,
     worst: LimitedValue,
@@ -218,7 +222,7 @@ def joint_finding(
     """Make the finding of the worst value of a quantity of joint `i`, see `limit_finding`.
 
     Args:
-        space: The joints.
+        joints: The joints.
         i: Index of the joint.
         quantity: Name of the quantity.
         worst: The worst value.
@@ -227,10 +231,10 @@ def joint_finding(
     if jump is not None and np.isfinite(worst.limit):
         time, side = jump
         worst = LimitedValue(side * np.inf, time, side * abs(worst.limit), side)
-    name, unit = space.joint_names[i], JOINT_QUANTITIES[quantity].units[space.joint_units[i]]
+    name, unit = joints.joint_names[i], JOINT_QUANTITIES[quantity].units[joints.joint_units[i]]
     label = f"joint {name!r}: {quantity}"
     subject: tuple[str, Subject, str] = (Group.JOINT_LIMITS, "joint", name)
-    return limit_finding(subject, quantity, label, worst, unit, space.units)
+    return limit_finding(subject, quantity, label, worst, unit, joints.units)
 
 
 def lower_order_jumps(curve: PiecewisePolynomial, order: int) -> dict[int, tuple[float, float]]:
@@ -251,42 +255,42 @@ def lower_order_jumps(curve: PiecewisePolynomial, order: int) -> dict[int, tuple
 
 
 def report_missing_limits(
-    motion: Motion, scenario: Scenario, space: JointSpace
+    motion: Motion, scenario: Scenario, joints: JointRequirements
 ) -> Iterator[Finding]:
     """Report missing limits of a robot, with the peaks of the motion."""
-    if space.robot is None:
+    if joints.robot is None:
         return
     parts = []
     for quantity in MAGNITUDES:
-        missing = np.flatnonzero(np.isinf(space.limits[quantity]))
-        if not missing.size or (quantity == "effort" and space.robot.base_moves):
+        missing = np.flatnonzero(np.isinf(joints.limits[quantity]))
+        if not missing.size or (quantity == "effort" and joints.robot.base_moves):
             continue
         order, part = JOINT_QUANTITIES[quantity].order, quantity
-        if missing.size < len(space.joint_names):
-            part += " of " + ", ".join(space.joint_names[i] for i in missing)
+        if missing.size < len(joints.joint_names):
+            part += " of " + ", ".join(joints.joint_names[i] for i in missing)
         if order is not None:
             extrema = motion.curve.extrema(order)
             i = int(missing[extrema.peak[missing].argmax()])
-            unit = JOINT_QUANTITIES[quantity].units[space.joint_units[i]]
+            unit = JOINT_QUANTITIES[quantity].units[joints.joint_units[i]]
             peak = scenario.units.text(float(extrema.peak[i]), unit, ".4g")
-            part += f" (peak {peak}, {space.joint_names[i]} at {extrema.peak_time[i]:.6g} s)"
+            part += f" (peak {peak}, {joints.joint_names[i]} at {extrema.peak_time[i]:.6g} s)"
         parts.append(part)
     if parts:
         brief = ", ".join(parts)
-        fact = f"no limit is known for {space.robot.name} of {brief}"
+        fact = f"no limit is known for {joints.robot.name} of {brief}"
         yield Finding.of_motion(Group.NO_LIMIT, "missing_limits", fact, brief=brief)
 
 
 def check_acceleration_spike(
-    motion: Motion, scenario: Scenario, space: JointSpace
+    motion: Motion, scenario: Scenario, joints: JointRequirements
 ) -> Iterator[Finding]:
     """Find accelerations above `MAX_ACCELERATION` of a robot's joints without a limit."""
-    if space.robot is None:
+    if joints.robot is None:
         return
     extrema = motion.curve.extrema(2)
-    unlimited = np.isinf(space.limits["acceleration"])
+    unlimited = np.isinf(joints.limits["acceleration"])
     for i in np.flatnonzero(unlimited & ~(extrema.peak <= MAX_ACCELERATION)):
-        name, unit = space.joint_names[i], rate_unit(space.joint_units[i], 2)
+        name, unit = joints.joint_names[i], rate_unit(joints.joint_units[i], 2)
         value, time = float(extrema.peak[i]), float(extrema.peak_time[i])
         reached, allowed = (scenario.units.text(x, unit) for x in (value, MAX_ACCELERATION))
         yield Finding.at_most(

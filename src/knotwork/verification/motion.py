@@ -6,7 +6,7 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors.plain_text import waypoint_text
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.joint_space import JointSpace
+from knotwork.task.scenario.joint_requirements import JointRequirements
 
 AT_WAYPOINT = 1e-6
 """A time within this distance of a waypoint's [s] is at the waypoint."""
@@ -18,19 +18,19 @@ class Motion:
     """The motion to check, shared by all checks.
 
     >>> plan = kw.plan("paper_case")
-    >>> motion = kw.verification.Motion(plan.trajectory, plan.space)
+    >>> motion = kw.verification.Motion(plan.trajectory, plan.joints)
     >>> motion.end_time, motion.curve(25.0)
     (25.0, array([3.14159265]))
 
     Attributes:
         trajectory: The motion with its own names and order of joints.
-        curve: Joint positions, trailing shape (d,), joints in the order of the joint space.
+        curve: Joint positions, trailing shape (d,), joints in the order of `joints`.
     """
 
-    def __init__(self, trajectory: JointTrajectory, space: JointSpace) -> None:
+    def __init__(self, trajectory: JointTrajectory, joints: JointRequirements) -> None:
         self.trajectory = trajectory
         self.curve: PiecewisePolynomial = trajectory.reordered(
-            space.joint_names, space.joint_units
+            joints.joint_names, joints.joint_units
         ).polynomial
 
     @property

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from knotwork.task.scenario import Scenario, ScenarioPath, Stretch
-from knotwork.task.scenario.joint_space import JointSpace
+from knotwork.task.scenario.joint_requirements import JointRequirements
 from knotwork.verification.finding import Finding, Group, verdict_on
 from knotwork.verification.motion import Motion
 from knotwork.waypoints import CartesianWaypoint, PoseFreedom
@@ -36,12 +36,14 @@ Even a circle through five points is below it.
 """
 
 
-def check_tool_paths(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def check_tool_paths(
+    motion: Motion, scenario: Scenario, joints: JointRequirements
+) -> Iterator[Finding]:
     """Compare the motion of the tool with each stretch of each path of the scenario.
 
     At another speed than planned, woven paths and those in moving frames are not compared.
     """
-    if space.robot is None:
+    if joints.robot is None:
         return
     for group in group_paths_by_turn(scenario):
         skipped = [path for path in group if path.clock is not None and path.motion.has_own_clock]
@@ -51,12 +53,12 @@ def check_tool_paths(motion: Motion, scenario: Scenario, space: JointSpace) -> I
             fact = f"the tool path from {begin!r} to {end!r} is {kind} and is not checked"
             yield Finding.of_motion(Group.WARNINGS, "path", fact, "warning")
         compared = [path for path in group if path not in skipped]
-        for followed in _follow_paths(motion, scenario, space.robot, compared):
+        for followed in _follow_paths(motion, scenario, joints.robot, compared):
             yield from _stretch_findings(scenario, followed)
 
 
 def check_curve_between_points(
-    motion: Motion, scenario: Scenario, space: JointSpace
+    motion: Motion, scenario: Scenario, joints: JointRequirements
 ) -> Iterator[Finding]:
     """Warn of a curve that deviates far from the straight line between two of its points.
 

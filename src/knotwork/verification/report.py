@@ -16,7 +16,7 @@ from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import CheckFailedError, InputError
 from knotwork.errors.arguments import require_type
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.joint_space import JointSpace, joint_space
+from knotwork.task.scenario.joint_requirements import JointRequirements, read_joint_requirements
 from knotwork.units import Units
 from knotwork.verification.brief import (
     BRIEF_INDENT,
@@ -46,7 +46,7 @@ def check(
     trajectory: JointTrajectory,
     scenario: Scenario,
     *,
-    space: JointSpace | None = None,
+    joints: JointRequirements | None = None,
     defects: Sequence[str] = (),
     known: Sequence[Finding] = (),
     without: Sequence[str] = (),
@@ -59,7 +59,7 @@ def check(
     Args:
         trajectory: The motion, with joints in any order.
         scenario: The scenario.
-        space: The scenario's joints and robot, if already loaded.
+        joints: The scenario's joints and robot, if already loaded.
         defects: Texts on known faults of the trajectory; each becomes a finding that fails.
         known: Findings to add to the report.
         without: Names of checks to leave out.
@@ -79,14 +79,14 @@ def check(
             f"{scenario.name} leaves times or speeds free, so it does not define the motion over "
             "time; accepted: the scenario.yaml saved with the trajectory, or a frozen scenario"
         )
-    space = space if space is not None else joint_space(scenario)
-    motion = Motion(trajectory, space)
+    joints = joints if joints is not None else read_joint_requirements(scenario)
+    motion = Motion(trajectory, joints)
     faults = [Finding.of_motion(Group.MOTION, "defect", message, "failed") for message in defects]
     checks = [check_of for name, check_of in CHECKS.items() if name not in without]
-    by_check = (check_of(motion, scenario, space) for check_of in checks)
+    by_check = (check_of(motion, scenario, joints) for check_of in checks)
     return Report(
         scenario=scenario.name,
-        robot=space.robot.name if space.robot is not None else None,
+        robot=joints.robot.name if joints.robot is not None else None,
         planner=trajectory.planner,
         start_time=trajectory.start_time,
         end_time=trajectory.end_time,
@@ -288,11 +288,11 @@ class Report:
 
 @dataclass(frozen=True, eq=False)
 class CheckedMotion:
-    """A motion with its task and the verdict on it.
+    """A motion with its scenario and the verdict on it.
 
     Attributes:
         scenario: The scenario.
-        space: The joints that the task moves, and their robot.
+        joints: The joints that the scenario moves, their robot and the requirements on them.
         joint_waypoints: Joint positions and velocities at the waypoints; `None` if they are
             unknown, as for a motion from a file.
         trajectory: The motion.
@@ -300,10 +300,15 @@ class CheckedMotion:
     """
 
     scenario: Scenario
-    space: JointSpace
+    joints: JointRequirements
     joint_waypoints: JointWaypoints | None
     trajectory: JointTrajectory
     report: Report
+
+    @property
+    def space(self) -> JointRequirements:
+        """Old name of `joints`, which works for one more version."""
+        return self.joints
 
 
 AnyMotion: TypeAlias = CheckedMotion | JointTrajectory

@@ -14,7 +14,7 @@ from knotwork.errors.plain_text import waypoint_text
 from knotwork.joint_quantities import MOTION_QUANTITIES, rate_unit
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_reader import JointState
-from knotwork.task.scenario.joint_space import JointSpace
+from knotwork.task.scenario.joint_requirements import JointRequirements
 from knotwork.units import Units
 from knotwork.verification.bounds.free_turn import turned_beyond
 from knotwork.verification.finding import Finding, Group, verdict_on
@@ -34,7 +34,9 @@ MAX_TIME_SLACK = 1e-6
 """Maximum rounding tolerance of times [s], unless their floating-point resolution is coarser."""
 
 
-def check_time_span(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def check_time_span(
+    motion: Motion, scenario: Scenario, joints: JointRequirements
+) -> Iterator[Finding]:
     """Check that the motion has the time span of its scenario."""
     slack = _time_slack(motion)
     first, last = scenario.waypoints[0].time, scenario.waypoints[-1].time
@@ -45,11 +47,13 @@ def check_time_span(motion: Motion, scenario: Scenario, space: JointSpace) -> It
     yield Finding.of_motion(Group.MOTION, "time_span", message, verdict_on(same))
 
 
-def report_no_start(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def report_no_start(
+    motion: Motion, scenario: Scenario, joints: JointRequirements
+) -> Iterator[Finding]:
     """Report that a motion without a start begins at its first waypoint, so has no approach."""
-    if space.robot is None or scenario.given.start is not None:
+    if joints.robot is None or scenario.given.start is not None:
         return
-    home = space.robot.configurations.get("home")
+    home = joints.robot.configurations.get("home")
     start = motion.curve(motion.start_time)
     if home is not None and np.abs(start - home).max() <= REST_TOLERANCE:
         return
@@ -61,15 +65,15 @@ def report_no_start(motion: Motion, scenario: Scenario, space: JointSpace) -> It
 
 
 def check_tool_at_waypoints(
-    motion: Motion, scenario: Scenario, space: JointSpace
+    motion: Motion, scenario: Scenario, joints: JointRequirements
 ) -> Iterator[Finding]:
     """Compare the tool's pose and velocity, by forward kinematics (eq 1), with the waypoints."""
     for i, time in _passing_times(motion, scenario).items():
-        yield from _tool_findings(i, scenario.waypoints[i], time, motion, scenario, space)
+        yield from _tool_findings(i, scenario.waypoints[i], time, motion, scenario, joints)
 
 
 def check_joints_at_waypoints(
-    motion: Motion, scenario: Scenario, space: JointSpace
+    motion: Motion, scenario: Scenario, joints: JointRequirements
 ) -> Iterator[Finding]:
     """Compare joint values with those that the waypoints and the two ends require.
 
@@ -80,25 +84,25 @@ def check_joints_at_waypoints(
     achieved = [motion.curve(times, order) for order in (0, 1)]  # all waypoints at once, for speed
     for row, (i, time) in enumerate(passed.items()):
         waypoint = scenario.waypoints[i]
-        for order, requested in _joint_requirements(waypoint, space.targets[i], space):
+        for order, requested in _joint_requirements(waypoint, joints.targets[i], joints):
             reached = achieved[order][row]
-            yield _joint_finding(waypoint.name, time, order, requested, reached, scenario, space)
-    if space.end_acceleration is not None:
+            yield _joint_finding(waypoint.name, time, order, requested, reached, scenario, joints)
+    if joints.end_acceleration is not None:
         ends = (scenario.waypoints[0], scenario.waypoints[-1])
         end_times = (motion.start_time, motion.end_time)
-        for end, time, requested in zip(ends, end_times, space.end_acceleration, strict=True):
+        for end, time, requested in zip(ends, end_times, joints.end_acceleration, strict=True):
             reached = motion.curve(time, 2)
-            yield _joint_finding(end.name, time, 2, requested, reached, scenario, space)
+            yield _joint_finding(end.name, time, 2, requested, reached, scenario, joints)
 
 
 def _joint_requirements(
-    waypoint: ScenarioWaypoint, state: JointState | None, space: JointSpace
+    waypoint: ScenarioWaypoint, state: JointState | None, joints: JointRequirements
 ) -> Iterator[tuple[int, FloatArray]]:
     """Required joint values at a waypoint, shape (d,), each with the order of its derivative."""
     if state is not None:
         yield from enumerate(state)
     elif isinstance(waypoint, CartesianWaypoint) and not waypoint.twist.vector.any():
-        yield 1, np.zeros(len(space.joint_names))
+        yield 1, np.zeros(len(joints.joint_names))
 
 
 def _time_slack(motion: Motion) -> float:
@@ -122,18 +126,18 @@ def _tool_findings(
     time: float,
     motion: Motion,
     scenario: Scenario,
-    space: JointSpace,
+    joints: JointRequirements,
 ) -> Iterator[Finding]:
     """Compare the tool at a time [s] with waypoint i, if it is given by a pose."""
-    if space.robot is None or not isinstance(waypoint, CartesianWaypoint):
+    if joints.robot is None or not isinstance(waypoint, CartesianWaypoint):
         return
     import pinocchio as pin
 
     # the velocity has the freedom of the path that starts there, if any
     from_there = (path.freedom for path in scenario.paths if path.first == i and path.freedom)
     velocity_freedom = next(from_there, waypoint.freedom)
-    robot, joints = space.robot.in_frame(in_world_frame=waypoint.in_world_frame)
-    q, v = motion.curve(time)[joints], motion.curve(time, 1)[joints]
+    robot, columns = joints.robot.in_frame(in_world_frame=waypoint.in_world_frame)
+    q, v = motion.curve(time)[columns], motion.curve(time, 1)[columns]
     pose, twist = robot.forward(q), robot.twist(q, v)
     rotation, spin = waypoint.rotation, twist.angular
     offset = float(np.linalg.norm(pose.translation - waypoint.position))
@@ -183,17 +187,17 @@ def _joint_finding(
     requested: FloatArray,
     achieved: FloatArray,
     scenario: Scenario,
-    space: JointSpace,
+    joints: JointRequirements,
 ) -> Finding:
     """Compare joint values, and report the joint with the largest error relative to tolerance."""
     quantity = f"joint_{MOTION_QUANTITIES[order]}"
-    tolerances = space.tolerances[quantity]
+    tolerances = joints.tolerances[quantity]
     errors = np.abs(achieved - requested)
     worst = worst_joint(errors, tolerances)
     return _error_finding(
         Group.JOINTS_AT_WAYPOINTS, name, time, quantity, requested=requested, achieved=achieved,
         error=float(errors[worst]), tolerance=float(tolerances[worst]),
-        unit=rate_unit(space.joint_units[worst], order), units=scenario.units,
+        unit=rate_unit(joints.joint_units[worst], order), units=scenario.units,
     )  # fmt: skip
 
 
@@ -227,10 +231,10 @@ def _error_finding(
     )  # fmt: skip
 
 
-def check_waits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+def check_waits(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Iterator[Finding]:
     """Compare joint positions during each wait with those at its start, over all time."""
-    tolerances = space.tolerances["joint_position"]
-    for i in space.waits:
+    tolerances = joints.tolerances["joint_position"]
+    for i in joints.waits:
         waypoint = scenario.waypoints[i]
         start = max(waypoint.time, motion.start_time)
         end = min(scenario.waypoints[i + 1].time, motion.end_time)
@@ -242,14 +246,14 @@ def check_waits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterat
         extrema = PiecewisePolynomial(c, shifted.x).extrema()
         worst = worst_joint(extrema.peak, tolerances)
         distance, tolerance = float(extrema.peak[worst]), float(tolerances[worst])
-        unit = space.joint_units[worst]
+        unit = joints.joint_units[worst]
         yield Finding.at_most(
             group=Group.WAITS,
             subject="wait",
             name=waypoint.name,
             quantity="movement",
             fact=f"{waypoint_text(waypoint.name)}: the arm must be at rest from {start:.3f} s to "
-            f"{end:.3f} s, but {space.joint_names[worst]} moves by up to "
+            f"{end:.3f} s, but {joints.joint_names[worst]} moves by up to "
             f"{scenario.units.text(distance, unit, '.3g')}, tolerance "
             f"{scenario.units.text(tolerance, unit, '.3g')}",
             value=distance,

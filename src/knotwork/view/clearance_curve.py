@@ -43,10 +43,10 @@ def clearance_curve(shown: ShownMotion) -> ClearanceCurve | None:
     distance, such as a floor and the shoulder turning above it, is left out. The time of the
     smallest clearance in the check is one of the samples.
     """
-    robot, scenario = shown.space.robot, shown.scenario
+    robot, scenario = shown.joints.robot, shown.scenario
     if robot is None or not scenario.scene.objects:
         return None
-    motion = Motion(shown.trajectory, shown.space)
+    motion = Motion(shown.trajectory, shown.joints)
     model = motion_model(motion, scenario, robot)
     nearest = nearest_around(shown.findings)
     worst = [] if nearest is None or nearest.time is None else [nearest.time]

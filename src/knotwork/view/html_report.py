@@ -55,7 +55,7 @@ def report_page(plan: CheckedMotion) -> Page:
     Args:
         plan: The plan with its report.
     """
-    report, scenario, robot = plan.report, plan.scenario, plan.space.robot
+    report, scenario, robot = plan.report, plan.scenario, plan.joints.robot
     plots = [("Joints over time", plot_joints(plan))]
     scene: Page | None = None
     if robot is not None:
@@ -151,12 +151,12 @@ def _gauges(plan: CheckedMotion, figures: Sequence[Figure]) -> dict[str, Any]:
         `joints` has the `curve` and, if finite, the `bounds` of each joint by quantity and unit;
         `kinds` these quantities and units; `tool` the names, units and curves of the tool.
     """
-    trajectory, names = plan.trajectory, plan.space.joint_names
+    trajectory, names = plan.trajectory, plan.joints.joint_names
     prefix = f"curve:{ShownMotion.of_plan(plan).label}:"
     joints: dict[str, dict[tuple[str, str], dict[str, Any]]] = {name: {} for name in names}
     kinds: dict[tuple[str, str], None] = {}
     for order, quantity in enumerate(MOTION_QUANTITIES):
-        for name, *limits in zip(names, *plan.space.limits.bounds(quantity), strict=True):
+        for name, *limits in zip(names, *plan.joints.limits.bounds(quantity), strict=True):
             joint_unit = trajectory.joint_units[trajectory.joint_names.index(name)]
             factor, unit = plan.scenario.units.shown(1.0, rate_unit(joint_unit, order))
             bounds = (factor * np.array(limits)).tolist() if np.isfinite(limits).all() else None

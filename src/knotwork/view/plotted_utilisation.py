@@ -11,7 +11,7 @@ from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.joint_quantities import JOINT_QUANTITIES
 from knotwork.robot import Robot
-from knotwork.task.scenario.joint_space import JointSpace
+from knotwork.task.scenario.joint_requirements import JointRequirements
 from knotwork.verification import Finding
 from knotwork.verification.bounds.tool_motion import speed_quantity
 from knotwork.verification.limits import (
@@ -37,18 +37,18 @@ def sample_utilisation(
         A finding, and the utilisation of its limit at each time, shape (n,). Above 1 the limit is
         exceeded. It is infinite at jumps and for a limit of 0.
     """
-    robot, curve, space = shown.robot, shown.curve, shown.space
+    robot, curve, joints = shown.robot, shown.curve, shown.joints
     states = [curve(time, k) for k in range(3)]
-    of_joints = cache(partial(_joint_values, space=space, curve=curve, time=time))
+    of_joints = cache(partial(_joint_values, joints=joints, curve=curve, time=time))
     for finding in findings:
         maximum = np.inf if finding.utilisation is None and not finding.ok else finding.utilisation
         if finding.group not in LIMIT_GROUPS or finding.limit is None or maximum is None:
             continue
         values, lower, upper = np.zeros(time.shape), -np.inf, finding.limit
         if finding.subject == "joint" and finding.quantity in JOINT_QUANTITIES:
-            i = space.joint_names.index(finding.name)
+            i = joints.joint_names.index(finding.name)
             values = of_joints(finding.quantity)[:, i]
-            lower, upper = _judged_sides(finding, i, space)
+            lower, upper = _judged_sides(finding, i, joints)
         elif finding.quantity in TOOL_ORDERS:
             values = frame_values(robot, finding.name, TOOL_ORDERS[finding.quantity], *states)
         elif finding.quantity == SMALLEST_SINGULAR_VALUE:
@@ -84,18 +84,18 @@ def smallest_singular_values(robot: Robot, q: FloatArray) -> FloatArray:
 
 
 def _joint_values(
-    quantity: str, space: JointSpace, curve: PiecewisePolynomial, time: FloatArray
+    quantity: str, joints: JointRequirements, curve: PiecewisePolynomial, time: FloatArray
 ) -> FloatArray:
     order = JOINT_QUANTITIES[quantity].order
-    if order is not None or space.loaded_robots is None:
+    if order is not None or joints.loaded_robots is None:
         return curve(time, order or 0)
     states = zip(time, curve(time), curve(time, 1), curve(time, 2), strict=True)
-    return np.array([space.loaded_robots.robot_at(when).effort(*state) for when, *state in states])
+    return np.array([joints.loaded_robots.robot_at(when).effort(*state) for when, *state in states])
 
 
-def _judged_sides(finding: Finding, joint: int, space: JointSpace) -> tuple[float, float]:
+def _judged_sides(finding: Finding, joint: int, joints: JointRequirements) -> tuple[float, float]:
     """Lower and upper limit; for a range that is kept, only the limit of the finding."""
-    lower, upper = (float(bounds[joint]) for bounds in space.limits.bounds(finding.quantity))
+    lower, upper = (float(bounds[joint]) for bounds in joints.limits.bounds(finding.quantity))
     if JOINT_QUANTITIES[finding.quantity].limit != "range" or not finding.ok:
         return lower, upper
     return (lower, np.inf) if finding.limit == lower else (-np.inf, upper)

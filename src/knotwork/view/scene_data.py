@@ -183,7 +183,7 @@ def _arm_frames(shown: ShownMotion) -> dict[str, Any]:
 def _joint_panel(robot: Robot, units: Units) -> list[dict[str, Any]]:
     """Names, units and limits of the joints; `None` for a missing limit."""
     panel = []
-    limits = zip(robot.lower_position_limit, robot.upper_position_limit, strict=True)
+    limits = zip(robot.limits.lower, robot.limits.upper, strict=True)
     for name, unit, bounds in zip(robot.joint_names, robot.joint_units, limits, strict=True):
         factor, shown = units.shown(1.0, unit)
         low, high = (factor * float(bound) if np.isfinite(bound) else None for bound in bounds)

@@ -20,7 +20,7 @@ from knotwork.scene.collision_model import CollisionModel, find_carrier
 from knotwork.task import ExpandedTask
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_reader import JointState
-from knotwork.task.scenario.joint_space import JointSpace, joint_space
+from knotwork.task.scenario.joint_requirements import JointRequirements, read_joint_requirements
 from knotwork.units import Units
 from knotwork.verification import Finding, Motion, Report
 from knotwork.verification.brief import worst_failure_text
@@ -40,9 +40,9 @@ class ShownMotion:
     """A motion with its task and check.
 
     Attributes:
-        trajectory: The motion, joints in the order of the space.
+        trajectory: The motion, joints in the order of `joints`.
         scenario: The task; for a motion without one, a task without requirements.
-        space: The joints with their limits, and their robot.
+        joints: The joints with their limits, and their robot.
         report: Report of the check, if there was one.
         joint_waypoints: Joint values at the waypoints, if known.
         label: Name of the motion in a picture.
@@ -50,7 +50,7 @@ class ShownMotion:
 
     trajectory: JointTrajectory
     scenario: Scenario
-    space: JointSpace
+    joints: JointRequirements
     report: Report | None = None
     joint_waypoints: JointWaypoints | None = None
     label: str = "trajectory"
@@ -58,21 +58,24 @@ class ShownMotion:
     @classmethod
     def of_plan(cls, plan: CheckedMotion) -> ShownMotion:
         """The motion of a plan."""
-        motion = cls.of_trajectory(plan.trajectory, plan.scenario, plan.space)
+        motion = cls.of_trajectory(plan.trajectory, plan.scenario, plan.joints)
         return replace(motion, report=plan.report, joint_waypoints=plan.joint_waypoints)
 
     @classmethod
     def of_trajectory(
-        cls, trajectory: JointTrajectory, scenario: Scenario, space: JointSpace | None = None
+        cls,
+        trajectory: JointTrajectory,
+        scenario: Scenario,
+        joints: JointRequirements | None = None,
     ) -> ShownMotion:
         """A motion, for a scenario.
 
         Raises:
             InputError: Its joints are not those of the scenario.
         """
-        space = space or joint_space(scenario)
-        ordered = trajectory.reordered(space.joint_names, space.joint_units)
-        return cls(ordered, scenario, space, label=trajectory.planner or "trajectory")
+        joints = joints or read_joint_requirements(scenario)
+        ordered = trajectory.reordered(joints.joint_names, joints.joint_units)
+        return cls(ordered, scenario, joints, label=trajectory.planner or "trajectory")
 
     @classmethod
     def of_robot(cls, robot: Robot, trajectory: JointTrajectory) -> ShownMotion:
@@ -83,15 +86,15 @@ class ShownMotion:
         """
         names, units = robot.joint_names, robot.joint_units
         ordered = trajectory.reordered(names, units, owner=f"robot {robot.name!r}")
-        space = JointSpace(names, units, robot.limits, robot=robot)
-        return cls(ordered, task_without_requirements(f"{robot.name}: stored trajectory"), space)
+        joints = JointRequirements(names, units, robot.limits, robot=robot)
+        return cls(ordered, task_without_requirements(f"{robot.name}: stored trajectory"), joints)
 
     @classmethod
     def of_joints(cls, trajectory: JointTrajectory) -> ShownMotion:
         """A motion of joints without known limits."""
         names, units = trajectory.joint_names, trajectory.joint_units
-        space = JointSpace(names, units, JointLimits(np.full(len(names), np.inf)))
-        return cls.of_trajectory(trajectory, task_without_requirements(""), space)
+        joints = JointRequirements(names, units, JointLimits(np.full(len(names), np.inf)))
+        return cls.of_trajectory(trajectory, task_without_requirements(""), joints)
 
     @property
     def robot(self) -> Robot:
@@ -100,12 +103,12 @@ class ShownMotion:
         Raises:
             InputError: The scenario has no robot.
         """
-        if self.space.robot is None:
+        if self.joints.robot is None:
             raise InputError(
                 f"scenario {self.scenario.name!r} names no robot, so there is no arm to show; name "
                 "one in the scenario, or draw plots of its joints"
             )
-        return self.space.robot
+        return self.joints.robot
 
     @property
     def curve(self) -> PiecewisePolynomial:
@@ -130,7 +133,7 @@ class ShownMotion:
     @cached_property
     def joint_limit_findings(self) -> dict[tuple[str, str], Finding]:
         """Findings on limits of joints, by joint and quantity."""
-        findings = self.findings or tuple(check_derivative_limits(self.space, self.curve))
+        findings = self.findings or tuple(check_derivative_limits(self.joints, self.curve))
         return {
             (finding.name, finding.quantity): finding
             for finding in findings
@@ -161,8 +164,8 @@ class ShownMotion:
 
     def bounds(self, joint: str, quantity: str) -> tuple[float, float]:
         """Lower and upper limit of a quantity of a joint, infinite without a limit."""
-        i = self.space.joint_names.index(joint)
-        lower, upper = self.space.limits.bounds(quantity)
+        i = self.joints.joint_names.index(joint)
+        lower, upper = self.joints.limits.bounds(quantity)
         return float(lower[i]), float(upper[i])
 
     @property
@@ -198,7 +201,7 @@ class ShownMotion:
             velocity = np.where(chosen, np.nan, waypoints.velocity[rows][:, order])
             return waypoints.position[rows][:, order], velocity
         nan = np.full(len(joints), np.nan)
-        targets = self.space.targets or (None,) * len(self.times)
+        targets = self.joints.targets or (None,) * len(self.times)
         states = np.array([target or JointState(nan, nan) for target in targets])
         position, velocity = states.reshape(-1, 2, len(joints)).swapaxes(0, 1)
         return position, velocity
@@ -220,7 +223,7 @@ class ShownMotion:
         frames += [frame for held in scene.held for frame in held.frames]
         if not scene.robots and all(frame.rests_on(link) for frame in frames):
             return None
-        return motion_model(Motion(self.trajectory, self.space), self.scenario, self.robot)
+        return motion_model(Motion(self.trajectory, self.joints), self.scenario, self.robot)
 
     @property
     def root(self) -> tuple[None, Any]:

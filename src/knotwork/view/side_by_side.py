@@ -77,7 +77,7 @@ def _difference(plans: Sequence[CheckedMotion]) -> dict[str, Any]:
     Raises:
         InputError: The robots differ.
     """
-    arms = [plan.space.robot for plan in plans]
+    arms = [plan.joints.robot for plan in plans]
     first, second = arms
     if first is None or second is None or first.joint_names != second.joint_names:
         named = " and ".join("no robot" if arm is None else arm.name for arm in arms)

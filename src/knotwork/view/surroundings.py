@@ -118,12 +118,13 @@ def _draw_carried(
         parts.draw("tool shape", mesh, carrier=joint, of="tool")
     for held in scene.held:
         mesh = shape_mesh(held.shape, HELD_COLOUR, size)
-        take, leave = np.clip([times[held.take], times[held.leave]], *curve.x[[0, -1]]).tolist()
+        span = [times[held.taken_at], times[held.released_at]]
+        taken, released = np.clip(span, *curve.x[[0, -1]]).tolist()
         appears = None if held.appears is None else times[held.appears]
         in_tool = mesh.place(frame.placement)
-        parts.draw("held", in_tool, carrier=joint, between=[take, leave], of=held.name)
-        spans = [appears, take], [leave, None]
-        ends = (held.take, take), (held.leave, leave)
+        parts.draw("held", in_tool, carrier=joint, between=[taken, released], of=held.name)
+        spans = [appears, taken], [released, None]
+        ends = (held.taken_at, taken), (held.released_at, released)
         for (waypoint, time), lies_in, between in zip(ends, held.frames, spans, strict=True):
             carrier, placement = shown.carrier_of(lies_in, time)
             in_world = shown.scenario.waypoints[waypoint].in_world_frame

@@ -31,13 +31,13 @@ def tool_targets(shown: ShownMotion) -> Sequence[CartesianWaypoint]:
     A wait appears once, at its start. If joints move the base, a pose in the world has its place in
     base axes at the time of its waypoint.
     """
-    scenario, space, robot, curve = shown.scenario, shown.space, shown.robot, shown.curve
+    scenario, joints, robot, curve = shown.scenario, shown.joints, shown.robot, shown.curve
     if robot.tcp_frame_id is None:
         return []
     base = robot.base_placement
     at_tool = []
-    for i, (waypoint, state) in enumerate(zip(scenario.waypoints, space.targets, strict=True)):
-        if i - 1 in space.waits:
+    for i, (waypoint, state) in enumerate(zip(scenario.waypoints, joints.targets, strict=True)):
+        if i - 1 in joints.waits:
             continue
         if state is not None:
             pose, twist = robot.forward(state.position), robot.twist(state.position, state.velocity)

@@ -114,11 +114,11 @@ def _limiting_constraint(
 def _more_curves(shown: ShownMotion, time: FloatArray) -> Iterator[dict[str, Any]]:
     """Curves of the speeds of limited links, and of the free values of paths, in shown units."""
     scenario, robot, curve = shown.scenario, shown.robot, shown.curve
-    for limit in scenario.motion_limits.frame_speeds:
+    for limit in scenario.motion_limits.link_speeds:
         factor, unit = scenario.units.shown(1.0, "m/s")
-        speed = frame_values(robot, limit.frame, 1, *(curve(time, order) for order in range(3)))
-        yield _curve(f"speed of {limit.frame}", unit, time, factor * speed, [factor * limit.speed])
-    for path in sample_freedoms(Motion(shown.trajectory, shown.space), scenario, robot):
+        speed = frame_values(robot, limit.link, 1, *(curve(time, order) for order in range(3)))
+        yield _curve(f"speed of {limit.link}", unit, time, factor * speed, [factor * limit.speed])
+    for path in sample_freedoms(Motion(shown.trajectory, shown.joints), scenario, robot):
         for (freedom, si_unit), values in path.values.items() if path.subject == "path" else ():
             factor, unit = scenario.units.shown(1.0, si_unit)
             bounds = [factor * edge for edge in path.bounds[freedom, si_unit] if np.isfinite(edge)]

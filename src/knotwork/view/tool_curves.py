@@ -182,8 +182,8 @@ def tool_rows(motions: list[ShownMotion]) -> list[ToolRow]:
     ]
     motion_rows = [("tool acceleration", "", limits.tool_acceleration, 2, "tool_acceleration")]
     motion_rows += [
-        (f"speed of {limit.frame}", limit.frame, limit.speed, 1, "frame_speed")
-        for limit in limits.frame_speeds
+        (f"speed of {limit.link}", limit.link, limit.speed, 1, "frame_speed")
+        for limit in limits.link_speeds
     ]
     for title, frame, limit, order, quantity in motion_rows:
         if limit is not None:
@@ -204,7 +204,7 @@ def tool_rows(motions: list[ShownMotion]) -> list[ToolRow]:
 
 def _require_tool(motion: ShownMotion) -> None:
     """Refuse a motion without a robot, or with a robot without a tool."""
-    robot = motion.space.robot
+    robot = motion.joints.robot
     if robot is None:
         raise InputError(
             "the tool can't be drawn without a robot; give a plan or a scenario that names a robot"

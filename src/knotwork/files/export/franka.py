@@ -16,7 +16,7 @@ from knotwork.arrays import FloatArray
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import ExportError
 from knotwork.files.export.straight import STRAIGHT, Positions, straight_points
-from knotwork.files.storage import to_csv
+from knotwork.files.storage import csv_text
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
@@ -121,7 +121,7 @@ def to_franka(motion: JointTrajectory | Positions, *, robot: Robot | None = None
     if robot is None:
         raise ExportError(
             "format 'franka' needs the arm for the rate of its torques: give "
-            "robot=plan.space.robot (--scenario SCENARIO)"
+            "robot=plan.joints.robot (--scenario SCENARIO)"
         )
     if robot.joint_names != names:
         raise ExportError(f"the robot has {', '.join(robot.joint_names)}, not the motion's joints")
@@ -134,7 +134,7 @@ def to_franka(motion: JointTrajectory | Positions, *, robot: Robot | None = None
     columns = {"time_s": points.time}
     for name, values in zip(names, points.position.T, strict=True):
         columns[f"{name}_rad"] = values
-    return "".join(f"# {line}\n" for line in about) + to_csv(columns)
+    return "".join(f"# {line}\n" for line in about) + csv_text(columns)
 
 
 def _arm_of(names: tuple[str, ...]) -> Arm:

@@ -10,7 +10,7 @@ from knotwork.arrays import FloatArray
 from knotwork.curves.trajectory import Event, JointTrajectory
 from knotwork.errors import ExportError
 from knotwork.errors.plain_text import waypoint_text
-from knotwork.files.storage import to_json
+from knotwork.files.storage import json_text
 
 EVENT_ROW_TOLERANCE = 1e-9
 """An event up to this time after a row belongs to that row [s]."""
@@ -53,7 +53,9 @@ def events_text(trajectory: JointTrajectory) -> str:
         {**item.to_dict(), "start": item.start - start, "end": item.end - start}
         for item in trajectory.segments
     ]
-    return to_json({"format": EVENTS_FORMAT, "version": 1, "events": events, "segments": segments})
+    return json_text(
+        {"format": EVENTS_FORMAT, "version": 1, "events": events, "segments": segments}
+    )
 
 
 def events_path(path: Path) -> Path:

@@ -15,7 +15,7 @@ from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError, UnknownNameError
 from knotwork.errors.arguments import require_flag, require_number
 from knotwork.files.export.lossless import Points, motion_points
-from knotwork.files.storage import to_csv
+from knotwork.files.storage import csv_text
 
 DEGREES = 180.0 / math.pi
 
@@ -80,7 +80,7 @@ def to_pvt(
         columns[f"{name}.velocity_{label}_per_s"] = velocity
         numbers = f"Columns {2 * i + 2}, {2 * i + 3}"
         about.append(f"{numbers}: position of joint {name!r} [{unit}], velocity [{unit}/s]{drive}.")
-    return "".join(f"# {line}\n" for line in about) + to_csv(columns)
+    return "".join(f"# {line}\n" for line in about) + csv_text(columns)
 
 
 def increments(time: FloatArray) -> FloatArray:

@@ -17,8 +17,7 @@ from knotwork.errors import InputError
 from knotwork.files.export.lossless import Points
 from knotwork.files.export.packages import import_package
 from knotwork.files.export.table import MotionTable, motion_table
-from knotwork.files.storage import to_csv as columns_to_csv
-from knotwork.files.storage import to_json as json_text
+from knotwork.files.storage import csv_text, json_text
 from knotwork.joint_quantities import JOINT_QUANTITIES
 
 JSON_FORMAT = "knotwork.samples"
@@ -45,7 +44,7 @@ def to_csv(motion: JointTrajectory | Points | MotionTable, **options: Any) -> st
     1,1,0,-6,-12
     """
     table = _table(motion, **options)
-    return columns_to_csv(table.columns(), table.labels)
+    return csv_text(table.columns(), table.labels)
 
 
 def to_json(motion: JointTrajectory | Points | MotionTable, **options: Any) -> str:

@@ -25,7 +25,7 @@ ARM_AXES = 6
 """Number of revolute axes of an arm for controllers of KUKA, ABB and FANUC."""
 AXES_ACCEPTED = (
     f"accepted: {ARM_AXES} revolute joints, and up to {ARM_AXES} external axes (prismatic, or "
-    "`external_axes` of the robot; in Python robot=plan.space.robot)"
+    "`external_axes` of the robot; in Python robot=plan.joints.robot)"
 )
 LINE_TOLERANCE = 1e-3
 """Default error of straight lines between points [rad or m]."""

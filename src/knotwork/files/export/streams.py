@@ -16,7 +16,7 @@ from knotwork.files.export.straight import (
     from_horizontal,
     straight_points,
 )
-from knotwork.files.storage import to_csv
+from knotwork.files.storage import csv_text
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
@@ -73,4 +73,4 @@ def _stream(motion: JointTrajectory | Positions, name: str, robot: Robot | None 
     for joint, unit, values in zip(curve.joint_names, curve.joint_units, q.T, strict=True):
         shown, factor = CONTROLLER_UNITS[unit]
         columns[f"{joint}_{shown}"] = values * factor
-    return "".join(f"# {line}\n" for line in about) + to_csv(columns)
+    return "".join(f"# {line}\n" for line in about) + csv_text(columns)

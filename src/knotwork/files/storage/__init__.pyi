@@ -6,7 +6,7 @@ from .trajectory_file import knot_disagreement as knot_disagreement
 from .trajectory_file import load_trajectory as load_trajectory
 from .trajectory_file import read_trajectory_document as read_trajectory_document
 from .trajectory_file import trajectory_from_dict as trajectory_from_dict
+from .writing import csv_text as csv_text
+from .writing import json_text as json_text
 from .writing import rows_to_csv as rows_to_csv
-from .writing import to_csv as to_csv
-from .writing import to_json as to_json
 from .writing import trajectory_to_dict as trajectory_to_dict

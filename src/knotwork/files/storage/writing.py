@@ -52,12 +52,12 @@ def trajectory_to_dict(trajectory: JointTrajectory) -> dict[str, Any]:
     return data
 
 
-def to_csv(
+def csv_text(
     columns: Mapping[str, FloatArray], labels: Mapping[str, Sequence[str]] = MappingProxyType({})
 ) -> str:
     """Write columns of numbers, then columns of text, as CSV with one header row.
 
-    >>> print(to_csv({"time": np.array([0, 1]), "lift": np.array([0, 0.5])}), end="")
+    >>> print(csv_text({"time": np.array([0, 1]), "lift": np.array([0, 0.5])}), end="")
     time,lift
     0,0
     1,0.5
@@ -90,10 +90,10 @@ def _quoted(cell: str) -> str:
     return '"' + cell.replace('"', '""') + '"' if set(cell) & set(',;"\t\r\n#') else cell
 
 
-def to_json(data: Mapping[str, Any]) -> str:
+def json_text(data: Mapping[str, Any]) -> str:
     """Write plain data as JSON text, each row of numbers on one line for readability.
 
-    >>> print(to_json({"lift": [0.0, 0.5]}), end="")
+    >>> print(json_text({"lift": [0.0, 0.5]}), end="")
     {
      "lift": [ 0.0, 0.5 ]
     }

@@ -239,7 +239,7 @@ def path_speed_error(
     else:
         excess = f"reaches {rounded_up(utilisation, 4):.4g} times" if utilisation else "exceeds"
         subject = repr(bound.subject) if bound.subject else "the tool"
-        reason = f"{subject} {excess} its limit of {bound.quantity}"
+        reason = f"{subject} {excess} its limit of {bound.quantity.replace('_', ' ')}"
     return InputError(
         f"{speed} along the path from {start!r} to {end!r}: {reason}; accepted: {accepted}, or a "
         "higher limit",

@@ -28,7 +28,7 @@ from knotwork.planning.choosing.path_speed_problem import PathSpeedProblem
 from knotwork.planning.task_to_joint import TaskSolution
 from knotwork.planning.timing import ActiveLimit, Objective, TimedMotion
 from knotwork.planning.timing.infeasible import infeasible_values
-from knotwork.planning.timing.timed_motion import Budget, Status, status_of
+from knotwork.planning.timing.timed_motion import Budget, Status, worst_status
 from knotwork.task.scenario import Scenario
 
 MAX_SLOWDOWNS = 9
@@ -73,8 +73,8 @@ class ChosenValues:
 
     @property
     def status(self) -> Status:
-        """`"optimal"`, `"stopped"` or `"resting"`, the worst of the sections; see `TimedMotion`."""
-        return status_of(motion.status for motion in self.sections)
+        """`"optimal"`, `"budget"` or `"resting"`, the worst of the sections; see `TimedMotion`."""
+        return worst_status(motion.status for motion in self.sections)
 
     @property
     def binding(self) -> tuple[ActiveLimit, ...]:
@@ -192,7 +192,7 @@ def _choose_values(scenario: Scenario, speeds: PathSpeeds, budget: Budget) -> Ch
         solution=free_task.solution,
         sections=tuple(motions.values()),
         path_limits=speeds.active_limits,
-        assumed_jerk=assumed_jerk(free_task.space),
+        assumed_jerk=assumed_jerk(free_task.joints),
     )
 
 

@@ -15,7 +15,7 @@ from knotwork.planning.choosing.chosen_times import ChosenValues
 from knotwork.planning.choosing.path_speed_problem import Reason
 from knotwork.task import ChosenSectionFields
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.joint_space import JointSpace
+from knotwork.task.scenario.joint_requirements import JointRequirements
 from knotwork.verification import Finding, Motion
 from knotwork.verification.bounds.clearance import least_clearance
 from knotwork.verification.collisions import motion_model
@@ -25,6 +25,7 @@ SHOWN_CLEARANCE_PRECISION = 1e-5
 """Precision of the minimum clearance [m]."""
 
 REASON_TEXTS = {
+    Reason.AT_MOST.value: "at_most",
     Reason.PATH_ACCELERATION.value: "room for changes of speed at path.acceleration, {},",
     Reason.ADJACENT_MOTION.value: "the motion before or after",
     Reason.TOLERANCES.value: "the tolerance of the path",
@@ -35,12 +36,12 @@ _Shares = list[tuple[str, float | None]]
 """Texts of limiting constraints, each with its share of the time."""
 
 
-def chosen_times_findings(chosen: ChosenValues, space: JointSpace) -> Iterator[Finding]:
+def chosen_times_findings(chosen: ChosenValues, joints: JointRequirements) -> Iterator[Finding]:
     """Report the duration, its gap to the lower bound, and the limiting constraints.
 
     Args:
         chosen: The chosen times.
-        space: The joints and their limits.
+        joints: The joints and their limits.
     """
     free = chosen.requested.required_free_values
     timed = bool(free.duration_is_unknown.any())
@@ -56,7 +57,7 @@ def chosen_times_findings(chosen: ChosenValues, space: JointSpace) -> Iterator[F
         shortest = f"{chosen.lower_bound:.6g} s{_conditions(chosen)}"
         fact = f"no motion for this task within the limits is shorter than {shortest}"
         yield Finding.of_motion(group, "lower_bound", fact, value=chosen.lower_bound, unit="s")
-    if unlimited := _unlimited_note(space):
+    if unlimited := _unlimited_note(joints):
         yield Finding.of_motion(group, "acceleration_limit", unlimited, "warning")
     if chosen.sections and chosen.assumed_jerk:
         yield Finding.of_motion(group, "assumed_jerk", _assumed_jerk_note(chosen))
@@ -86,7 +87,7 @@ def _duration(chosen: ChosenValues, *, given: bool) -> str:
     better = "a smoother motion may exist" if given else f"a shorter motion may exist ({bound})"
     if given:
         text += ", as given"
-    if chosen.status == "stopped":
+    if chosen.status == "budget":
         return f"{text}, the best so far when the budget ended: every limit is kept, but {better}"
     if chosen.status == "resting":
         return f"{text}: every limit is kept, but the arm rests between waypoints, and {better}"
@@ -106,13 +107,13 @@ def _conditions(chosen: ChosenValues) -> str:
     return f" with {', '.join(conditions)}" if conditions else ""
 
 
-def _unlimited_note(space: JointSpace) -> str:
+def _unlimited_note(joints: JointRequirements) -> str:
     """Text of the warning on joints without an acceleration limit; empty if all have one."""
-    missing = np.isinf(space.limits["acceleration"])
-    if space.robot is None or not missing.any():
+    missing = np.isinf(joints.limits["acceleration"])
+    if joints.robot is None or not missing.any():
         return ""
-    names = ", ".join(np.array(space.joint_names)[missing])
-    of = space.robot.name if missing.all() else f"{names} of {space.robot.name}"
+    names = ", ".join(np.array(joints.joint_names)[missing])
+    of = joints.robot.name if missing.all() else f"{names} of {joints.robot.name}"
     return (
         f"times are chosen, but no acceleration limit is known for {of}: only torque bounds it; "
         "accepted: limits: {acceleration: …}"
@@ -141,9 +142,9 @@ def _limits_by_interval(chosen: ChosenValues) -> dict[tuple[str, str], _Shares]:
     """Limiting constraints by interval, each with its share of the time."""
     limits: defaultdict[tuple[str, str], _Shares] = defaultdict(list)
     for limit in chosen.binding:
-        quantity = REASON_TEXTS.get(limit.quantity, limit.quantity)
-        text = f"{limit.joint} {quantity}" if limit.joint else quantity
-        if limit.quantity == "jerk" and limit.joint in chosen.assumed_jerk:
+        quantity = REASON_TEXTS.get(limit.quantity, limit.quantity.replace("_", " "))
+        text = f"{limit.subject} {quantity}" if limit.subject else quantity
+        if limit.quantity == "jerk" and limit.subject in chosen.assumed_jerk:
             text += " (assumed)"
         if limit.quantity == Reason.PATH_ACCELERATION.value:
             acceleration = chosen.scenario.paths[0].requested.acceleration
@@ -162,7 +163,7 @@ def _longest(limits: _Shares) -> str:
 def clear_motion_findings(
     clear_motions: Iterable[tuple[list[int], ChosenSectionFields]],
     scenario: Scenario,
-    space: JointSpace,
+    joints: JointRequirements,
     trajectory: JointTrajectory,
 ) -> Iterator[Finding]:
     """Report the tries and the minimum clearance of each collision-free motion.
@@ -170,13 +171,13 @@ def clear_motion_findings(
     Args:
         clear_motions: Waypoints of each, by index, and its motion in the task.
         scenario: The scenario, with all times known.
-        space: The joints and their robot.
+        joints: The joints and their robot.
         trajectory: The planned motion.
     """
-    if space.robot is None:
+    if joints.robot is None:
         return
-    motion = Motion(trajectory, space)
-    model = motion_model(motion, scenario, space.robot)
+    motion = Motion(trajectory, joints)
+    model = motion_model(motion, scenario, joints.robot)
     around = replace(model, pairs=tuple(pair for pair in model.pairs if pair.involves_scene))
     length, _ = scenario.given.units.in_si
     resolution = scenario.scene.collisions.resolution

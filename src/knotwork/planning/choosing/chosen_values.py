@@ -19,7 +19,7 @@ from knotwork.planning.choosing.free_sections import FreeSection, FreeTask
 from knotwork.planning.timing import TimedMotion
 from knotwork.task import ChosenSectionFields, Task, Velocity
 from knotwork.task.scenario import JointTarget, Scenario
-from knotwork.task.scenario.joint_space import by_joint
+from knotwork.task.scenario.joint_requirements import by_joint
 from knotwork.task.scenario.resolve import change_task
 from knotwork.task.task_source import with_moved_paths
 from knotwork.waypoints import CartesianWaypoint
@@ -80,23 +80,23 @@ def solutions_near(
         if isinstance(waypoint, CartesianWaypoint) and index[i] not in followed:
             poses.setdefault(index[i], i)
     return {
-        k: {"near": by_joint(free_task.space, positions[free_task.rows[i]], units)}
+        k: {"near": by_joint(free_task.joints, positions[free_task.rows[i]], units)}
         for k, i in poses.items()
     }
 
 
 def _chosen_speed(free_task: FreeTask, i: int, q: FloatArray, v: FloatArray) -> dict[str, Any]:
     """Keys for the speed or velocity of a waypoint where it is chosen."""
-    kind, robot = free_task.free_values.waypoints[i].speed_kind, free_task.space.robot
+    kind, robot = free_task.free_values.waypoints[i].speed_kind, free_task.joints.robot
     waypoint = free_task.scenario.waypoints[i]
     units = free_task.scenario.given.units
     length, angle = units.in_si
     if kind == "given":
         return {}
     if robot is None or isinstance(waypoint, JointTarget):
-        return {"velocity": by_joint(free_task.space, v, units)}
-    robot, joints = robot.in_frame(in_world_frame=waypoint.in_world_frame)
-    twist = robot.twist(q[joints], v[joints])
+        return {"velocity": by_joint(free_task.joints, v, units)}
+    robot, columns = robot.in_frame(in_world_frame=waypoint.in_world_frame)
+    twist = robot.twist(q[columns], v[columns])
     if kind == "free":
         twist -= waypoint.twist  # the file gives relative velocities
         scenario, axes, turn = free_task.scenario, "base", np.eye(3)
@@ -120,11 +120,11 @@ def _chosen_section(
         section: A section.
         motion: Its motion.
     """
-    units, space = timed.given.units, section.free_task.space
+    units, joints = timed.given.units, section.free_task.joints
     x = motion.trajectory.breaks
     times = np.interp(x, motion.time, timed.times[section.waypoints])
     velocities = {
-        timed.waypoints[i].name: by_joint(space, motion.velocity[k], units)
+        timed.waypoints[i].name: by_joint(joints, motion.velocity[k], units)
         for k, (i, free) in enumerate(zip(section.waypoints, section.free, strict=True))
         if free.speed_kind != "given"
     }
@@ -133,7 +133,7 @@ def _chosen_section(
         extra["room"] = motion.extra_clearance / units.in_si[0]
     return ChosenSectionFields(
         times=times.tolist(),
-        accelerations=by_joint(space, motion.trajectory.acceleration(x), units),
+        accelerations=by_joint(joints, motion.trajectory.acceleration(x), units),
         **{key: value for key, value in extra.items() if value},
     )
 

@@ -12,18 +12,18 @@ from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.curves.retiming import stop_on_path
 from knotwork.errors import InputError, NoWayFoundError
 from knotwork.planning.choosing.free_sections import FreeSection
-from knotwork.planning.timing import TimedMotion, TimingProblem
-from knotwork.planning.timing.bounds import lower_bound, sufficient_duration
-from knotwork.planning.timing.part_motion import PartMotion
-from knotwork.planning.timing.solving import timed_motion
-from knotwork.planning.timing.timed_motion import Budget
-from knotwork.planning.ways.clear_motion_problem import (
+from knotwork.planning.clear_motions.clear_motion_problem import (
     ClearMotion,
     ClearMotionProblem,
-    NoClearMotionError,
+    ClearSearchError,
 )
-from knotwork.planning.ways.clear_search import find_clear_motion, slow_to_duration
-from knotwork.planning.ways.configuration_space import bodies_at
+from knotwork.planning.clear_motions.clear_search import find_clear_motion, slow_to_duration
+from knotwork.planning.clear_motions.configuration_space import bodies_at
+from knotwork.planning.timing import TimedMotion, TimingProblem
+from knotwork.planning.timing.minimum_durations import lower_bound, sufficient_duration
+from knotwork.planning.timing.section_motion import SectionMotion
+from knotwork.planning.timing.solving import timed_motion
+from knotwork.planning.timing.timed_motion import Budget
 from knotwork.robot import Robot
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.task import PoseWaypoint
@@ -54,7 +54,7 @@ def plan_clear_section(
     Raises:
         NoWayFoundError: No motion was found, or an end is not clear.
     """
-    free_task, options, robot = section.free_task, section.way, section.free_task.space.robot
+    free_task, options, robot = section.free_task, section.way, section.free_task.joints.robot
     if options is None or robot is None:
         raise TypeError("the section has no way: clear")
     if start is not None:
@@ -83,7 +83,7 @@ def plan_clear_section(
             is_out_of_time=lambda: budget.is_over,
             report=report,
         )
-    except NoClearMotionError as fault:
+    except ClearSearchError as fault:
         single = len(clear_problem.starts) == len(clear_problem.goals) == 1
         raise _located_error(fault, section, single=single) from None
     budget.finish(1)
@@ -106,7 +106,7 @@ def _timed_motion(
         for last in ends.goals
     )
     time = motion.time * (float(curve.x[-1]) / motion.duration)
-    part = PartMotion(time, curve, "resting" if motion.rests else "optimal")
+    part = SectionMotion(time, curve, "resting" if motion.rests else "optimal")
     return timed_motion(problem, part, least, "way")
 
 
@@ -141,7 +141,7 @@ def _bodies(section: FreeSection) -> CollisionModel:
                 "velocity",
                 where=free_task.where(i),
             )
-    joints = free_task.space.robot.model.njoints if free_task.space.robot is not None else 0
+    joints = free_task.joints.robot.model.njoints if free_task.joints.robot is not None else 0
     bodies = (first.bodies[k] for pair in first.pairs for k in (pair.first, pair.second))
     if moving := dict.fromkeys(body.name.split("/")[0] for body in bodies if body.joint >= joints):
         raise InputError(
@@ -209,7 +209,7 @@ def _slowed(
 
 
 def _located_error(
-    fault: NoClearMotionError, section: FreeSection, *, single: bool
+    fault: ClearSearchError, section: FreeSection, *, single: bool
 ) -> NoWayFoundError:
     """Make the error for a missing motion, at the waypoint of the fault, or else at the goal.
 
@@ -231,12 +231,12 @@ def _located_error(
             phase = "stopping after" if k == 0 else "coming from rest to"
             where = f"{phase} {names[k]!r}"
         if fault.limit:
-            space = free_task.space
-            joint, unit = space.joint_names[fault.joint], space.joint_units[fault.joint]
+            joints = free_task.joints
+            joint, unit = joints.joint_names[fault.joint], joints.joint_units[fault.joint]
             excess = f"exceeds its {fault.limit} limit"
             if fault.limit == "position":
                 excess = f"goes {text(fault.shortfall, unit, '.4g')} beyond its position limit"
-            elif fault.limit == "tool speed":
+            elif fault.limit == "tool_speed":
                 joint, excess = "the tool", "exceeds its speed limit"
             reason = f": {where}, {joint} {excess}"
             accepted = "a lower velocity there, or a stop"

@@ -11,7 +11,7 @@ from knotwork.errors import InputError, TimingError, merge_errors
 from knotwork.planning.choosing.clear_sections import plan_clear_section
 from knotwork.planning.choosing.free_sections import FreeSection, FreeTask
 from knotwork.planning.timing import Objective, TimedMotion
-from knotwork.planning.timing.bounds import sufficient_duration
+from knotwork.planning.timing.minimum_durations import sufficient_duration
 from knotwork.planning.timing.solving import solve_within
 from knotwork.planning.timing.timed_motion import Budget
 from knotwork.units import rounded_up
@@ -75,8 +75,8 @@ def solve_sections(
     outside = float(durations.sum())
     shortest = outside + sum(motion.duration for motion in fastest.values())
     if free.total_duration < shortest:
-        stopped = any(motion.status == "stopped" for motion in fastest.values())
-        raise _total_too_short(free_task, shortest, stopped=stopped)
+        budget_ended = any(motion.status == "budget" for motion in fastest.values())
+        raise _total_too_short(free_task, shortest, budget_ended=budget_ended)
     factor = (free.total_duration - outside) / (shortest - outside)
     totals = {section: factor * motion.duration for section, motion in fastest.items()}
     try:
@@ -115,19 +115,19 @@ def _motions(
     return motions
 
 
-def _total_too_short(free_task: FreeTask, shortest: float, *, stopped: bool) -> TimingError:
+def _total_too_short(free_task: FreeTask, shortest: float, *, budget_ended: bool) -> TimingError:
     """The error for a duration below that of the shortest motion found [s].
 
     Args:
         free_task: The scenario and its IK solutions.
         shortest: Duration of that motion [s].
-        stopped: Whether the budget ended before a shorter one could be found.
+        budget_ended: Whether the budget ended before a shorter one could be found.
     """
     return TimingError(
         f"{free_task.free_values.total_duration:g} s is shorter than the minimum time found within "
         f"the limits, {rounded_up(shortest):.6g} s; accepted: "
         f"{sufficient_duration(shortest):.6g} s or more"
-        f"{', or a larger budget' if stopped else ''}",
-        cause="budget" if stopped else "duration",
+        f"{', or a larger budget' if budget_ended else ''}",
+        cause="budget" if budget_ended else "duration",
         where=free_task.scenario.where("duration"),
     )

@@ -17,7 +17,7 @@ from knotwork.planning.task_to_joint import TaskSolution, knots_of, solve_task
 from knotwork.planning.timing import Objective, TimingProblem
 from knotwork.task import ClearWay
 from knotwork.task.scenario import FreeValues, FreeWaypoint, Scenario
-from knotwork.task.scenario.joint_space import JointSpace, joint_space
+from knotwork.task.scenario.joint_requirements import JointRequirements, read_joint_requirements
 from knotwork.waypoints import JointWaypoints
 
 if TYPE_CHECKING:
@@ -41,13 +41,13 @@ class FreeTask:
     Attributes:
         scenario: The scenario.
         free_values: Its free values.
-        space: Its joints.
+        joints: Its joints.
         solution: Its waypoints at the joints, free times as expected.
     """
 
     scenario: Scenario
     free_values: FreeValues
-    space: JointSpace
+    joints: JointRequirements
     solution: TaskSolution
 
     @classmethod
@@ -55,9 +55,9 @@ class FreeTask:
         cls, scenario: Scenario, free_values: FreeValues, solution: TaskSolution | None = None
     ) -> FreeTask:
         """A scenario with its joints; its poses are solved unless their solution is given."""
-        space = joint_space(scenario)
-        solution = solution or solve_task(scenario, space, knots_of(scenario))
-        return cls(scenario, free_values, space, solution)
+        joints = read_joint_requirements(scenario)
+        solution = solution or solve_task(scenario, joints, knots_of(scenario))
+        return cls(scenario, free_values, joints, solution)
 
     @property
     def waypoints(self) -> JointWaypoints:
@@ -74,7 +74,7 @@ class FreeTask:
         """Dynamics from each waypoint to the next, one object for equal loads."""
         from knotwork.planning.timing import Dynamics
 
-        loaded_robots = self.space.loaded_robots
+        loaded_robots = self.joints.loaded_robots
         robots = () if loaded_robots is None else loaded_robots.by_interval
         models = {id(robot): Dynamics(robot) for robot in robots}
         return tuple(models[id(robot)] for robot in robots)
@@ -110,10 +110,10 @@ class FreeTask:
         """Bodies of the robot and the scene over the index of the waypoint in place of time."""
         from knotwork.planning.task_to_joint.candidate_collisions import unsolved_collision_model
 
-        if self.space.robot is None:
+        if self.joints.robot is None:
             raise TypeError("without a robot there are no bodies")
         times = np.arange(len(self.scenario.waypoints), dtype=float)
-        return unsolved_collision_model(self.scenario, self.space, self.space.robot, times)
+        return unsolved_collision_model(self.scenario, self.joints, self.joints.robot, times)
 
     def where(self, i: int, *key: str) -> str:
         """Location of a key of waypoint i of the scenario, for messages."""
@@ -186,27 +186,27 @@ class FreeSection:
             InputError: A joint has neither an acceleration nor an effort limit.
         """
         free_task = self.free_task
-        space, waypoints, scenario = free_task.space, free_task.waypoints, free_task.scenario
+        joints, waypoints, scenario = free_task.joints, free_task.waypoints, free_task.scenario
         velocity = waypoints.velocity[self.rows].copy()
         velocity[[free.speed_kind == "free" for free in self.free]] = np.nan
-        limits = replace(space.limits, jerk=jerk_limits(space))
-        if space.robot is None:  # no dynamics are known
-            limits = replace(limits, effort=np.full(len(space.joint_names), np.inf))
+        limits = replace(joints.limits, jerk=jerk_limits(joints))
+        if joints.robot is None:  # no dynamics are known
+            limits = replace(limits, effort=np.full(len(joints.joint_names), np.inf))
         tool_speed = scenario.motion_limits.tool_speed or np.inf
         if self.has_free_durations and total is None:
-            _check_limits(scenario, space, limits)
+            _check_limits(scenario, joints, limits)
         effort = bool(np.isfinite(limits.effort).any() or objective.effort)
         needs_dynamics = effort or np.isfinite(tool_speed)
         dynamics = free_task.dynamics(self.waypoints[0]) if needs_dynamics else None
-        if needs_dynamics and dynamics is None and space.robot is not None:
-            raise _moving_base_error(scenario, space.robot)
+        if needs_dynamics and dynamics is None and joints.robot is not None:
+            raise _moving_base_error(scenario, joints.robot)
         return TimingProblem(
-            space.joint_names,
+            joints.joint_names,
             waypoints.position[self.rows],
             velocity,
             limits,
             names=tuple(waypoints.names[row] for row in self.rows),
-            joint_units=space.joint_units,
+            joint_units=joints.joint_units,
             along=np.array([free.speed_kind == "direction" for free in self.free]),
             max_factor=np.array([free.max_speed for free in self.free]),
             acceleration=self._accelerations(),
@@ -227,14 +227,14 @@ class FreeSection:
         ends.
         """
         free_task, rows = self.free_task, self.rows
-        space, waypoints = free_task.space, free_task.waypoints
-        accelerations = np.full((len(rows), len(space.joint_names)), np.nan)
+        joints, waypoints = free_task.joints, free_task.waypoints
+        accelerations = np.full((len(rows), len(joints.joint_names)), np.nan)
         for end, last in ((0, 0), (-1, len(waypoints.time) - 1)):
             row, given = rows[end], waypoints.acceleration
             if given is not None and not np.isnan(given[row]).any():
                 accelerations[end] = given[row]
-            elif row == last and space.end_acceleration is not None:
-                accelerations[end] = space.end_acceleration[end]
+            elif row == last and joints.end_acceleration is not None:
+                accelerations[end] = joints.end_acceleration[end]
             elif self.waypoints[end] in free_task.zero_acceleration_points or (
                 row == last and free_task.free_values.has_free_durations
             ):
@@ -250,7 +250,7 @@ def find_sections(free_task: FreeTask) -> list[FreeSection]:
             waypoint where the motion must be split.
     """
     scenario, at = free_task.scenario, free_task.free_values.waypoints
-    closed = set(free_task.space.waits)
+    closed = set(free_task.joints.waits)
     for i in closed:
         if at[i + 1].duration_is_free:
             names = (scenario.waypoints[k].name for k in (i, i + 1))
@@ -281,17 +281,17 @@ def find_sections(free_task: FreeTask) -> list[FreeSection]:
     return sections
 
 
-def jerk_limits(space: JointSpace) -> FloatArray:
+def jerk_limits(joints: JointRequirements) -> FloatArray:
     """Jerk limits [rad/s³ or m/s³]; without one, a bound that avoids jumps of the acceleration."""
-    jerk, acceleration = space.limits["jerk"], space.limits["acceleration"]
+    jerk, acceleration = joints.limits["jerk"], joints.limits["acceleration"]
     ramped = np.where(np.isfinite(acceleration), acceleration / MIN_RAMP_TIME, MAX_JERK)
     return np.where(np.isfinite(jerk), jerk, np.minimum(ramped, MAX_JERK))
 
 
-def assumed_jerk(space: JointSpace) -> dict[str, float]:
+def assumed_jerk(joints: JointRequirements) -> dict[str, float]:
     """Jerk bounds of the joints without a limit [rad/s³ or m/s³]."""
-    has_limit = np.isfinite(space.limits["jerk"])
-    bounds = zip(space.joint_names, has_limit, jerk_limits(space), strict=True)
+    has_limit = np.isfinite(joints.limits["jerk"])
+    bounds = zip(joints.joint_names, has_limit, jerk_limits(joints), strict=True)
     return {name: float(bound) for name, has, bound in bounds if not has}
 
 
@@ -305,13 +305,13 @@ def _moving_base_error(scenario: Scenario, robot: Robot) -> InputError:
     )
 
 
-def _check_limits(scenario: Scenario, space: JointSpace, limits: JointLimits) -> None:
+def _check_limits(scenario: Scenario, joints: JointRequirements, limits: JointLimits) -> None:
     """Refuse a joint with unbounded acceleration."""
     bounded, reason = np.isfinite(limits.acceleration), "no acceleration limit is given"
-    if space.robot is not None:
+    if joints.robot is not None:
         bounded |= np.isfinite(limits.effort)
         reason = "neither a limit of acceleration nor one of torque is known"
-    unbounded = np.array(space.joint_names)[~bounded]
+    unbounded = np.array(joints.joint_names)[~bounded]
     if unbounded.size:
         raise InputError(
             f"times are chosen, but no limit bounds the acceleration of {', '.join(unbounded)}: "

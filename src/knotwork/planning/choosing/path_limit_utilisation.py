@@ -38,15 +38,15 @@ CONSTANT_SPEED_PART = 1
 
 def state_limits(free_task: FreeTask, path: ScenarioPath) -> StateLimits:
     """The limits of joint states on a path, whose load the efforts depend on."""
-    space, motion = free_task.space, free_task.scenario.motion_limits
-    frames = {LimitedQuantity(at.frame, "speed", 1): at.speed for at in motion.frame_speeds}
+    joints, motion = free_task.joints, free_task.scenario.motion_limits
+    frames = {LimitedQuantity(at.link, "speed", 1): at.speed for at in motion.link_speeds}
     if motion.tool_speed is not None:
         frames[TOOL_SPEED] = (1.0 - TOOL_MARGIN) * motion.tool_speed
     if motion.tool_acceleration is not None:
-        frames[LimitedQuantity("", "tool acceleration", 2)] = motion.tool_acceleration
+        frames[LimitedQuantity("", "tool_acceleration", 2)] = motion.tool_acceleration
     dynamics = free_task.dynamics(path.first)
-    robot = space.robot if dynamics is None else dynamics.robot
-    return StateLimits(space.joint_names, space.limits, robot, frames)
+    robot = joints.robot if dynamics is None else dynamics.robot
+    return StateLimits(joints.joint_names, joints.limits, robot, frames)
 
 
 def planned_utilisation(free_task: FreeTask, path: ScenarioPath, limits: StateLimits) -> FloatArray:

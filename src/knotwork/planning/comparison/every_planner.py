@@ -76,7 +76,7 @@ class Comparison:
         """
         return storage.write_files(
             folder,
-            {"comparison.json": storage.to_json(self.to_dict()), "comparison.csv": self.to_csv()},
+            {"comparison.json": storage.json_text(self.to_dict()), "comparison.csv": self.to_csv()},
         )
 
 
@@ -124,7 +124,7 @@ def compare(
     with scenario.error_context("planner"):
         get_planner(scenario.planner)
     base_plan = _base_plan(scenario)
-    own_options = planner_options(base_plan.scenario, base_plan.space)
+    own_options = planner_options(base_plan.scenario, base_plan.joints)
     rows: list[Score | Refusal] = []
     trajectories: dict[str, JointTrajectory] = {}
     for name in names:
@@ -171,17 +171,17 @@ def _time_planner(
 
 
 def _score(name: str, trajectory: JointTrajectory, seconds: float, base_plan: Plan) -> Score:
-    scenario, space, waypoints = base_plan.scenario, base_plan.space, base_plan.joint_waypoints
+    scenario, joints, waypoints = base_plan.scenario, base_plan.joints, base_plan.joint_waypoints
     deviation = None
-    if space.robot is not None:
+    if joints.robot is not None:
         from knotwork.verification.metrics.deviation import straight_path_deviation
 
         paths = scenario.paths
-        deviation = straight_path_deviation(space.robot, trajectory, scenario.waypoints, paths)
+        deviation = straight_path_deviation(joints.robot, trajectory, scenario.waypoints, paths)
     report = base_plan.report
     if not _same_motion(trajectory, base_plan.trajectory):
         known = report.select(group=Group.FEASIBILITY)
-        report = check(trajectory, scenario, space=space, known=known)
+        report = check(trajectory, scenario, joints=joints, known=known)
     deviations = _values_and_limits(report, "path", "path_deviation")
     speeds = _values_and_limits(report, "path", "path_speed")
     clearances = _values_and_limits(report, "pair", "clearance")
@@ -189,7 +189,7 @@ def _score(name: str, trajectory: JointTrajectory, seconds: float, base_plan: Pl
     met, required = report.counts
     jerk_bounded = trajectory.continuity.order >= 2
     kinds = ("velocity", "acceleration", "jerk")
-    peaks = [metrics.peak(trajectory, i + 1, space.limits[kind]) for i, kind in enumerate(kinds)]
+    peaks = [metrics.peak(trajectory, i + 1, joints.limits[kind]) for i, kind in enumerate(kinds)]
     return Score(
         planner=name,
         position_miss=metrics.position_miss(trajectory, waypoints),

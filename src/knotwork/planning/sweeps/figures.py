@@ -62,9 +62,9 @@ def _extreme(extreme: Callable[..., float | None], plan: Plan, **wanted: object)
 
 
 def _squared_effort(plan: Plan) -> float | None:
-    if plan.space.loaded_robots is None:
+    if plan.joints.loaded_robots is None:
         return None
-    return sum(squared_effort(*part) for part in plan.space.loaded_robots.parts(plan.trajectory))
+    return sum(squared_effort(*part) for part in plan.joints.loaded_robots.parts(plan.trajectory))
 
 
 _min_singular = partial(_extreme, min, quantity=SMALLEST_SINGULAR_VALUE)

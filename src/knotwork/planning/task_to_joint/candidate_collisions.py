@@ -15,7 +15,7 @@ from knotwork.robot import Robot
 from knotwork.robot.kinematics.following.continuation import Continuation
 from knotwork.robot.kinematics.sequence.candidates import Candidates
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.joint_space import JointSpace
+from knotwork.task.scenario.joint_requirements import JointRequirements
 from knotwork.waypoints import CartesianWaypoint
 
 if TYPE_CHECKING:
@@ -36,13 +36,13 @@ ENOUGH_CLEARANCE = 0.1
 
 
 def unsolved_collision_model(
-    scenario: Scenario, space: JointSpace, robot: Robot, times: FloatArray
+    scenario: Scenario, joints: JointRequirements, robot: Robot, times: FloatArray
 ) -> CollisionModel:
     """The collision model of a scenario whose poses are not solved yet.
 
     Args:
         scenario: The scenario.
-        space: The joints of the scenario.
+        joints: The joints of the scenario.
         robot: The robot without virtual joints.
         times: Times of the waypoints at which bodies come, go or are held, shape (n,).
     """
@@ -50,7 +50,7 @@ def unsolved_collision_model(
 
     poses = []
     if scenario.scene.held:
-        for waypoint, state in zip(scenario.waypoints, space.targets, strict=True):
+        for waypoint, state in zip(scenario.waypoints, joints.targets, strict=True):
             if isinstance(waypoint, CartesianWaypoint):
                 poses.append(waypoint.pose)
             elif state is not None:
@@ -75,18 +75,18 @@ class CandidateCollisions:
 
     @classmethod
     def for_scenario(
-        cls, scenario: Scenario, space: JointSpace, robot: Robot
+        cls, scenario: Scenario, joints: JointRequirements, robot: Robot
     ) -> CandidateCollisions | None:
         """The tests of a scenario; `None` if nothing in it can collide.
 
         Args:
             scenario: The scenario.
-            space: The joints of the scenario.
+            joints: The joints of the scenario.
             robot: The robot without virtual joints.
         """
         if not scenario.scene.is_checked:
             return None
-        model = unsolved_collision_model(scenario, space, robot, scenario.expected_times)
+        model = unsolved_collision_model(scenario, joints, robot, scenario.expected_times)
         return cls(scenario, robot, model) if model.pairs else None
 
     def check_start(self, q: FloatArray) -> None:
@@ -196,5 +196,5 @@ class CandidateCollisions:
         for pair in self.model.pairs:
             first, second = self.model.bodies[pair.first], self.model.bodies[pair.second]
             if max(first.start, second.start) <= time <= min(first.end, second.end):
-                near = find_nearest_points(self.model.meter, first, second, rotation, origin)
+                near = find_nearest_points(first, second, rotation, origin)
                 yield near.distance - pair.margin, first, second

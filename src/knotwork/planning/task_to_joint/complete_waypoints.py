@@ -12,7 +12,7 @@ from knotwork.arrays import BoolArray, FloatArray
 from knotwork.curves.interpolation import BalancedKnots
 from knotwork.errors import PathError
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.joint_space import JointSpace
+from knotwork.task.scenario.joint_requirements import JointRequirements
 from knotwork.waypoints import CartesianWaypoint, JointWaypoints
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ def knots_of(scenario: Scenario) -> Any:
 
 def complete_waypoints(
     scenario: Scenario,
-    space: JointSpace,
+    joints: JointRequirements,
     positions: FloatArray,
     velocities: FloatArray,
     knots: Any,
@@ -64,7 +64,7 @@ def complete_waypoints(
 
     Args:
         scenario: The scenario.
-        space: The joints of the scenario.
+        joints: The joints of the scenario.
         positions: Joint positions at its waypoints [rad or m], shape (n, d).
         velocities: Joint velocities at its waypoints [rad/s or m/s], shape (n, d).
         knots: Knot placement of the motion: see `ModifiedHermiteSpline`.
@@ -74,7 +74,7 @@ def complete_waypoints(
         PathError: The tolerances need too many waypoints, or are too fine to be proved.
     """
     accelerations = np.full(positions.shape, np.nan)
-    for i in space.waits:
+    for i in joints.waits:
         accelerations[i : i + 2] = 0.0
     rows = JointRows(
         time=scenario.expected_times,
@@ -88,7 +88,7 @@ def complete_waypoints(
     done = 0
     for track in tracks:
         path = track.path
-        _hold(rows, space.waits)
+        _hold(rows, joints.waits)
         followed = _insert_waypoints(scenario, track, rows.position[path.first], knots)
         rows.position[path.last] = followed.position[-1]
         # where another path follows, its first waypoint replaces the last of this one
@@ -96,16 +96,16 @@ def complete_waypoints(
         parts.append(rows.slice(done, path.first))
         parts.append(followed.slice(0, len(followed.time) - joined))
         done = path.last + 1 - joined
-    _hold(rows, space.waits)
+    _hold(rows, joints.waits)
     parts.append(rows.slice(done, len(positions)))
     rows = JointRows(*map(np.concatenate, zip(*parts, strict=True)))
     return JointWaypoints(
-        joint_names=space.joint_names,
+        joint_names=joints.joint_names,
         time=rows.time,
         position=rows.position,
         velocity=rows.velocity,
         names=tuple(map(str, rows.name)),
-        joint_units=space.joint_units,
+        joint_units=joints.joint_units,
         acceleration=None if np.isnan(rows.acceleration).all() else rows.acceleration,
         waypoint_rows=tuple(np.flatnonzero(rows.requested).tolist()),
     )

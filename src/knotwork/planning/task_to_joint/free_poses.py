@@ -24,7 +24,7 @@ from knotwork.robot.kinematics.geometry.configuration_flags import configuration
 from knotwork.robot.kinematics.sequence.candidates import Candidates
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_reader import JointState
-from knotwork.task.scenario.joint_space import JointSpace
+from knotwork.task.scenario.joint_requirements import JointRequirements
 from knotwork.waypoints import CartesianWaypoint, PoseFreedom, TorchRanges
 
 if TYPE_CHECKING:
@@ -134,20 +134,22 @@ class FreedomChains:
         return self._of[waypoint.in_world_frame, waypoint.freedom]
 
 
-def with_virtual_joints(scenario: Scenario, space: JointSpace, chains: FreedomChains) -> JointSpace:
-    """The joint space with the virtual joints of the scenario's freedoms appended, if any.
+def with_virtual_joints(
+    scenario: Scenario, joints: JointRequirements, chains: FreedomChains
+) -> JointRequirements:
+    """The joints with the virtual joints of the scenario's freedoms appended, if any.
 
     Args:
         scenario: The scenario.
-        space: The joints of the scenario.
+        joints: The joints of the scenario.
         chains: The arm with its virtual joints.
     """
     robot = chains.whole
     if robot is chains.arm:
-        return space
+        return joints
     count = robot.dof - chains.arm.dof
     return replace(
-        space,
+        joints,
         joint_names=robot.joint_names,
         joint_units=robot.joint_units,
         limits=robot.limits,
@@ -156,10 +158,10 @@ def with_virtual_joints(scenario: Scenario, space: JointSpace, chains: FreedomCh
             None
             if target is None
             else JointState(*(pad_virtual(values, count) for values in target))
-            for target in space.targets
+            for target in joints.targets
         ),
-        near=None if space.near is None else pad_virtual(space.near, count),
-        near_at_waypoints=_with_virtual_positions(scenario, space.near_at_waypoints, chains),
+        near=None if joints.near is None else pad_virtual(joints.near, count),
+        near_at_waypoints=_with_virtual_positions(scenario, joints.near_at_waypoints, chains),
         chosen_sections=None,
     )
 
@@ -261,22 +263,22 @@ def _pose_error(
     }
 
 
-def without_virtual_joints(solution: TaskSolution, space: JointSpace) -> TaskSolution:
+def without_virtual_joints(solution: TaskSolution, joints: JointRequirements) -> TaskSolution:
     """The solution for the longer chain, reduced to the joints of the arm."""
-    waypoints, d = solution.waypoints, len(space.joint_names)
+    waypoints, d = solution.waypoints, len(joints.joint_names)
     if len(waypoints.joint_names) == d:
         return solution
     acceleration = waypoints.acceleration
     waypoints = replace(
         waypoints,
-        joint_names=space.joint_names,
-        joint_units=space.joint_units,
+        joint_names=joints.joint_names,
+        joint_units=joints.joint_units,
         position=waypoints.position[:, :d],
         velocity=waypoints.velocity[:, :d],
         acceleration=None if acceleration is None else acceleration[:, :d],
     )
     choices = tuple(
-        replace(choice, turns={j: k for j, k in choice.turns.items() if j in space.joint_names})
+        replace(choice, turns={j: k for j, k in choice.turns.items() if j in joints.joint_names})
         for choice in solution.choices
     )
     return replace(solution, waypoints=waypoints, choices=choices)

@@ -37,7 +37,7 @@ from knotwork.robot.kinematics.sequence.nearness import travel_weights
 from knotwork.robot.kinematics.sequence.shortest_sequence import choose_sequence
 from knotwork.robot.kinematics.sequence.step_costs import Layer
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.joint_space import JointSpace
+from knotwork.task.scenario.joint_requirements import JointRequirements
 from knotwork.waypoints import CartesianWaypoint
 
 HOME_CONFIGURATION = "home"
@@ -61,12 +61,12 @@ class ChosenSequence(NamedTuple):
     tracks: list[PathTrack]
 
 
-def home(space: JointSpace) -> FloatArray:
+def home(joints: JointRequirements) -> FloatArray:
     """The configuration `home`, or the middle of the joints' ranges."""
-    robot = space.robot
+    robot = joints.robot
     if robot is not None and HOME_CONFIGURATION in robot.configurations:
         return np.array(robot.configurations[HOME_CONFIGURATION])
-    return range_middles(space.limits.bounds("position"))
+    return range_middles(joints.limits.bounds("position"))
 
 
 class SequenceSearch:
@@ -74,7 +74,7 @@ class SequenceSearch:
 
     Args:
         scenario: The scenario.
-        space: The joints of the scenario, followed by the virtual joints of its freedoms.
+        joints: The joints of the scenario, followed by the virtual joints of its freedoms.
         chains: The robot with the virtual joints of each pose.
         avoided: Steps that count as collisions.
 
@@ -82,28 +82,28 @@ class SequenceSearch:
         robot: The robot with its virtual joints.
         near: Preferred configuration, or `None`.
         free_velocity: Waypoints whose speed is chosen later, by index.
-        joints: Rules for the joints.
+        joint_rules: Rules for the joints.
         steps: Rules for the interval after each waypoint but the last.
     """
 
     def __init__(
         self,
         scenario: Scenario,
-        space: JointSpace,
+        joints: JointRequirements,
         chains: FreedomChains,
         avoided: Iterable[SequenceStep] = (),
     ) -> None:
         robot = chains.whole
-        self.scenario, self.space, self.chains, self.robot = scenario, space, chains, robot
-        self.near = space.near
-        self.collisions = CandidateCollisions.for_scenario(scenario, space, chains.arm)
-        groups = dependent_groups(scenario, space.waits)
+        self.scenario, self.joints, self.chains, self.robot = scenario, joints, chains, robot
+        self.near = joints.near
+        self.collisions = CandidateCollisions.for_scenario(scenario, joints, chains.arm)
+        groups = dependent_groups(scenario, joints.waits)
         self._group_of = {i: group for group in groups for i in group}
         check_branch(scenario, robot)
         free = scenario.free_values.waypoints if scenario.free_values is not None else ()
         self.free_velocity = frozenset(i for i, at in enumerate(free) if at.speed_kind != "given")
-        self.joints = joint_rules(robot)
-        self.steps = step_rules(scenario, chains, space.targets, self.free_velocity, avoided)
+        self.joint_rules = joint_rules(robot)
+        self.steps = step_rules(scenario, chains, joints.targets, self.free_velocity, avoided)
 
     def solve(self) -> ChosenSequence:
         """Choose positions and velocities at all waypoints.
@@ -116,11 +116,11 @@ class SequenceSearch:
             SingularityError: The chosen configuration does not allow the velocity at a waypoint.
         """
         candidates, tracks = self._find_candidates()
-        start = self.space.targets[0]
+        start = self.joints.targets[0]
         if self.collisions is not None and start is not None and self.scenario.scene.has_bodies:
             self.collisions.check_start(start.position)
         layers = [self._layer(i, candidates) for i in range(len(candidates))]
-        sequence = choose_sequence(layers, self.joints, self.steps)
+        sequence = choose_sequence(layers, self.joint_rules, self.steps)
         blocked = sequence.blocked_at
         if blocked is not None:
             raise no_branch(self.scenario, self.robot, blocked, candidates[blocked])
@@ -129,17 +129,17 @@ class SequenceSearch:
             velocity_at(self.scenario, self.chains, track_of(tracks, i), i, q)
             if target is None
             else target.velocity
-            for i, (q, target) in enumerate(zip(positions, self.space.targets, strict=True))
+            for i, (q, target) in enumerate(zip(positions, self.joints.targets, strict=True))
         ]
         return ChosenSequence(sequence.cost, positions, np.array(velocities), candidates, tracks)
 
     def _find_candidates(self) -> tuple[list[Candidates | None], list[PathTrack]]:
         """Find the candidates at all waypoints, and the tracks of the paths."""
-        candidates: list[Candidates | None] = [None] * len(self.space.targets)
+        candidates: list[Candidates | None] = [None] * len(self.joints.targets)
         tracks: list[PathTrack] = []
         for chain in self.chains:
             for i, on_chain in self._find_on_chain(chain).items():
-                reference = self.space.near_at_waypoints.get(i, self._reference(i))
+                reference = self.joints.near_at_waypoints.get(i, self._reference(i))
                 candidates[i] = chain.expand(on_chain, self.robot, reference)
         solver = GroupSolver(self.scenario, self.chains, self.collisions)
         for group in dict.fromkeys(self._group_of.values()):
@@ -161,8 +161,8 @@ class SequenceSearch:
                 or self.chains.for_waypoint(target) is not chain
             ):
                 continue
-            if i in self.space.near_at_waypoints:
-                near = self.space.near_at_waypoints[i][chain.columns]
+            if i in self.joints.near_at_waypoints:
+                near = self.joints.near_at_waypoints[i][chain.columns]
                 result[i] = find_nearest_candidate(chain.robot, target, near, units)
             else:
                 poses[i] = target
@@ -180,13 +180,13 @@ class SequenceSearch:
         if self.near is not None:
             return self.near
         given = (
-            target.position for target in self.space.targets[:index][::-1] if target is not None
+            target.position for target in self.joints.targets[:index][::-1] if target is not None
         )
-        return next(given, home(self.space))
+        return next(given, home(self.joints))
 
     def _layer(self, index: int, candidates_by_waypoint: Sequence[Candidates | None]) -> Layer:
         """The candidates at a waypoint in the requested branch, with their costs."""
-        target = self.space.targets[index]
+        target = self.joints.targets[index]
         if target is not None:
             q, v = target.position[None], target.velocity[None]
             flags, weight = configuration_flags(self.robot, q), travel_weights(self.robot, q)
@@ -202,13 +202,13 @@ class SequenceSearch:
             # The nearest branch does not depend on turns. Turns are nearest at the first waypoint
             # and then follow the motion, so that joints do not unwind.
             gap = joint_difference(q, self.near, joint_axes(self.robot).revolute)
-            distance = np.linalg.norm(gap / self.joints.scale, axis=1)
+            distance = np.linalg.norm(gap / self.joint_rules.scale, axis=1)
         elif self.scenario.given.prefer == "clearance" and self.collisions is not None:
             distance = self.collisions.clearance_cost(index, candidates)[rows]
         if index == 0:
-            gap = q - (home(self.space) if self.near is None else self.near)
-            turns = np.where(self.joints.unbounded, whole_turns(gap), 0.0)
-            q, travel = q - turns, np.linalg.norm((gap - turns) / self.joints.scale, axis=1)
+            gap = q - (home(self.joints) if self.near is None else self.near)
+            turns = np.where(self.joint_rules.unbounded, whole_turns(gap), 0.0)
+            q, travel = q - turns, np.linalg.norm((gap - turns) / self.joint_rules.scale, axis=1)
         collisions = np.zeros(len(rows))
         if self.collisions is not None:
             collisions = self.collisions.collision_cost(index, candidates)[rows]
@@ -269,7 +269,7 @@ def velocity_at(
     if not rate or not v.any():
         return chain.scatter(v)
     self_motion = solve(pull_to_middle(robot, q, rate)) - v
-    return chain.scatter(v + _largest_fraction(v, self_motion, robot.velocity_limit) * self_motion)
+    return chain.scatter(v + _largest_fraction(v, self_motion, robot.limits.velocity) * self_motion)
 
 
 def _largest_fraction(v: FloatArray, change: FloatArray, limit: FloatArray) -> float:

@@ -79,9 +79,9 @@ def _velocity_finding(
         start: Waypoint with these speeds, or where an interval with these mean speeds begins.
         end: Waypoint where the interval ends.
     """
-    worst = int(np.argmax(speeds / robot.velocity_limit))
+    worst = int(np.argmax(speeds / robot.limits.velocity))
     joint, unit = robot.joint_names[worst], f"{robot.joint_units[worst]}/s"
-    speed, limit = float(speeds[worst]), float(robot.velocity_limit[worst])
+    speed, limit = float(speeds[worst]), float(robot.limits.velocity[worst])
     if not speed > limit * OVERSPEED_FACTOR:  # an unknown duration gives NaN
         return None
     if end is not None:

@@ -28,13 +28,13 @@ COLLISION_DISTANCE = 0.3
 
 def joint_rules(robot: Robot) -> JointRules:
     """Rules for the joints of a robot. Virtual joints move freely."""
-    limit, virtual = robot.velocity_limit, robot.virtual
+    limit, virtual = robot.limits.velocity, robot.virtual
     speed = np.where(np.isfinite(limit), limit, 1.0)
     return JointRules(
         speed=np.where(virtual, np.inf, speed),
         limit=limit,
-        lower=np.where(virtual, -np.inf, robot.lower_position_limit),
-        upper=np.where(virtual, np.inf, robot.upper_position_limit),
+        lower=np.where(virtual, -np.inf, robot.limits.lower),
+        upper=np.where(virtual, np.inf, robot.limits.upper),
         unbounded=unbounded_joints(robot) & ~virtual,
         weights=robot.weights,
         ramp=np.where(virtual, 0.0, speed / robot.limits["acceleration"]),

@@ -12,7 +12,7 @@ from knotwork.errors import RobotError, UnknownNameError
 from knotwork.planning.task_to_joint.complete_waypoints import complete_waypoints
 from knotwork.planning.task_to_joint.task_solution import SequenceStep, TaskSolution
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.joint_space import JointSpace
+from knotwork.task.scenario.joint_requirements import JointRequirements
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 def solve_task(
     scenario: Scenario,
-    space: JointSpace,
+    joints: JointRequirements,
     knots: Any = "paper",
     avoided: Sequence[SequenceStep] = (),
 ) -> TaskSolution:
@@ -42,7 +42,7 @@ def solve_task(
 
     Args:
         scenario: The scenario.
-        space: The joints and the robot.
+        joints: The joints and the robot.
         knots: Knot placement of the motion along tool paths: see `ModifiedHermiteSpline`.
         avoided: Steps that count as collisions, because a motion with them collided.
 
@@ -54,24 +54,28 @@ def solve_task(
         RobotError: The arm is not redundant, and no joint can be pulled to the middle.
         DocumentError: Joint values name a joint or configuration that does not exist.
 
-    >>> from knotwork.task.scenario.joint_space import joint_space
+    >>> from knotwork.task.scenario.joint_requirements import read_joint_requirements
     >>> scenario = kw.load_scenario("ur5_deburring")
-    >>> solution = solve_task(scenario, joint_space(scenario))
+    >>> solution = solve_task(scenario, read_joint_requirements(scenario))
     >>> solution.choices[0].waypoint, solution.choices[0].branch
     ('approach', 'shoulder left, elbow up, flip')
     """
-    _check_pull(scenario, space)
-    if all(target is not None for target in space.targets):
-        return _solve_joint_targets(scenario, space, knots)
-    if space.robot is None:
-        waypoints = zip(scenario.waypoints, space.targets, strict=True)
+    _check_pull(scenario, joints)
+    if all(target is not None for target in joints.targets):
+        return _solve_joint_targets(scenario, joints, knots)
+    if joints.robot is None:
+        waypoints = zip(scenario.waypoints, joints.targets, strict=True)
         first = next(waypoint for waypoint, target in waypoints if target is None)
         raise UnknownNameError("robot", "", (), where=first.where)
-    return _solve_poses(scenario, space, space.robot, knots, avoided)
+    return _solve_poses(scenario, joints, joints.robot, knots, avoided)
 
 
 def _solve_poses(
-    scenario: Scenario, space: JointSpace, robot: Robot, knots: Any, avoided: Sequence[SequenceStep]
+    scenario: Scenario,
+    joints: JointRequirements,
+    robot: Robot,
+    knots: Any,
+    avoided: Sequence[SequenceStep],
 ) -> TaskSolution:
     """The solution if a waypoint is a pose."""
     from knotwork.planning.task_to_joint.free_poses import (
@@ -87,7 +91,7 @@ def _solve_poses(
     from knotwork.robot.kinematics.sequence.cost import CostLevel
 
     chains = FreedomChains(scenario, robot)
-    extended = with_virtual_joints(scenario, space, chains)
+    extended = with_virtual_joints(scenario, joints, chains)
     search = SequenceSearch(scenario, extended, chains, avoided)
     chosen = search.solve()
     infeasibilities = find_infeasibilities(search, chosen)
@@ -102,34 +106,34 @@ def _solve_poses(
         sequence=None if hopeless else chosen.positions,
         starts={t.path.first: t.start(chosen.positions[t.path.first]) for t in chosen.tracks},
     )
-    return _with_chosen_velocities(without_virtual_joints(solution, space), space)
+    return _with_chosen_velocities(without_virtual_joints(solution, joints), joints)
 
 
-def _solve_joint_targets(scenario: Scenario, space: JointSpace, knots: Any) -> TaskSolution:
+def _solve_joint_targets(scenario: Scenario, joints: JointRequirements, knots: Any) -> TaskSolution:
     """The solution if joint positions are given at all waypoints."""
-    targets = [target for target in space.targets if target is not None]
+    targets = [target for target in joints.targets if target is not None]
     positions = np.array([target.position for target in targets])
     velocities = np.array([target.velocity for target in targets])
-    if space.robot is not None and scenario.scene.has_bodies:
+    if joints.robot is not None and scenario.scene.has_bodies:
         from knotwork.planning.task_to_joint.candidate_collisions import CandidateCollisions
 
-        if collisions := CandidateCollisions.for_scenario(scenario, space, space.robot):
+        if collisions := CandidateCollisions.for_scenario(scenario, joints, joints.robot):
             collisions.check_start(positions[0])
-    waypoints = complete_waypoints(scenario, space, positions, velocities, knots)
-    return _with_chosen_velocities(TaskSolution(waypoints), space)
+    waypoints = complete_waypoints(scenario, joints, positions, velocities, knots)
+    return _with_chosen_velocities(TaskSolution(waypoints), joints)
 
 
-def _with_chosen_velocities(solution: TaskSolution, space: JointSpace) -> TaskSolution:
+def _with_chosen_velocities(solution: TaskSolution, joints: JointRequirements) -> TaskSolution:
     """The solution with the velocities that were chosen."""
     velocity = solution.waypoints.velocity.copy()
-    for section in space.chosen_sections or ():
+    for section in joints.chosen_sections or ():
         for i, values in section.velocity.items():
             velocity[solution.waypoints.waypoint_rows[i]] = values
     return replace(solution, waypoints=replace(solution.waypoints, velocity=velocity))
 
 
-def _check_pull(scenario: Scenario, space: JointSpace) -> None:
-    robot = space.robot
+def _check_pull(scenario: Scenario, joints: JointRequirements) -> None:
+    robot = joints.robot
     if scenario.given.pull_to_middle and robot is not None and robot.dof <= 6:
         raise RobotError(
             robot.name,

@@ -1,4 +1,4 @@
-from .bounds import lower_bound as lower_bound
+from .minimum_durations import lower_bound as lower_bound
 from .solving import solve as solve
 from .symbolic_dynamics import Dynamics as Dynamics
 from .timed_motion import ActiveLimit as ActiveLimit

@@ -16,13 +16,13 @@ from knotwork.arrays import BoolArray
 from knotwork.errors import TimingError
 from knotwork.errors.plain_text import waypoint_text
 from knotwork.joint_quantities import JOINT_QUANTITIES, rate_unit
-from knotwork.planning.timing.bounds import (
+from knotwork.planning.timing.minimum_durations import (
     interval_bounds,
     min_durations,
     slowest_text,
     sufficient_duration,
 )
-from knotwork.planning.timing.part_motion import resting_motion
+from knotwork.planning.timing.section_motion import resting_motion
 from knotwork.planning.timing.stop_to_stop import with_longer
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.units import rounded_down, rounded_up
@@ -45,7 +45,7 @@ def infeasible_values(problem: TimingProblem, *, direct: bool = True) -> list[Ti
     """Errors of given values that no motion within the limits can have; of durations last.
 
     Args:
-        problem: The task.
+        problem: The timing problem.
         direct: Whether the motion may be straight between its waypoints. Otherwise no sufficient
             duration is known for one that is too short.
     """
@@ -76,7 +76,7 @@ def _overloads(problem: TimingProblem, *, certain: bool) -> Iterator[TimingError
     """Joints that can't hold the arm at rest, each at the waypoint with its largest effort.
 
     Args:
-        problem: The task.
+        problem: The timing problem.
         certain: Whether only proofs of infeasibility are errors. With an unknown acceleration the
             arm may fall through a waypoint, and elsewhere it may not stop.
     """
@@ -157,7 +157,7 @@ def _given_durations(
     """Errors for given durations, with durations in which the arm can come to rest.
 
     Args:
-        problem: The task.
+        problem: The timing problem.
         wrong: Whether each duration is wrong.
         prefix: Beginning of the reason.
         direct: See `infeasible_values`.
@@ -278,8 +278,8 @@ def _beyond_tool_speed(problem: TimingProblem) -> Iterator[tuple[str, TimingErro
                 f"{problem.limits.text(limit, 'm/s', problem.units)}"
                 f"{_advice('velocity', bound / speed)}"
             )
-            data = {"cause": "tool speed", "value": speed, "feasible_value": bound}
-            yield "tool speed", TimingError(message, waypoint=i, **data)
+            data = {"cause": "tool_speed", "value": speed, "feasible_value": bound}
+            yield "tool_speed", TimingError(message, waypoint=i, **data)
 
 
 def _outside_limits(problem: TimingProblem) -> Iterator[TimingError]:

@@ -32,7 +32,7 @@ IPOPT_OPTIONS: dict[str, Any] = {
 
 
 class Kernel:
-    """Constraints and cost of one repeated part, with their derivatives.
+    """Constraints and cost of one unit that repeats, with their derivatives.
 
     Args:
         z: Variables, a symbolic column.

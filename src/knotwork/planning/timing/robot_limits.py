@@ -28,7 +28,7 @@ SAMPLES_EACH = 16
 
 ROBOT_LIMITS: dict[str, tuple[float, ...]] = {
     "effort": (0.5,),
-    "tool speed": (0.25, 0.5, 0.75),
+    "tool_speed": (0.25, 0.5, 0.75),
 }
 """Limits, with the positions in each piece at which the solver applies them.
 

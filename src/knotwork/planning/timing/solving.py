@@ -12,17 +12,17 @@ from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import TimingError, merge_errors
-from knotwork.planning.timing.bounds import lower_bound
 from knotwork.planning.timing.infeasible import infeasible_values, unsolved_errors
+from knotwork.planning.timing.minimum_durations import lower_bound
 from knotwork.planning.timing.motion_curves import concatenate
-from knotwork.planning.timing.part_motion import PartMotion, solve_part
+from knotwork.planning.timing.section_motion import SectionMotion, solve_section
 from knotwork.planning.timing.state_limits import LimitedQuantity, limits_of
 from knotwork.planning.timing.timed_motion import (
     ActiveLimit,
     Budget,
     Progress,
     TimedMotion,
-    status_of,
+    worst_status,
 )
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.verification import metrics
@@ -53,8 +53,8 @@ def solve(
 ) -> TimedMotion:
     """Minimise the objective of a problem over its free values, within all limits.
 
-    Parts between waypoints with known velocity and acceleration are independent and solved
-    separately. A long part is solved in windows, each with a few of the following intervals.
+    Sections, between waypoints with known velocity and acceleration, are solved separately. A long
+    section is solved in windows, each with a few of the following intervals.
     The optimum is local: the solver (IPOPT) starts from plain cubics. If it does not converge, the
     arm comes to rest in each interval.
 
@@ -92,11 +92,11 @@ def solve_within(problem: TimingProblem, budget: Budget) -> TimedMotion:
     if wrong := infeasible_values(problem):
         raise merge_errors(wrong)
     earlier_iterations = budget.iterations
-    motions: list[PartMotion] = []
+    motions: list[SectionMotion] = []
     causes: list[TimingError] = []
-    for start, end in independent_parts(problem):
-        part = problem.between(start, end)
-        motion = solve_windows(part, budget)
+    for start, end in section_ends(problem):
+        section = problem.between(start, end)
+        motion = solve_windows(section, budget)
         if motion is not None:
             motions.append(motion)
         elif budget.is_over:
@@ -106,7 +106,7 @@ def solve_within(problem: TimingProblem, budget: Budget) -> TimedMotion:
             )
             raise TimingError(message, cause="budget")
         else:
-            for error in unsolved_errors(part):
+            for error in unsolved_errors(section):
                 if error.waypoint is not None:
                     error.waypoint += start
                 causes.append(error)
@@ -116,19 +116,19 @@ def solve_within(problem: TimingProblem, budget: Budget) -> TimedMotion:
     return replace(timed, iterations=budget.iterations - earlier_iterations)
 
 
-def _consecutive(motions: Sequence[PartMotion]) -> PartMotion:
+def _consecutive(motions: Sequence[SectionMotion]) -> SectionMotion:
     """Consecutive motions, each from time 0 on, as one."""
     starts = np.cumsum([0.0, *(motion.time[-1] for motion in motions)])
     times = [start + motion.time[:-1] for start, motion in zip(starts, motions, strict=False)]
-    return PartMotion(
+    return SectionMotion(
         np.append(np.concatenate(times), starts[-1]),
         concatenate(*(motion.curve for motion in motions)),
-        status_of(motion.status for motion in motions),
+        worst_status(motion.status for motion in motions),
     )
 
 
 def timed_motion(
-    problem: TimingProblem, motion: PartMotion, bound: float, planner: str
+    problem: TimingProblem, motion: SectionMotion, bound: float, planner: str
 ) -> TimedMotion:
     """A motion that keeps the limits of a problem, with its figures; see `TimedMotion`.
 
@@ -157,8 +157,8 @@ def timed_motion(
     )
 
 
-def independent_parts(problem: TimingProblem) -> list[tuple[int, int]]:
-    """First and last waypoints of independent parts.
+def section_ends(problem: TimingProblem) -> list[tuple[int, int]]:
+    """First and last waypoints of each section.
 
     A motion is divided where position, velocity and acceleration are known, unless its total
     duration is given.
@@ -168,11 +168,11 @@ def independent_parts(problem: TimingProblem) -> list[tuple[int, int]]:
     return list(pairwise([0, *(np.flatnonzero(divides[1:-1]) + 1).tolist(), last]))
 
 
-def solve_windows(problem: TimingProblem, budget: Budget) -> PartMotion | None:
-    """Solve a part, window by window if it is long.
+def solve_windows(problem: TimingProblem, budget: Budget) -> SectionMotion | None:
+    """Solve a section, window by window if it is long.
 
     Args:
-        problem: The part.
+        problem: The section.
         budget: Progress and budget.
 
     Returns:
@@ -180,22 +180,22 @@ def solve_windows(problem: TimingProblem, budget: Budget) -> PartMotion | None:
     """
     last = len(problem.position) - 1
     if last <= MAX_INTERVALS or problem.total is not None:
-        motion = solve_part(problem, budget)
+        motion = solve_section(problem, budget)
         budget.finish(last)
         return motion
     velocity, acceleration = np.array(problem.velocity), np.array(problem.acceleration)
     along = np.array(problem.along)
-    windows: list[PartMotion] = []
+    windows: list[SectionMotion] = []
     first = 0
     while first < last:
         is_last = last - first <= WINDOW_INTERVALS + 2 * INTERVALS_AHEAD
         end = last if is_last else first + WINDOW_INTERVALS + INTERVALS_AHEAD
         start_known = replace(problem, velocity=velocity, acceleration=acceleration, along=along)
         count = end - first if is_last else WINDOW_INTERVALS
-        motion = solve_part(start_known.between(first, end), budget)
+        motion = solve_section(start_known.between(first, end), budget)
         if motion is None or motion.status == "resting":  # the start state may be the reason
             budget.finish(last - first)
-            return solve_part(problem, budget)
+            return solve_section(problem, budget)
         budget.finish(count)
         first += count
         seam = motion.time[count]
@@ -205,12 +205,12 @@ def solve_windows(problem: TimingProblem, budget: Budget) -> PartMotion | None:
     return _consecutive(windows)
 
 
-def _first_intervals(motion: PartMotion, count: int) -> PartMotion:
+def _first_intervals(motion: SectionMotion, count: int) -> SectionMotion:
     """The first intervals of a motion."""
     time, curve = motion.time[: count + 1], motion.curve
     pieces = int(np.searchsorted(curve.x, time[-1]))
     first = PiecewisePolynomial(curve.c[:, :pieces], curve.x[: pieces + 1])
-    return PartMotion(time, first, motion.status)
+    return SectionMotion(time, first, motion.status)
 
 
 def _terms(problem: TimingProblem, motion: JointTrajectory) -> dict[str, float]:
@@ -261,6 +261,6 @@ def binding_limits(
             at_limit = at_limit[peaks[i, at_limit] >= 1.0 - TOUCH_DISTANCE]
         for k in at_limit.tolist():
             share = round(float(shares[i, k]), 2)
-            joint, quantity, _ = quantities[k]
-            active.append(ActiveLimit(start, end, joint, quantity, share))
+            limited = quantities[k]
+            active.append(ActiveLimit(start, end, limited.subject, limited.quantity, share))
     return tuple(active)

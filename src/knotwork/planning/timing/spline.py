@@ -34,7 +34,7 @@ pieces, six joints are as fast as the slowest of them alone.
 
 
 def pieces_each(intervals: int) -> int:
-    """Number of cubic pieces for each of the intervals of a part."""
+    """Number of cubic pieces for each of the intervals of a section."""
     return SINGLE_INTERVAL_PIECES if intervals == 1 else INTERVAL_PIECES
 
 

@@ -11,7 +11,13 @@ import pinocchio as pin
 
 from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.joint_quantities import JOINT_QUANTITIES, MAGNITUDES, JointLimits
+from knotwork.joint_quantities import (
+    JOINT_QUANTITIES,
+    MAGNITUDES,
+    MOTION_QUANTITIES,
+    RATE_QUANTITIES,
+    JointLimits,
+)
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.robot import Robot
 
@@ -33,7 +39,7 @@ class LimitedQuantity(NamedTuple):
     order: int = 0
 
 
-TOOL_SPEED = LimitedQuantity("", "tool speed", 1)
+TOOL_SPEED = LimitedQuantity("", "tool_speed", 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,34 +68,35 @@ class StateLimits:
         ]
         return [*of_joints, *self.frames]
 
-    def fractions(self, q: FloatArray, v: FloatArray, a: FloatArray, j: FloatArray) -> FloatArray:
+    def fractions(self, q: FloatArray, *rates: FloatArray) -> FloatArray:
         """Quantities divided by their limits, as vectors; those of joints have one component.
 
         Args:
             q: Joint positions, shape (n, d).
-            v: Joint velocities, shape (n, d).
-            a: Joint accelerations, shape (n, d).
-            j: Joint jerks, shape (n, d).
+            rates: Each of `RATE_QUANTITIES` of the joints, shape (n, d).
 
         Returns:
             Vectors, shape (n, m, 3).
         """
+        values = dict(zip(RATE_QUANTITIES, rates, strict=True))
+        states = list(zip(q, values["velocity"], values["acceleration"], strict=True))
         robot = self.robot
-        effort = np.zeros_like(q)
+        values["effort"] = np.zeros_like(q)
         if robot is not None and np.isfinite(self.joints.effort).any():
-            states = zip(q, v, a, strict=True)
-            effort = np.array([pin.rnea(robot.model, robot.data, *state) for state in states])
-        limits = np.hstack([self.joints[name] for name in MAGNITUDES])
-        fractions = np.zeros((len(q), len(limits) + len(self.frames), 3))
-        fractions[:, : len(limits), 0] = np.hstack((v, a, j, effort)) / limits
-        if robot is not None:
-            for k, (limited, limit) in enumerate(self.frames.items(), len(limits)):
-                fractions[:, k] = _rates_of_frame(robot, limited, q, v, a) / limit
-        return fractions
+            efforts = [pin.rnea(robot.model, robot.data, *state) for state in states]
+            values["effort"] = np.array(efforts)
+        of_joints = np.hstack([values[name] / self.joints[name] for name in MAGNITUDES])
+        fractions = np.zeros((*of_joints.shape, 3))
+        fractions[..., 0] = of_joints
+        if robot is None or not self.frames:
+            return fractions
+        of_frames = _rates_of_frames(robot, list(self.frames), states)
+        limits = np.array(list(self.frames.values()))
+        return np.concatenate((fractions, of_frames / limits[:, None]), axis=1)
 
     def utilisation(self, curve: PiecewisePolynomial, times: FloatArray) -> FloatArray:
         """Utilisation of each limit by a motion at times of any shape, shape (..., m)."""
-        states = (curve(times.ravel(), order) for order in range(4))
+        states = (curve(times.ravel(), order) for order in range(len(MOTION_QUANTITIES)))
         sizes = np.linalg.norm(self.fractions(*states), axis=-1)
         return np.asarray(sizes.reshape(*times.shape, -1))
 
@@ -101,14 +108,24 @@ def limits_of(problem: TimingProblem) -> StateLimits:
     return StateLimits(problem.joint_names, problem.limits, robot, frames)
 
 
-def _rates_of_frame(
-    robot: Robot, limited: LimitedQuantity, q: FloatArray, v: FloatArray, a: FloatArray
+def _rates_of_frames(
+    robot: Robot, frames: Sequence[LimitedQuantity], states: Sequence[Sequence[FloatArray]]
 ) -> FloatArray:
-    """Velocities or accelerations of a frame's origin, shape (n, 3)."""
-    frame = robot.frame_index(limited.subject) if limited.subject else robot.require_tool()
-    read = pin.getFrameVelocity if limited.order == 1 else pin.getFrameClassicalAcceleration
-    rates = np.empty((len(q), 3))
-    for row, state in zip(rates, zip(q, v, a, strict=True), strict=True):
+    """Velocities or accelerations of frames' origins, shape (n, len(frames), 3).
+
+    Args:
+        robot: The arm.
+        frames: The frames, with the order of their limited rate.
+        states: Position, velocity and acceleration of the joints at n times, shape (d,) each.
+    """
+    readers = {1: pin.getFrameVelocity, 2: pin.getFrameClassicalAcceleration}
+    wanted = [
+        (robot.frame_index(at.subject) if at.subject else robot.require_tool(), readers[at.order])
+        for at in frames
+    ]
+    rates = np.empty((len(states), len(frames), 3))
+    for row, state in zip(rates, states, strict=True):
         pin.forwardKinematics(robot.model, robot.data, *state)
-        row[:] = read(robot.model, robot.data, frame, pin.LOCAL_WORLD_ALIGNED).linear
+        for k, (frame, read) in enumerate(wanted):
+            row[k] = read(robot.model, robot.data, frame, pin.LOCAL_WORLD_ALIGNED).linear
     return rates

@@ -13,12 +13,12 @@ from knotwork.arrays import FloatArray, ReadOnlyArrays
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors.arguments import require_number
 
-Status = Literal["optimal", "resting", "stopped"]
+Status = Literal["optimal", "resting", "budget"]
 
 
-def status_of(parts: Iterable[Status]) -> Status:
-    """The worst status among the parts of a motion, which is that of the motion."""
-    return max(parts, key=("optimal", "resting", "stopped").index, default="optimal")
+def worst_status(statuses: Iterable[Status]) -> Status:
+    """The worst status among the sections of a motion, which is that of the motion."""
+    return max(statuses, key=("optimal", "resting", "budget").index, default="optimal")
 
 
 @dataclass(frozen=True)
@@ -27,16 +27,16 @@ class ActiveLimit:
 
     Attributes:
         start, end: Names of the waypoints at the ends of the interval.
-        joint: Name of the joint; empty for the tool.
+        subject: Name of the joint or link; empty for the tool and for other bounds.
         quantity: `"velocity"`, `"acceleration"`, `"jerk"`, `"position"`, `"effort"` or
-            `"tool speed"`; for a speed along a path also other bounds.
+            `"tool_speed"`; for a speed along a path also other bounds.
         share: Fraction of the interval's duration in which the limit is active. It is 0 if a peak
             is only near the limit, and `None` for a bound on a constant speed along a path.
     """
 
     start: str
     end: str
-    joint: str
+    subject: str
     quantity: str
     share: float | None
 
@@ -73,7 +73,7 @@ class TimedMotion(ReadOnlyArrays):
         velocity: Joint velocities at the waypoints, chosen or given, shape (n, d).
         lower_bound: Lower bound on the duration of motions through these waypoints within the
             limits [s].
-        status: `"optimal"`; `"stopped"` if the budget ended first, so a better motion may
+        status: `"optimal"`; `"budget"` if the budget ended first, so a better motion may
             exist; or `"resting"` if the arm comes to rest in each interval, because the solver did
             not converge or hardly any gain was possible.
         binding: Active limits of each interval, the longest first.
@@ -107,16 +107,16 @@ class TimedMotion(ReadOnlyArrays):
 
 @dataclass(eq=False)
 class Budget:
-    """Progress and time budget of a solution over all its parts.
+    """Progress and time budget of a solution over all its sections.
 
     Attributes:
         progress: Called after each run of the solver, or `None`.
-        seconds: Time for all parts [s], or `None`.
-        work: Number of intervals of all parts.
+        seconds: Time for all sections [s], or `None`.
+        work: Number of intervals of all sections.
         now: The clock [s].
         begun: Start of the solution by this clock [s].
         iterations: Number of steps so far.
-        solved: Number of intervals of solved parts.
+        solved: Number of intervals of solved sections.
 
     Raises:
         InputError: The budget is not positive.
@@ -140,11 +140,11 @@ class Budget:
         return np.inf if self.seconds is None else self.begun + self.seconds - self.now()
 
     def begin(self, intervals: int) -> None:
-        """Begin parts with a number of intervals."""
+        """Begin sections with a number of intervals."""
         self.work, self.solved = intervals, 0
 
     def finish(self, intervals: int) -> None:
-        """Count the intervals of solved parts."""
+        """Count the intervals of solved sections."""
         self.solved += intervals
 
     @property

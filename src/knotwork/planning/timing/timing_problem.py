@@ -16,10 +16,10 @@ from knotwork.arrays import (
     known_rows,
     number_array,
 )
-from knotwork.curves.polynomial.joint_durations import feasible_durations
 from knotwork.errors import InputError, WaypointDataError
 from knotwork.errors.arguments import require_number
 from knotwork.joint_quantities import JointLimits
+from knotwork.planning.timing.feasible_durations import feasible_durations
 from knotwork.units import SI, Units
 
 if TYPE_CHECKING:
@@ -208,7 +208,7 @@ class TimingProblem(ReadOnlyArrays):
 
     def limit(self, name: str) -> FloatArray:
         """Limits of effort, shape (d,), or of tool speed, shape (1,)."""
-        return np.array([self.tool_speed]) if name == "tool speed" else self.limits[name]
+        return np.array([self.tool_speed]) if name == "tool_speed" else self.limits[name]
 
     def feasible_durations(self, i: int) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Feasible durations of each joint for an interval; see `feasible_durations`."""

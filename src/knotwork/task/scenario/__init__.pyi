@@ -10,7 +10,7 @@ from .scenario import Scenario as Scenario
 from .scenario import ScenarioPath as ScenarioPath
 from .scenario import ScenarioWaypoint as ScenarioWaypoint
 from .scenario import Stretch as Stretch
-from .scene_model import GraspedObject as GraspedObject
+from .scene_model import PlacedHeldObject as PlacedHeldObject
 from .scene_model import PlacedObject as PlacedObject
 from .scene_model import PlacedRobot as PlacedRobot
 from .scene_model import PlacedShape as PlacedShape

@@ -110,7 +110,7 @@ def robots_with_loads(scenario: Scenario, robot: Robot) -> LoadedRobots:
         robot: Its robot, with its tool.
     """
     held = [
-        (item.payload, range(item.take, item.leave))
+        (item.payload, range(item.taken_at, item.released_at))
         for item in scenario.scene.held
         if item.payload is not None
     ]

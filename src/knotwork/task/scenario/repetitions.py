@@ -121,7 +121,7 @@ class _Expansion:
             for name, held in block.holds.items():
                 changes = {
                     key: f"{waypoint} {number}"
-                    for key in ("take", "leave", "appears")
+                    for key in ("taken_at", "released_at", "appears")
                     if (waypoint := getattr(held, key)) in names
                 }
                 held = held.model_copy(update=changes)

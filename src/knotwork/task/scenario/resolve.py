@@ -183,8 +183,7 @@ def _motion_limits(limits: Limits) -> MotionLimits:
         tool_speed=limits.tool_speed and margin * limits.tool_speed,
         tool_acceleration=limits.tool_acceleration and margin * limits.tool_acceleration,
         frame_speed=tuple(
-            limit.model_copy(update={"speed": margin * limit.speed})
-            for limit in limits.frame_speeds
+            limit.model_copy(update={"speed": margin * limit.speed}) for limit in limits.link_speeds
         ),
         singular_value=limits.singular_value,
     )

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class JointTarget:
-    """A waypoint given by joint values, which `JointSpace.targets` has in SI.
+    """A waypoint given by joint values, which `JointRequirements.targets` has in SI.
 
     Attributes:
         name: Name of the waypoint.
@@ -137,7 +137,7 @@ SMALLEST_PATH_TOLERANCE = 1e-9
 class Scenario:
     """A task for a robot arm, in SI except `given`, with poses in the robot's base frame.
 
-    Joint values have units that depend on the robot: `JointSpace` has them in SI.
+    Joint values have units that depend on the robot: `JointRequirements` has them in SI.
     Its waypoints include the start and the ends of waits; "by waypoint" is by their index.
 
     Attributes:

@@ -68,13 +68,14 @@ class PlacedObject:
 
 
 @dataclass(frozen=True, eq=False)
-class GraspedObject:
+class PlacedHeldObject:
     """An object that moves with the tool between two waypoints.
 
     Attributes:
         name: Its name.
         shape: Its shape, placed in the axes of the TCP.
-        take, leave: Indices in the scenario of the waypoints where the tool takes and releases it.
+        taken_at, released_at: Indices in the scenario of the waypoints where it is taken and
+            released.
         frames: Its frames before it is taken and after its release.
         allow: Names of bodies that it may touch; the tool may touch it in any case.
         appears: Index in the scenario of the waypoint at which it appears, or `None`.
@@ -83,8 +84,8 @@ class GraspedObject:
 
     name: str
     shape: PlacedShape
-    take: int
-    leave: int
+    taken_at: int
+    released_at: int
     frames: tuple[TaskFrame, TaskFrame]
     allow: tuple[str, ...] = ()
     appears: int | None = None
@@ -126,7 +127,7 @@ class Scene:
 
     objects: tuple[PlacedObject, ...] = ()
     tool: tuple[PlacedShape, ...] = ()
-    held: tuple[GraspedObject, ...] = ()
+    held: tuple[PlacedHeldObject, ...] = ()
     robots: tuple[PlacedRobot, ...] = ()
     collisions: Collisions = field(default_factory=Collisions.model_construct)
     margin: float = 0.0

@@ -15,7 +15,7 @@ from knotwork.task import Tool
 from knotwork.task.scenario.payloads import read_payload
 from knotwork.task.scenario.scenario import ScenarioWaypoint
 from knotwork.task.scenario.scene_model import (
-    GraspedObject,
+    PlacedHeldObject,
     PlacedObject,
     PlacedRobot,
     PlacedShape,
@@ -115,13 +115,13 @@ class _SceneReader:
         appears = self._appearance(item, location)
         return PlacedObject(name, shape, frame, tuple(item.allow), item.visual, appears)
 
-    def _held(self, name: str, held: HeldObject) -> GraspedObject:
+    def _held(self, name: str, held: HeldObject) -> PlacedHeldObject:
         location: Location = ("tool", "holds", name)
         if name == RESERVED_NAME or name in self.reading.task.scene.objects:
             raise self._error(location, f"{name!r} is the name of something else", "a unique name")
-        take = self._waypoint(held.take, (*location, "from"))
-        leave = self._waypoint(held.leave, (*location, "to"))
-        for key, i in (("from", take), ("to", leave)):
+        taken_at = self._waypoint(held.taken_at, (*location, "from"))
+        released_at = self._waypoint(held.released_at, (*location, "to"))
+        for key, i in (("from", taken_at), ("to", released_at)):
             if getattr(self.waypoints[i], "freedom", None) is not None:
                 raise self._error(
                     (*location, key),
@@ -129,26 +129,26 @@ class _SceneReader:
                     "undefined",
                     "a pose with free: none",
                 )
-        if leave <= take:
+        if released_at <= taken_at:
             raise self._error(
                 (*location, "to"),
-                f"{held.leave!r} is not after {held.take!r}",
+                f"{held.released_at!r} is not after {held.taken_at!r}",
                 "a waypoint after it",
             )
         appears = self._appearance(held, location)
-        if appears is not None and appears > take:
+        if appears is not None and appears > taken_at:
             raise self._error(
                 (*location, "appears"),
-                f"{held.appears!r} is after {held.take!r}",
+                f"{held.appears!r} is after {held.taken_at!r}",
                 "a waypoint before",
             )
         frames = self.reading.frames
-        return GraspedObject(
+        return PlacedHeldObject(
             name=name,
             shape=self._shape(held, location),
-            take=take,
-            leave=leave,
-            frames=(frames[self.task_index[take]], frames[self.task_index[leave]]),
+            taken_at=taken_at,
+            released_at=released_at,
+            frames=(frames[self.task_index[taken_at]], frames[self.task_index[released_at]]),
             allow=tuple(held.allow),
             appears=appears,
             payload=read_payload(held, self.reading.locations, location),

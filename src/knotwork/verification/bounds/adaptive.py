@@ -241,7 +241,7 @@ class Bound(NamedTuple):
     """The worst value of a quantity over a whole motion, and its proved bound.
 
     >>> plan = kw.plan("ur5_deburring")
-    >>> bound = kw.verification.tool_speed_bound(plan.space.robot, plan.trajectory, limit=1.0)
+    >>> bound = kw.verification.tool_speed_bound(plan.joints.robot, plan.trajectory, limit=1.0)
     >>> bound.ok, bound.proved, bound.value <= bound.bound <= 1.0
     (True, True, True)
 

@@ -317,7 +317,7 @@ class _ClearanceSearch:
             if np.isinf(distance):
                 continue  # they never exist together
             first, second = self.model.bodies[pair.first], self.model.bodies[pair.second]
-            nearest = find_nearest_points(self.model.meter, first, second, rotation[k], origin[k])
+            nearest = find_nearest_points(first, second, rotation[k], origin[k])
             if nearest.distance < distance - 10.0**-LENGTH_DIGITS:
                 distance = nearest.distance  # for solids that were not measured at that time
             verdict, interval = "clear", None

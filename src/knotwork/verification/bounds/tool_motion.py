@@ -53,7 +53,7 @@ def tool_speed_bound(
         InputError: The trajectory is not of the robot's joints, or the limit isn't positive.
 
     >>> plan = kw.plan("ur5_deburring")
-    >>> speed = kw.verification.tool_speed_bound(plan.space.robot, plan.trajectory, limit=0.25)
+    >>> speed = kw.verification.tool_speed_bound(plan.joints.robot, plan.trajectory, limit=0.25)
     >>> speed.ok, speed.proved
     (True, True)
     """
@@ -73,7 +73,7 @@ def tool_acceleration_bound(
     `tool_speed_bound`, the limit in m/s².
 
     >>> plan = kw.plan("ur5_deburring")
-    >>> robot = plan.space.robot
+    >>> robot = plan.joints.robot
     >>> found = kw.verification.tool_acceleration_bound(robot, plan.trajectory, limit=1.0)
     >>> found.ok, found.proved, found.value < found.bound < 1.0
     (True, True, True)
@@ -129,7 +129,7 @@ def singular_value_bound(
         InputError: The trajectory is not of the robot's joints, or the limit isn't positive.
 
     >>> plan = kw.plan("ur5_deburring")
-    >>> robot = plan.space.robot
+    >>> robot = plan.joints.robot
     >>> nearest = kw.verification.singular_value_bound(robot, plan.trajectory, limit=0.05)
     >>> nearest.ok, nearest.proved
     (True, True)

@@ -30,7 +30,7 @@ def torque_bound(
         robot: The arm.
         trajectory: The motion of its joints.
         limit: Upper limit for each joint [N m or N], shape (d,), infinite where there is none; by
-            default the robot's `effort_limit`.
+            default the robot's.
 
     Returns:
         One bound per joint, in the robot's order; without a limit it is tight to 0.1 %.
@@ -40,13 +40,13 @@ def torque_bound(
             number per joint.
 
     >>> plan = kw.plan("ur5_deburring")
-    >>> torque = kw.verification.torque_bound(plan.space.robot, plan.trajectory)
+    >>> torque = kw.verification.torque_bound(plan.joints.robot, plan.trajectory)
     >>> all(joint.proved and joint.bound < joint.limit for joint in torque)
     True
     """
     fault = f"torque limits are {limit!r}; accepted: {robot.dof} positive numbers, one per joint"
     try:
-        limits = np.asarray(robot.effort_limit if limit is None else limit, dtype=float)
+        limits = np.asarray(robot.limits.effort if limit is None else limit, dtype=float)
     except (TypeError, ValueError) as error:
         raise InputError(fault) from error
     if limits.shape != (robot.dof,) or not (limits > 0.0).all():

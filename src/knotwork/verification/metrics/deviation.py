@@ -43,7 +43,7 @@ def straight_path_deviation(
     """Measure the deviation of the tool from straight lines between waypoints given by poses.
 
     >>> plan = kw.plan("planar2_closed_form")
-    >>> robot, waypoints = plan.space.robot, plan.scenario.waypoints
+    >>> robot, waypoints = plan.joints.robot, plan.scenario.waypoints
     >>> off = straight_path_deviation(robot, plan.trajectory, waypoints)
     >>> round(off.position, 4), round(off.orientation, 4)
     (0.0732, 0.0778)

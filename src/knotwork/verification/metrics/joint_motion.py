@@ -182,7 +182,7 @@ def squared_effort(robot: Robot, trajectory: JointTrajectory) -> float:
     It uses Gauss-Legendre quadrature with six nodes in each piece.
 
     >>> plan = kw.plan("ur5_deburring")
-    >>> squared_effort(plan.space.robot, plan.trajectory) > 0
+    >>> squared_effort(plan.joints.robot, plan.trajectory) > 0
     True
 
     Args:

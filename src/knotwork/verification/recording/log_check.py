@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from knotwork.curves.trajectory import JointTrajectory
     from knotwork.robot import Robot
     from knotwork.task.scenario import Scenario
-    from knotwork.task.scenario.joint_space import JointSpace
+    from knotwork.task.scenario.joint_requirements import JointRequirements
 
 REPLACED_SUBJECTS = ("waypoint", "path", "wait", "motion", "event")
 """Subjects of requirements that are left out if tolerances of the log are given."""
@@ -56,7 +56,7 @@ _ROTATION_UNITS = ("rad", "rad/s", "rad/s²")
 def check_log(
     alignment: Alignment,
     scenario: Scenario,
-    space: JointSpace,
+    joints: JointRequirements,
     tolerances: LogTolerances | None = None,
 ) -> Report:
     """Check a log against a scenario.
@@ -71,17 +71,17 @@ def check_log(
     >>> np.savetxt("log.csv", log, "%.4f", ",", header="time,joint_1", comments="")
     >>> recorded = kw.recording.read_log("log.csv", ["joint_1"], ["rad"])
     >>> alignment = kw.recording.aligned(kw.recording.smoothed(recorded), plan.trajectory)
-    >>> check_log(alignment, plan.scenario, plan.space).ok
+    >>> check_log(alignment, plan.scenario, plan.joints).ok
     True
 
     Args:
         alignment: The smoothed log, by the clock of a plan of this scenario.
         scenario: The scenario.
-        space: The scenario's joints and robot.
+        joints: The scenario's joints and robot.
         tolerances: Tolerances of the log relative to its plan, or `None`.
     """
-    report, units = check(alignment.trajectory, scenario, space=space), scenario.units
-    compared = compare_log(alignment, space.robot, units, tolerances)
+    report, units = check(alignment.trajectory, scenario, joints=joints), scenario.units
+    compared = compare_log(alignment, joints.robot, units, tolerances)
     findings = list(compared.findings)
     undecided = 0
     for finding in report.findings:
@@ -91,7 +91,7 @@ def check_log(
             continue  # a log of positions has no signals
         if tolerances is not None and finding.required and finding.subject in REPLACED_SUBJECTS:
             continue
-        error = _uncertainty(finding, alignment, space) if finding.required else None
+        error = _uncertainty(finding, alignment, joints) if finding.required else None
         if error is not None and abs(finding.margin or 0.0) <= error:
             undecided += 1
             size = units.text(error, finding.unit, ".2g")
@@ -169,11 +169,11 @@ def _check_tolerances(
             raise UnknownNameError("joint", name, list(units))
 
 
-def _uncertainty(finding: Finding, alignment: Alignment, space: JointSpace) -> float | None:
+def _uncertainty(finding: Finding, alignment: Alignment, joints: JointRequirements) -> float | None:
     """Uncertainty of a finding's value due to the log's noise; `None` if unknown."""
     if finding.value is None or not np.isfinite(finding.value) or finding.margin is None:
         return None
-    names, robot = space.joint_names, space.robot
+    names, robot = joints.joint_names, joints.robot
     columns = [alignment.trajectory.joint_names.index(name) for name in names]
 
     def errors(order: int, time: float | None = finding.at) -> FloatArray:
@@ -189,7 +189,7 @@ def _uncertainty(finding: Finding, alignment: Alignment, space: JointSpace) -> f
         return float(errors(MOTION_QUANTITIES.index(quantity)).max())
     if robot is None:
         return None
-    motion = alignment.trajectory.reordered(names, space.joint_units)
+    motion = alignment.trajectory.reordered(names, joints.joint_units)
     time = motion.start_time if finding.at is None else finding.at
     time = min(max(time, motion.start_time), motion.end_time)
     q = motion.position(time)

@@ -24,7 +24,7 @@ from knotwork.robot import Robot
 from knotwork.robot.kinematics import solve_pose_ik
 from knotwork.task import Task
 from knotwork.task.scenario import Scenario, resolve_task
-from knotwork.task.scenario.joint_space import joint_space
+from knotwork.task.scenario.joint_requirements import read_joint_requirements
 from knotwork.task.task_source import moved_paths
 from knotwork.view.editing.additions import box_at, waypoint_here
 from knotwork.view.editing.draft import Draft, as_javascript, structure_digest, units
@@ -68,7 +68,7 @@ class DraftReading:
         """
         revision, document = draft.revision, draft.document()
         scenario = resolve_task(validate(Task, document), document)
-        robot = joint_space(scenario).robot
+        robot = read_joint_requirements(scenario).robot
         all_handles = [] if robot is None else handles(scenario, robot)
         return cls(
             revision=revision,
@@ -253,9 +253,9 @@ class Session:
 
     def _arm(self, request: Request) -> tuple[Robot, FloatArray]:
         """The robot, and joint positions from the request or at a time of the motion."""
-        if self.plan is None or self.plan.space.robot is None:
+        if self.plan is None or self.plan.joints.robot is None:
             raise InputError("the task has not been planned yet")
-        robot, motion = self.plan.space.robot, self.plan.trajectory
+        robot, motion = self.plan.joints.robot, self.plan.trajectory
         if "q" in request:
             return robot, checked_array(request["q"], (robot.dof,), "q")
         curve = motion.reordered(robot.joint_names, robot.joint_units, owner="the robot").polynomial
@@ -264,7 +264,7 @@ class Session:
 
 def unplanned_scene(scenario: Scenario, robot: Robot) -> dict[str, Any]:
     """Make the scene of a task before it is planned, with the robot at rest."""
-    nearest_zero = np.clip(0.0, robot.lower_position_limit, robot.upper_position_limit)
+    nearest_zero = np.clip(0.0, robot.limits.lower, robot.limits.upper)
     q = robot.configurations.get("home", nearest_zero)
     timed = replace(scenario, free_values=None)  # with expected times
     motion = JointTrajectory.from_knots(

@@ -27,7 +27,7 @@ MAX_TURNS = 1024
 
 def position_limits(robot: Robot) -> Limits:
     """Position limits of a robot, as a pair."""
-    return robot.lower_position_limit, robot.upper_position_limit
+    return robot.limits.lower, robot.limits.upper
 
 
 def infinite_limits(robot: Robot) -> Limits:

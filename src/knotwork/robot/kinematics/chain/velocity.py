@@ -168,7 +168,7 @@ def _implausibly_fast_joints(robot: Robot, v: FloatArray) -> list[FastJoint]:
     """The joints with velocities above the plausible ones."""
     joints = zip(
         robot.joint_names, robot.joint_units, np.abs(v).tolist(),
-        robot.velocity_limit.tolist(), plausible_speeds(robot).tolist(), strict=True,
+        robot.limits.velocity.tolist(), plausible_speeds(robot).tolist(), strict=True,
     )  # fmt: skip
     rows = (FastJoint(name, f"{unit}/s", *numbers) for name, unit, *numbers in joints)
     return [joint for joint in rows if joint.speed > joint.plausible]
@@ -176,7 +176,7 @@ def _implausibly_fast_joints(robot: Robot, v: FloatArray) -> list[FastJoint]:
 
 def plausible_speeds(robot: Robot) -> FloatArray:
     """Velocity limits, at most `FASTEST_JOINT` [rad/s or m/s], shape (d,)."""
-    return np.minimum(robot.velocity_limit, FASTEST_JOINT)
+    return np.minimum(robot.limits.velocity, FASTEST_JOINT)
 
 
 def solve_velocities(
@@ -234,7 +234,7 @@ def pull_to_middle(robot: Robot, q: ArrayLike, rate: float = 1.0) -> FloatArray:
     >>> robot = kw.load_robot("panda")
     >>> q = robot.configurations["home"]
     >>> wanted = kw.kinematics.pull_to_middle(robot, q, rate=0.5)
-    >>> middle = (robot.lower_position_limit + robot.upper_position_limit) / 2
+    >>> middle = (robot.limits.lower + robot.limits.upper) / 2
     >>> np.allclose(wanted, 0.5 * (middle - q))
     True
 
@@ -260,7 +260,7 @@ def joint_scales(robot: Robot) -> FloatArray:
     """Scale of each joint's velocity in the minimum norm, shape (d,); larger ones move more."""
     if robot.dof <= 6:
         return np.ones(robot.dof)
-    limit = robot.velocity_limit
+    limit = robot.limits.velocity
     finite = np.isfinite(limit)
     usual = float(np.mean(limit[finite])) if finite.any() else 1.0
     scales = np.where(finite, limit, usual) / usual

@@ -177,7 +177,7 @@ def _move_nearest_samples(
     speed after a ramp at the acceleration limit. One uses the acceleration limit, which determines
     short moves.
     """
-    robot, speed = search.robot, search.robot.velocity_limit
+    robot, speed = search.robot, search.robot.limits.velocity
     acceleration = robot.limits["acceleration"]
     scales = [joint_scales(robot)]
     if np.isfinite((speed + acceleration)[~robot.virtual]).all():
@@ -235,7 +235,7 @@ def _evaluate(
     J = joint_axes(robot).jacobians(first)
     v = solve_velocities(robot, J, twists)
     residual = np.abs(twists - (J @ v[:, :, None])[:, :, 0]).max(axis=1)
-    fastest = (np.abs(v) / robot.velocity_limit).max(axis=1)
+    fastest = (np.abs(v) / robot.limits.velocity).max(axis=1)
     excess = np.where(fastest > OVERSPEED_FACTOR, fastest, 0.0)
     tolerance = TWIST_RESIDUAL * np.maximum(1.0, np.abs(twists).max(axis=1))
     unattainable = np.where(residual > tolerance, 1.0 + residual, 0.0)

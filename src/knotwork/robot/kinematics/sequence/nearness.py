@@ -20,7 +20,7 @@ def limit_nearness(robot: Robot, q: FloatArray) -> FloatArray:
     0 outside `LIMIT_MARGIN`, 1 on or beyond a limit, and quadratic between. Virtual joints do not
     count.
     """
-    limit_distance = np.minimum(q - robot.lower_position_limit, robot.upper_position_limit - q)
+    limit_distance = np.minimum(q - robot.limits.lower, robot.limits.upper - q)
     nearest = limit_distance[:, ~robot.virtual].min(axis=1)
     return np.asarray(np.clip(1.0 - nearest / LIMIT_MARGIN, 0.0, 1.0) ** 2)
 

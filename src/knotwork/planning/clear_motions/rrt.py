@@ -10,7 +10,7 @@ import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.planning.ways.configuration_space import ConfigurationSpace
+from knotwork.planning.clear_motions.configuration_space import ConfigurationSpace
 
 EXTENSION_LENGTH = 1.0
 """Length of an extension of a tree [rad or m]."""

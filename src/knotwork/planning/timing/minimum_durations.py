@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from knotwork.arrays import FloatArray
-from knotwork.curves.polynomial.joint_durations import feasible_durations
+from knotwork.planning.timing.feasible_durations import feasible_durations
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.units import rounded_up
 

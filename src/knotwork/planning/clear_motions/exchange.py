@@ -16,13 +16,13 @@ import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.planning.clear_motions.configuration_space import ConfigurationSpace
 from knotwork.planning.timing.motion_states import States, states_of
 from knotwork.planning.timing.nonlinear_program import Block, Kernel, solve_program
-from knotwork.planning.timing.part_program import PartProgram
 from knotwork.planning.timing.robot_limits import inner_state
+from knotwork.planning.timing.section_program import SectionProgram
 from knotwork.planning.timing.tightening import Tightening, tighten
 from knotwork.planning.timing.timing_problem import TimingProblem
-from knotwork.planning.ways.configuration_space import ConfigurationSpace
 from knotwork.verification.bounds.clearance import Clearance
 
 PLANE_FRACTIONS = (0.0, 1 / 3, 2 / 3)
@@ -175,7 +175,7 @@ class ExchangeSearch:
             options: IPOPT options.
         """
         near = self._reference
-        program = PartProgram(self.problem, near, self.tightening)
+        program = SectionProgram(self.problem, near, self.tightening)
         scale, at, d = program.scale, program.layout, program.layout.joints
         low, high = program.bounds()
         nearest = (near.q - radius) / scale.unit(0), (near.q + radius) / scale.unit(0)

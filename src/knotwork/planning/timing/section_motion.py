@@ -1,4 +1,4 @@
-"""Solution of a part of a timing problem: a guess, then solutions until one keeps every limit."""
+"""Motion of a section of a timing problem: solutions from a guess until one keeps every limit."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from knotwork.planning.timing.long_intervals import guessed_states
 from knotwork.planning.timing.motion_curves import concatenate
 from knotwork.planning.timing.motion_states import States
 from knotwork.planning.timing.nonlinear_program import Solution
-from knotwork.planning.timing.part_program import PartProgram
+from knotwork.planning.timing.section_program import SectionProgram
 from knotwork.planning.timing.stop_to_stop import SLOWDOWN_FACTORS, resting_intervals
 from knotwork.planning.timing.tightening import first_tightening, keeps_limits, tighten
 from knotwork.planning.timing.timed_motion import Budget, Status
@@ -26,8 +26,8 @@ MAX_RESTING_RATIO = 1.001
 
 
 @dataclass(frozen=True, eq=False)
-class PartMotion:
-    """Motion of one part, which keeps every limit; `TimedMotion` is that of a whole problem.
+class SectionMotion:
+    """Motion of a section, which keeps every limit; `TimedMotion` is that of a whole problem.
 
     Attributes:
         time: Times of the waypoints from 0 on [s], shape (n,).
@@ -40,11 +40,11 @@ class PartMotion:
     status: Status
 
 
-def solve_part(problem: TimingProblem, budget: Budget) -> PartMotion | None:
-    """Solve a part from a plain guess.
+def solve_section(problem: TimingProblem, budget: Budget) -> SectionMotion | None:
+    """Solve a section, or a window of one, from a plain guess.
 
     Args:
-        problem: The part.
+        problem: The section or window.
         budget: Progress and budget.
 
     Returns:
@@ -59,10 +59,10 @@ def solve_part(problem: TimingProblem, budget: Budget) -> PartMotion | None:
     motion = _optimised_motion(problem, budget)
     if motion is not None:
         return motion
-    return resting_motion(problem, "stopped" if budget.is_over else "resting")
+    return resting_motion(problem, "budget" if budget.is_over else "resting")
 
 
-def resting_motion(problem: TimingProblem, status: Status) -> PartMotion | None:
+def resting_motion(problem: TimingProblem, status: Status) -> SectionMotion | None:
     """A motion that rests in every interval and keeps every limit, or `None`.
 
     It is the first of `SLOWDOWN_FACTORS` that does; a smaller factor between them may be enough.
@@ -77,19 +77,19 @@ def resting_motion(problem: TimingProblem, status: Status) -> PartMotion | None:
             curve = concatenate(*intervals)
             if keeps_limits(problem, curve):
                 time = np.cumsum([0.0, *(interval.x[-1] for interval in intervals)])
-                return PartMotion(time, curve, status)
+                return SectionMotion(time, curve, status)
     return None
 
 
-def _optimised_motion(problem: TimingProblem, budget: Budget) -> PartMotion | None:
-    """Solve a part with more tightening whenever the exact check finds an excess."""
+def _optimised_motion(problem: TimingProblem, budget: Budget) -> SectionMotion | None:
+    """Solve a section with more tightening whenever the exact check finds an excess."""
     guess, tightening = plain_guess(problem), first_tightening(problem)
     last: Solution | None = None
     for _ in range(MAX_TIGHTENINGS):
         seconds = budget.remaining()
         if seconds <= 0.0:
             return None
-        program = PartProgram(problem, guess, tightening)
+        program = SectionProgram(problem, guess, tightening)
         solution = program.solve(last, seconds)
         budget.step(solution.iterations)
         if not solution.solved:
@@ -100,7 +100,7 @@ def _optimised_motion(problem: TimingProblem, budget: Budget) -> PartMotion | No
         time, curve = program.motion_of(solution.x)
         more = tighten(problem, tightening, curve)
         if more is None:
-            return PartMotion(time, curve, "optimal")
+            return SectionMotion(time, curve, "optimal")
         if more.margin >= 1.0:
             return None  # no margin is left
         # with further equations the solution is a poor start

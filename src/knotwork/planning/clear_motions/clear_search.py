@@ -12,19 +12,19 @@ import numpy as np
 from knotwork.arrays import FloatArray, IndexArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.retiming.stops import stop_joints
-from knotwork.planning.timing.motion_curves import concatenate, reverse, slow_down
-from knotwork.planning.timing.part_motion import resting_motion
-from knotwork.planning.timing.tightening import exceeded_limit, keeps_limits
-from knotwork.planning.timing.timing_problem import TimingProblem
-from knotwork.planning.ways.clear_motion_problem import (
+from knotwork.planning.clear_motions.clear_motion_problem import (
     ClearMotion,
     ClearMotionProblem,
+    ClearSearchError,
     MotionParts,
-    NoClearMotionError,
 )
-from knotwork.planning.ways.configuration_space import ConfigurationSpace
-from knotwork.planning.ways.exchange import ExchangeSearch
-from knotwork.planning.ways.rrt import connect, polyline_curve, shorten_polyline
+from knotwork.planning.clear_motions.configuration_space import ConfigurationSpace
+from knotwork.planning.clear_motions.exchange import ExchangeSearch
+from knotwork.planning.clear_motions.rrt import connect, polyline_curve, shorten_polyline
+from knotwork.planning.timing.motion_curves import concatenate, reverse, slow_down
+from knotwork.planning.timing.section_motion import resting_motion
+from knotwork.planning.timing.tightening import exceeded_limit, keeps_limits
+from knotwork.planning.timing.timing_problem import TimingProblem
 
 
 class Stage(NamedTuple):
@@ -88,14 +88,14 @@ def find_clear_motion(
             search begins and when there is a better motion.
 
     Raises:
-        NoClearMotionError: No motion was found.
+        ClearSearchError: No motion was found.
     """
     for part in CLEARANCE_SHARES if extra_clearance else ():
         try:
             wider = _with_extra_clearance(problem, part * extra_clearance)
             motion = _ClearSearch(wider, STAGES[:1], is_out_of_time, report).best_of(tries)
             return replace(motion, extra_clearance=part * extra_clearance)
-        except NoClearMotionError:
+        except ClearSearchError:
             continue
     return _ClearSearch(problem, STAGES, is_out_of_time, report).best_of(tries)
 
@@ -174,7 +174,7 @@ class _ClearSearch:
         clear = ends[[self.space.is_clear(q) for q in ends]]
         if not len(clear):
             gap, bodies = self.space.worst(ends[0])
-            raise NoClearMotionError(waypoint, bodies, -gap, solutions=len(ends))
+            raise ClearSearchError(waypoint, bodies, -gap, solutions=len(ends))
         return clear
 
     def _stop(self, end: int, q: FloatArray) -> PiecewisePolynomial | None:
@@ -204,22 +204,22 @@ class _ClearSearch:
             errors.append(error)
         raise errors[0]
 
-    def _obstruction(self, end: int, motion: PiecewisePolynomial) -> NoClearMotionError | None:
+    def _obstruction(self, end: int, motion: PiecewisePolynomial) -> ClearSearchError | None:
         """Obstruction of a motion from the start (0) or the goal (-1) to rest."""
         reached = motion.extrema(0)
         beyond = np.maximum(self.space.lower - reached.minimum, reached.maximum - self.space.upper)
         if beyond.max() > 0.0:
             k = int(beyond.argmax())
-            return NoClearMotionError(end, shortfall=float(beyond[k]), limit="position", joint=k)
+            return ClearSearchError(end, shortfall=float(beyond[k]), limit="position", joint=k)
         if unproved := self.problem.unproved_pairs(motion):
             worst = max(unproved, key=lambda pair: pair.margin - pair.distance)
             names = worst.first.name, worst.second.name
             shortfall = max(worst.margin - worst.distance, 0.0)
-            return NoClearMotionError(end, names, shortfall, moving=True)
+            return ClearSearchError(end, names, shortfall, moving=True)
         if (excess := exceeded_limit(self.problem.timing, motion)) is None:
             return None
         limit, utilisation = excess
-        return NoClearMotionError(end, limit=limit, joint=int(utilisation.max(axis=0).argmax()))
+        return ClearSearchError(end, limit=limit, joint=int(utilisation.max(axis=0).argmax()))
 
     def best_of(self, tries: int) -> ClearMotion:
         """The fastest motion of a number of searches."""
@@ -236,7 +236,7 @@ class _ClearSearch:
                 best = motion
                 self.report(seed + 1, best)
         if best is None:
-            raise NoClearMotionError(checks=self.space.checks)
+            raise ClearSearchError(checks=self.space.checks)
         return best
 
     def _polylines(self, seed: int) -> list[FloatArray] | None:

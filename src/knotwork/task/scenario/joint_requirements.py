@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class JointSpace:
+class JointRequirements:
     """The joints of a scenario and the requirements on them, in SI, by index of its waypoint.
 
     Planning and check read joint values only from here, never from the task, whose units differ.
@@ -72,7 +72,7 @@ class JointSpace:
 
 
 def by_joint(
-    joints: JointSpace | JointTrajectory, values: FloatArray, units: TaskUnits
+    joints: JointRequirements | JointTrajectory, values: FloatArray, units: TaskUnits
 ) -> dict[str, Any]:
     """Values by joint in the units of a task.
 
@@ -86,7 +86,7 @@ def by_joint(
     return dict(zip(joints.joint_names, (values / unit).T.tolist(), strict=True))
 
 
-def joint_space(scenario: Scenario) -> JointSpace:
+def read_joint_requirements(scenario: Scenario) -> JointRequirements:
     """Load the joints or robot of a scenario, and resolve its joint values.
 
     Raises:
@@ -94,8 +94,8 @@ def joint_space(scenario: Scenario) -> JointSpace:
             does not exist, joint values leave a joint out, or the robot is not supported.
 
     >>> ends = [{"joints": {"a": 0}}, {"joints": {"a": 90}, "after": 1}]
-    >>> space = joint_space(kw.load_scenario({"units": {"angle": "deg"}, "waypoints": ends}))
-    >>> space.targets[1].position
+    >>> scenario = kw.load_scenario({"units": {"angle": "deg"}, "waypoints": ends})
+    >>> read_joint_requirements(scenario).targets[1].position
     array([1.57079633])
     """
     task = scenario.given
@@ -124,10 +124,10 @@ def _with_requirements(
     limits: JointLimits,
     robot: Robot | None = None,
     loaded_robots: LoadedRobots | None = None,
-) -> JointSpace:
+) -> JointRequirements:
     """The joints of a reader with their limits, and the requirements of its scenario on them."""
     scenario, targets, near = read.scenario, read.targets(), read.scenario.given.near
-    return JointSpace(
+    return JointRequirements(
         read.names,
         read.units,
         limits,
@@ -212,13 +212,13 @@ def _check_motion_limits(scenario: Scenario, robot: Robot) -> None:
         if value is not None and key != "frame_speed":
             with scenario.error_context("limits", key):
                 robot.require_tool()
-    for i, limit in enumerate(limits.frame_speeds):
-        place = [i] * (len(limits.frame_speeds) > 1)
+    for i, limit in enumerate(limits.link_speeds):
+        place = [i] * (len(limits.link_speeds) > 1)
         with scenario.error_context("limits", "frame_speed", *place, "frame"):
-            robot.frame_index(limit.frame)
+            robot.frame_index(limit.link)
 
 
-def _bare_joints(scenario: Scenario) -> JointSpace:
+def _bare_joints(scenario: Scenario) -> JointRequirements:
     task = scenario.given
     first: Any = task.start or getattr(task.waypoints[0], "joints", ())
     names = tuple(first)

@@ -85,8 +85,8 @@ class ClearMotionProblem:
 
 
 @dataclass(eq=False)
-class NoClearMotionError(Exception):
-    """No collision-free motion was found. This does not prove that none exists.
+class ClearSearchError(Exception):
+    """No motion was found, which does not prove that none exists. `NoWayFoundError` tells users.
 
     Attributes:
         waypoint: Index of the waypoint where the arm collides, or can't come to rest along its

@@ -1,4 +1,4 @@
-"""The nonlinear program of one part of a motion, and the curve of its solution."""
+"""The nonlinear program of a section, and the curve of its solution."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ WARM_START_OPTIONS: dict[str, Any] = {
 """IPOPT options for a start from the solution of a problem with slightly different limits."""
 
 
-class PartProgram:
+class SectionProgram:
     """The nonlinear program of a problem; IPOPT solves it.
 
     Args:
@@ -115,9 +115,9 @@ class PartProgram:
         low[at.v], high[at.v] = -V / scale.unit(1), V / scale.unit(1)
         low[at.a], high[at.a] = -A / scale.unit(2), A / scale.unit(2)
         lower, upper = self._position_range()
-        parts = (slice(each * i, each * (i + 1)) for i in range(at.intervals))
-        for part, lowest, highest in zip(parts, lower, upper, strict=True):
-            low[at.q[part]], high[at.q[part]] = lowest / scale.unit(0), highest / scale.unit(0)
+        of_intervals = (slice(each * i, each * (i + 1)) for i in range(at.intervals))
+        for breaks, lowest, highest in zip(of_intervals, lower, upper, strict=True):
+            low[at.q[breaks]], high[at.q[breaks]] = lowest / scale.unit(0), highest / scale.unit(0)
         waypoints = slice(None, None, each)
         low[at.q[waypoints]] = high[at.q[waypoints]] = problem.position / scale.unit(0)
         for columns, values, known, order in (
@@ -275,8 +275,8 @@ class PartProgram:
         """Times of the waypoints from 0 on [s], and the curve, from the variables."""
         problem, at, scale = self.problem, self.layout, self.scale
         v, a = x[at.v] * scale.unit(1), x[at.a] * scale.unit(2)
-        parts = (x[at.tau] * scale.time).reshape(at.intervals, at.each)
-        duration = np.where(problem.free, parts.sum(axis=1), problem.duration)
+        spans = (x[at.tau] * scale.time).reshape(at.intervals, at.each)
+        duration = np.where(problem.free, spans.sum(axis=1), problem.duration)
         if problem.total is not None:
             free = problem.free
             free_time = problem.total - duration[~free].sum()
@@ -290,7 +290,7 @@ class PartProgram:
         a[:: at.each][self._has_zero_acceleration()] = 0.0
         ends = np.arange(at.intervals)[:, None] * at.each + np.arange(at.each + 1)
         time = np.concatenate(([0.0], np.cumsum(duration)))
-        share = parts / parts.sum(axis=1)[:, None]
+        share = spans / spans.sum(axis=1)[:, None]
         return time, exact_curve(time, share, problem.position, velocity, a[ends])
 
 
