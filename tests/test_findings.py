@@ -187,7 +187,7 @@ def test_outputs_show_incomplete_findings(
 @pytest.mark.parametrize(("count", "last"), [(4, "odd 3"), (5, "odd 4"), (6, "and 2 more")])
 def test_no_line_hides_one_line(count: int, last: str) -> None:
     findings = [
-        Finding("Odd", "tool", "", "oddity", "information", "", brief=f"odd {i}")
+        Finding("Odd", "tool", "", "oddity", "information", "", highlight=f"odd {i}")
         for i in range(count)
     ]
     lines = Report("odd", None, "cubic", 0.0, 1.0, findings=tuple(findings)).brief()

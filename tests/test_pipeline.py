@@ -92,7 +92,7 @@ def test_wrong_knots_name_the_waypoint_and_the_interval() -> None:
         match=r"^knots: between waypoint 'B' and waypoint 'C': .*strictly between",
     ) as caught:
         kw.plan({**TASK, "knots": [0, 0.5, 0.9, 3]})
-    assert caught.value.waypoint == 1
+    assert caught.value.waypoint_index == 1
     assert caught.value.interval == (1.0, 3.0)
 
 

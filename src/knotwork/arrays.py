@@ -57,7 +57,7 @@ def checked_array(
         where = f"{subject}{list(index)}" if index else subject
         raise WaypointDataError(
             f"{where} is {array[index]}; every value must be finite",
-            waypoint=index[0] if index else None,
+            waypoint_index=index[0] if index else None,
             value=array[index],
         )
     return array
@@ -82,7 +82,7 @@ def checked_times(times: ArrayLike, names: Sequence[str] | None = None) -> Float
         raise WaypointDataError(
             f"time of {default_waypoint_name(i)}{name} is {array[i]:.15g} s; "
             f"it must be later than {array[i - 1]:.15g} s, the time of the previous waypoint",
-            waypoint=i,
+            waypoint_index=i,
             value=float(array[i]),
         )
     return array
@@ -103,7 +103,7 @@ def known_rows(
         where = repr(names[i]) if names else default_waypoint_name(i)
         raise WaypointDataError(
             f"{subject} at {where} is known for some joints only; give all of them, or NaN for all",
-            waypoint=i,
+            waypoint_index=i,
         )
     return np.asarray(~missing.any(axis=1))
 

@@ -116,16 +116,16 @@ def test_exports_changed_trajectory_only_with_scenario(knotwork: Command, tmp_pa
 def test_a_quintic_is_refused_or_fitted(knotwork: Command, tmp_path: Path) -> None:
     line = ["export", SCENARIO, "--planner", "quintic", "--allow-failed", "-f", "pvt"]
     err = knotwork(*line).refused()
-    for word in ("degree 5", "--fit", "would be off by up to"):
+    for word in ("degree 5", "--tolerance", "would be off by up to"):
         assert word in err
-    ran = knotwork(*line, "--fit", "1e-4")
+    ran = knotwork(*line, "--tolerance", "1e-4")
     assert ran.code == 0
     rows = [line for line in ran.out.splitlines() if line[0].isdigit()]
     assert f"{len(rows)} points of position and velocity" in ran.err
     assert "inserted" in ran.err
     assert "C1: the acceleration jumps" in ran.err
     file = tmp_path / "m.csv"
-    ran = knotwork(*line, "--fit", "1e-4", "-o", file)
+    ran = knotwork(*line, "--tolerance", "1e-4", "-o", file)
     assert f"wrote {file}; {len(rows)} points" in ran.out
 
 
@@ -146,7 +146,7 @@ def test_fit_reports_as_check(knotwork: Command, tmp_path: Path, options: tuple[
     name, planner, *extra = options
     file = tmp_path / f"m{FORMATS[name].suffix}"
     line = ["export", "ur5_deburring", "-f", name, "--planner", planner, *extra]
-    line += ["--fit", "1e-6", "-o", file]
+    line += ["--tolerance", "1e-6", "-o", file]
     ran = knotwork(*line)
     assert (ran.code, file.exists()) == (0, True)
     passing = "--accelerations" in extra or planner == "modified-hermite"
@@ -173,7 +173,7 @@ def test_refuses_fit_with_larger_errors(knotwork: Command, tmp_path: Path) -> No
     task.pop("knots", None)
     scenario, file = tmp_path / "tight.yaml", tmp_path / "m.csv"
     scenario.write_text(yaml.safe_dump(task), encoding="utf-8")
-    line = ("export", scenario, "-f", "pvt", "--fit", "1e-2", "-o", file)
+    line = ("export", scenario, "-f", "pvt", "--tolerance", "1e-2", "-o", file)
     ran = knotwork(*line)
     assert (ran.code, file.exists()) == (1, False)
     assert "not exported (--allow-failed exports them)" in ran.err

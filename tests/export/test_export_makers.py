@@ -175,19 +175,19 @@ READERS = {
 
 
 @pytest.mark.parametrize("name", READERS)
-@pytest.mark.parametrize("fit", [None, 1e-4])
-def test_lines_are_off_as_stated(motion: JointTrajectory, name: str, fit: float | None) -> None:
+@pytest.mark.parametrize("tolerance", [None, 1e-4])
+def test_lines_are_off_as_stated(motion: JointTrajectory, name: str, tolerance: Any) -> None:
     read, digit = READERS[name]
     streamed = "cycle" in export.STRAIGHT[name]
-    if streamed and fit is not None:
-        with pytest.raises(InputError, match="takes no option 'fit'"):
-            export.content(motion, name, fit=fit)
+    if streamed and tolerance is not None:
+        with pytest.raises(InputError, match="takes no option 'tolerance'"):
+            export.content(motion, name, fit=tolerance)  # its old name
         return
-    text = export.content(motion, name, **({} if fit is None else {"fit": fit}))
+    text = export.content(motion, name, **({} if tolerance is None else {"tolerance": tolerance}))
     run = read(text)
-    points = export.straight_points(motion, **export.STRAIGHT[name], fit=fit)
+    points = export.straight_points(motion, **export.STRAIGHT[name], tolerance=tolerance)
     assert name == "ls" or points.describe() in text
-    assert points.error <= (fit or 1e-3)
+    assert points.error <= (tolerance or 1e-3)
     assert run.now == pytest.approx(motion.duration, abs=1e-3)
     stated = float(re.search(r"(?:at most|lines) ([\d.e-]+)", text)[1])  # type: ignore[index]
     assert 0.95 * stated - np.radians(digit) < run.deviation(motion) <= stated
@@ -242,10 +242,10 @@ def test_other_arms_and_moving_ends_are_refused(motion: JointTrajectory) -> None
     cut = JointTrajectory.from_knots(["a"], [0, 1], [[0], [1]], [[0], [0.5]])
     with pytest.raises(ExportError, match=r"ends with joint 'a' at 0.5 rad/s.*stop: true after it"):
         export.to_egm(cut)
-    with pytest.raises(InputError, match=r"fit \(--fit\) takes more than 1000000 points"):
-        export.to_rapid(motion, fit=1e-15)
-    with pytest.raises(InputError, match="fit"):
-        export.to_rapid(motion, fit=-1.0)
+    with pytest.raises(InputError, match="this tolerance takes more than 1000000 points"):
+        export.to_rapid(motion, tolerance=1e-15)
+    with pytest.raises(InputError, match="tolerance"):
+        export.to_rapid(motion, tolerance=-1.0)
 
 
 @pytest.mark.parametrize(
@@ -280,11 +280,12 @@ def test_abb_switches_eight_signals_in_a_move(motion: JointTrajectory) -> None:
 
 
 def test_refuses_tolerance_below_milliseconds(motion: JointTrajectory) -> None:
-    assert export.straight_points(motion, **export.STRAIGHT["krl"], fit=1e-5).error <= 1e-5
+    krl = export.STRAIGHT["krl"]
+    assert export.straight_points(motion, **krl, tolerance=1e-5).error <= 1e-5
     with pytest.raises(InputError, match=r"nearer than 1 ms.* accepted: [\d.e-]+ or more") as found:
-        export.to_krl(motion, fit=1e-8)
+        export.to_krl(motion, tolerance=1e-8)
     accepted = float(re.search(r"accepted: ([\d.e-]+)", str(found.value))[1])  # type: ignore[index]
-    assert export.straight_points(motion, **export.STRAIGHT["krl"], fit=accepted).error <= accepted
+    assert export.straight_points(motion, **krl, tolerance=accepted).error <= accepted
 
 
 def swing(names: tuple[str, ...], at: list[float], joint: int, by: float, time: float) -> kw.Plan:

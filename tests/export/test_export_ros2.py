@@ -88,7 +88,7 @@ def test_a_quintic_says_why_it_can_not_go() -> None:
     with pytest.raises(ExportError, match="degree 5") as caught:
         motion("quintic").to_ros2()
     message = str(caught.value)
-    for word in ("quintic", "off by up to", "--accelerations", "--fit"):
+    for word in ("quintic", "off by up to", "--accelerations", "--tolerance"):
         assert word in message
     dense = np.linspace(1.0, motion("quintic").end_time, 20001)
     knots = motion("quintic").knots

@@ -113,7 +113,7 @@ def test_knots_define_cubics(planner: str) -> None:
 
 @pytest.mark.parametrize("planner", sorted(set(PLANNERS) - set(CUBIC)))
 def test_knots_do_not_define_more(planner: str) -> None:
-    with pytest.raises(ExportError, match="fit"):
+    with pytest.raises(ExportError, match="tolerance"):
         motion_points(motion(planner))
 
 
@@ -122,7 +122,7 @@ def test_knots_do_not_define_more(planner: str) -> None:
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-7])
 def test_a_fit_meets_its_tolerance(planner: str, accelerations: bool, tolerance: float) -> None:
     trajectory = motion(planner)
-    points = motion_points(trajectory, accelerations=accelerations, fit=tolerance)
+    points = motion_points(trajectory, accelerations=accelerations, tolerance=tolerance)
     dense = np.linspace(trajectory.start_time, trajectory.end_time, 30001)
     off = np.abs(points.trajectory(dense) - trajectory(dense)).max()
     slow = np.abs(points.trajectory(dense, 1) - trajectory(dense, 1)).max()
@@ -144,7 +144,8 @@ def test_a_fit_meets_its_tolerance(planner: str, accelerations: bool, tolerance:
 def test_a_fit_takes_few_points() -> None:
     """The error falls with the fourth power: a hundredfold tolerance, about 3.2 times fewer."""
     counts = [
-        motion_points(motion("quintic"), fit=tolerance).count for tolerance in (1e-4, 1e-6, 1e-8)
+        motion_points(motion("quintic"), tolerance=tolerance).count
+        for tolerance in (1e-4, 1e-6, 1e-8)
     ]
     assert 2.0 < counts[1] / counts[0] < 5.0
     assert 2.0 < counts[2] / counts[1] < 5.0
@@ -153,24 +154,24 @@ def test_a_fit_takes_few_points() -> None:
 @given(hermite_data(), st.floats(1e-9, 1e-1))
 @examples()
 def test_fit_of_exact_motion_inserts_nothing(trajectory: JointTrajectory, tolerance: float) -> None:
-    points = motion_points(trajectory, fit=tolerance)
+    points = motion_points(trajectory, tolerance=tolerance)
     assert points.exact
     assert points.inserted == 0
 
 
 @pytest.mark.parametrize(
-    "fit",
+    "tolerance",
     [0.0, -1e-3, float("nan"), float("inf"), "wide", "1e-3", True, 10**400, 1j, [1e-3], 1e-30],
 )
-def test_tolerances_that_can_not_be(fit: float) -> None:
+def test_tolerances_that_can_not_be(tolerance: float) -> None:
     with pytest.raises(InputError):
-        motion_points(motion("quintic"), fit=fit)
+        motion_points(motion("quintic"), tolerance=tolerance)
 
 
 def test_a_tolerance_that_takes_too_many_points(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("knotwork.files.export.lossless.MAX_EXPORTED_POINTS", 50)
     with pytest.raises(InputError, match="more than 50 points"):
-        motion_points(motion("quintic"), fit=1e-9)
+        motion_points(motion("quintic"), tolerance=1e-9)
 
 
 @pytest.mark.parametrize("order", [0, 1])
@@ -179,9 +180,9 @@ def test_a_jump_is_no_point(order: int) -> None:
     c[3 - order, 1, 0] = 1.0
     trajectory = JointTrajectory(("a",), PiecewisePolynomial(c, [0.0, 1.0, 2.0]))
     unit = ("rad", "rad/s")[order]
-    for fit in (None, 1e-3):
+    for tolerance in (None, 1e-3):
         with pytest.raises(ExportError, match=f"'a' jumps by 1 {unit} at 1 s") as got:
-            motion_points(trajectory, fit=fit)
+            motion_points(trajectory, tolerance=tolerance)
         assert (got.value.joint, got.value.error, got.value.time) == ("a", 1.0, 1.0)
 
 

@@ -124,7 +124,7 @@ def test_knots_of_a_quintic() -> None:
     [
         {"rate": 10, "knots_only": True},
         {"accelerations": True},
-        {"fit": 1e-3},
+        {"tolerance": 1e-3},
         {"rate": 0},
         {"rate": 1e9},
         {"rate": "fast"},

@@ -80,7 +80,7 @@ def test_four_times_the_rate_is_sixteen_times_as_near() -> None:
 def test_the_arm_accelerates_as_planned() -> None:
     """Numbers rounded to six decimals make the acceleration ragged, which larger arms refuse."""
     quintic = planned("ur5_deburring", planner="quintic").trajectory
-    text = quintic.to_urscript(fit=1e-9)
+    text = quintic.to_urscript(tolerance=1e-9)
 
     def ragged(text: str) -> float:
         controller = run(quintic, 500.0, text)
@@ -143,9 +143,9 @@ def test_a_motion_that_is_not_from_rest_to_rest_is_refused(end: str, word: str) 
 
 def test_quintics_need_a_fit() -> None:
     quintic = planned("ur5_deburring", planner="quintic").trajectory
-    with pytest.raises(ExportError, match="--fit"):
+    with pytest.raises(ExportError, match="--tolerance"):
         quintic.to_urscript()
-    controller = run(quintic, 500.0, quintic.to_urscript(fit=1e-5))
+    controller = run(quintic, 500.0, quintic.to_urscript(fit=1e-5))  # its old name
     assert np.abs(deviation(quintic, controller)).max() < 5e-5
 
 

@@ -40,7 +40,7 @@ def test_balanced_knots_must_not_coincide():
     # the interval in the middle is no longer than both its neighbours: 0.5 reaches its middle
     with pytest.raises(KnotError, match="coincide between waypoints 2 and 3") as caught:
         placed([0, 2, 3, 5], BalancedKnots(0.5))
-    assert caught.value.waypoint == 1
+    assert caught.value.waypoint_index == 1
     # beside a shorter neighbour it does not, and an end interval has one knot only
     assert (np.diff(placed(X, BalancedKnots(0.5))) > 0).all()
     assert (np.diff(placed([0, 1, 2], BalancedKnots(0.5))) > 0).all()
@@ -83,7 +83,7 @@ def test_each_waypoint_lies_between_its_knots(rule, doubled_ends, h):
 def test_misplaced_knots_name_their_interval(knots, waypoint, interval):
     with pytest.raises(KnotError, match="strictly between") as caught:
         placed(X, knots)
-    assert (caught.value.waypoint, caught.value.interval) == (waypoint, interval)
+    assert (caught.value.waypoint_index, caught.value.interval) == (waypoint, interval)
 
 
 @pytest.mark.parametrize(

@@ -73,7 +73,7 @@ def test_light_rail_moves_and_arm_keeps_posture() -> None:
     assert moved[follows][0] == pytest.approx(motion.path.length, abs=0.01)
     (row,) = follows.report.select(group="Freedom")
     assert row.value == pytest.approx(moved[follows][0], abs=1e-3)
-    assert "bead start to bead end: rail 1" in row.brief
+    assert "bead start to bead end: rail 1" in row.highlight
 
 
 def test_refuses_weights_of_unknown_joints() -> None:

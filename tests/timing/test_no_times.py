@@ -70,7 +70,7 @@ def test_names_infeasible_values(
     problem: TimingProblem, place: tuple[Any, str], values: tuple[Any, Any], message: str
 ) -> None:
     error = failure(problem)
-    assert (error.waypoint, error.cause) == place
+    assert (error.waypoint_index, error.cause) == place
     assert (error.value, error.feasible_value) == pytest.approx(values)
     assert re.search(message, str(error))
 
@@ -125,7 +125,7 @@ def test_names_nearest_feasible_value(
     message: str,
 ) -> None:
     error = failure(problem(given))
-    assert (error.waypoint, error.in_interval, error.cause) == place
+    assert (error.waypoint_index, error.in_interval, error.cause) == place
     assert least < error.feasible_value < 1.02 * least
     assert message in str(error)
     solve(problem(0.98 * error.feasible_value if place[2] == "position" else error.feasible_value))
@@ -248,7 +248,7 @@ def test_reports_overloaded_passage_with_sufficient_effort() -> None:
     ) as heavy:
         over_the_top(4.0)
     error = heavy.value
-    assert (error.waypoint, error.joint, error.cause) == (1, "shoulder", "effort")
+    assert (error.waypoint_index, error.joint, error.cause) == (1, "shoulder", "effort")
     assert "waypoints[1]: " in str(error)
     assert "it is 4 N m" in str(error)
     over_the_top(error.feasible_value).report.raise_if_failed()

@@ -273,7 +273,7 @@ def test_tool_collides_with_released_object() -> None:
     assert kw.plan({**VIAL, "waypoints": waypoints[:3]}).report.ok
     (hit,) = kw.plan({**VIAL, "waypoints": waypoints}).report.failures
     assert hit.name == "tool, vial"
-    assert hit.at == pytest.approx(11, abs=0.5)
+    assert hit.shown_time == pytest.approx(11, abs=0.5)
 
 
 def test_object_appearing_at_last_waypoint_is_checked() -> None:
@@ -283,7 +283,7 @@ def test_object_appearing_at_last_waypoint_is_checked() -> None:
     plan = kw.plan({**VIAL, "scene": scene})
     failed = {found.name: found for found in plan.report.failures}
     assert "tool, late" in failed
-    assert all(one.at == pytest.approx(plan.trajectory.end_time) for one in failed.values())
+    assert all(one.shown_time == pytest.approx(plan.trajectory.end_time) for one in failed.values())
     late = {**at_the_end, "position": [500, 200, -400]}
     assert kw.plan({**VIAL, "scene": {"objects": {**scene["objects"], "late": late}}}).report.ok
 

@@ -180,7 +180,7 @@ def test_overlaid_planners_differ_without_colour(paper_case: Plan, cubic: Plan) 
     assert len(styles) == 3
     (why,) = (word for word in legend_words(figure) if word.startswith("cubic"))
     worst = cubic.report.failures[0]
-    assert re.match(rf"cubic: {worst.name} {worst.title} .* at [\d.]+ s", why)
+    assert re.match(rf"cubic: {worst.name} {worst.quantity_text} .* at [\d.]+ s", why)
     assert "quintic" in legend_words(figure)  # it passes
     assert len(collections(axis, "knots")) == 3
     assert "check of cubic FAILED" in heading(figure)

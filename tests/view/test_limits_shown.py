@@ -144,11 +144,11 @@ def strip(plan: kw.Plan) -> Any:
 def test_a_segment_says_what_its_chosen_time_is_bound_by() -> None:
     plan = planned("ur5_wall")
     findings = [finding for finding in plan.report.findings if finding.quantity == "binding_limits"]
-    limits = {tuple(finding.interval or ()): finding.label for finding in findings}
+    limits = {tuple(finding.interval or ()): finding.short_fact for finding in findings}
     for start, end, name, limit in strip(plan)["segments"]:
         if (start, end) in limits:
             assert limit == limits[start, end]
-            assert f"bound by {limit}" in " ".join(finding.brief for finding in findings)
+            assert f"bound by {limit}" in " ".join(finding.highlight for finding in findings)
         assert name
 
 
@@ -191,7 +191,7 @@ def test_a_limited_link_and_what_a_path_leaves_open_are_curves() -> None:
 
 def test_collisions_are_marked_over_all_panels_as_long_as_they_last() -> None:
     plan = through_wall()
-    spans = [span for finding in plan.report.failures for span in finding.spans]
+    spans = [span for finding in plan.report.failures for span in finding.intervals]
     first, last = min(start for start, _ in spans), max(end for _, end in spans)
     (drawn, *others) = strip(plan)["broken"]
     assert not others

@@ -187,7 +187,7 @@ def test_a_deviation_is_no_limit_of_a_joint() -> None:
         name="on to turn", quantity="path_deviation"
     )
     assert failed.fact in [one["fact"] for one in data["failures"]]
-    wanted = f"on to turn path deviation {1e3 * failed.value:.4g} of 0.1 mm at {failed.at:.3f} s"
+    wanted = f"on to turn path deviation {1e3 * failed.value:.4g} of 0.1 mm at {failed.time:.3f} s"
     assert any(label["text"] == wanted for label in data["labels"])
     assert any(one["line"].startswith(wanted) for one in data["failures"])  # the same words
 

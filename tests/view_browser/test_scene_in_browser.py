@@ -215,7 +215,7 @@ def test_click_on_failure_goes_there_with_links_in_red(tabs: Any, tmp_path: Path
     time = float(button.get_attribute("data-at"))
     assert tab.evaluate("knotwork.time()") == pytest.approx(time, abs=2e-3)
     failed = plan.report.failures[0]
-    assert time == pytest.approx(failed.at)
+    assert time == pytest.approx(failed.shown_time)
     # its place is seen, beside all panels
     point = np.mean(failed.points, axis=0).tolist()
     for size in ((390, 844), (1280, 800)):

@@ -78,7 +78,7 @@ def test_motions_share_one_clock(tabs: Any, knotwork: Any, tmp_path: Path, barri
     assert not tab.locator("section").nth(0).locator(".failures").count()
     tab.locator("section").nth(1).locator(".failures button").first.click()
     miss = second.report.failures[0]
-    assert tab.evaluate("clock.time") == pytest.approx(miss.at - second.trajectory.start_time)
+    assert tab.evaluate("clock.time") == pytest.approx(miss.time - second.trajectory.start_time)
     # in a small pane of a phone one label leaves the arm in view
     tab.set_viewport_size({"width": 390, "height": 844})
     tab.evaluate("at => seek(at)", 0.1)

@@ -222,7 +222,7 @@ def test_names_limit_that_braking_exceeds(
 ) -> None:
     with pytest.raises(NoWayFoundError, match=f"{message}; accepted: a lower velocity") as caught:
         kw.plan(braking(limits, end, **speeds))
-    assert caught.value.waypoint == (0, -1)[end]
+    assert caught.value.waypoint_index == (0, 1)[end]
 
 
 def test_clear_motion_continues_from_tool_path() -> None:
@@ -345,7 +345,7 @@ def test_released_object_blocks_next_motion() -> None:
     }
     with pytest.raises(NoWayFoundError) as caught:
         kw.plan(given)
-    assert caught.value.waypoint == -1
+    assert caught.value.waypoint_index == 3
     assert "bar" in caught.value.bodies
 
 
@@ -362,7 +362,7 @@ def test_keeps_requested_clearance_or_a_part(room: float, kept: float) -> None:
     pairs = kw.check(plan.trajectory, kw.load_scenario(wider)).select(quantity="clearance")
     assert [pair.ok for pair in pairs if pair.name == "tool, wall"] == [True]
     (way,) = plan.report.select(quantity="way")
-    for text in (way.message, way.brief):
+    for text in (way.message, way.highlight):
         assert f"with {kept} mm of extra clearance, minimum clearance" in text
 
 
@@ -395,7 +395,7 @@ def test_reports_colliding_end_with_depth() -> None:
     block = {"block": box([100, 100, 100], [450, 250, 130])}
     with pytest.raises(NoWayFoundError) as caught:
         kw.plan(past(block))
-    assert caught.value.waypoint == -1
+    assert caught.value.waypoint_index == 1
     assert "block" in caught.value.bodies
     assert caught.value.shortfall > 0.02
     assert " mm too close to " in str(caught.value)

@@ -22,7 +22,7 @@ from knotwork.cli.terminal import echo, echo_data
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.files import export as exporting
-from knotwork.files.export import Points
+from knotwork.files.export import MotionPoints
 from knotwork.files.export.formats import FORMATS, Format, checked_options, get_format
 from knotwork.files.export.labels import events_path, events_text
 from knotwork.files.foreign import is_foreign
@@ -55,7 +55,9 @@ The acceleration jumps, so the jerk is unbounded.
 """
 
 
-def _by_joint(context: click.Context, parameter: click.Parameter, pairs: Any) -> dict[str, float]:
+def _parse_joint_numbers(
+    context: click.Context, parameter: click.Parameter, pairs: Any
+) -> dict[str, float]:
     """Read `JOINT=NUMBER`, each joint once."""
     factors: dict[str, float] = {}
     for pair in pairs:
@@ -111,7 +113,9 @@ def _by_joint(context: click.Context, parameter: click.Parameter, pairs: Any) ->
     help="Include accelerations at the points; receivers then use quintics, not cubics.",
 )
 @click.option(
+    "--tolerance",
     "--fit",
+    "tolerance",
     metavar="TOLERANCE",
     type=float,
     help="Insert points until the interpolated motion is within this of the true one at all "
@@ -123,14 +127,14 @@ def _by_joint(context: click.Context, parameter: click.Parameter, pairs: Any) ->
 @click.option("--degrees", is_flag=True, help="pvt: revolute joints in deg; prismatic stay in m.")
 @click.option(
     "--scale",
-    callback=_by_joint,
+    callback=_parse_joint_numbers,
     metavar="JOINT=NUMBER",
     multiple=True,
     help="pvt: drive units per rad (deg, m) of a joint; may be repeated.",
 )
 @click.option(
     "--offset",
-    callback=_by_joint,
+    callback=_parse_joint_numbers,
     metavar="JOINT=NUMBER",
     multiple=True,
     help="pvt: position of the drive, in its units, at joint position 0; may be repeated.",
@@ -163,7 +167,7 @@ def export(
 
     TRAJECTORY is a trajectory.json or its folder, SCENARIO a shipped scenario's name
     or the path of a file. Samples have a fixed rate; with a robot they include the tool's pose and
-    twist. Nothing is written if the motion fails its check, or if the points of --fit, as
+    twist. Nothing is written if the motion fails its check, or if the points of --tolerance, as
     interpolated by a receiver, fail it in more than their acceleration.
     """
     form = get_format(name)
@@ -217,12 +221,15 @@ def _content(
     motion: Any = trajectory
     chosen = dict(chosen)
     if form.straight or form.takes_points(chosen):
-        fit = chosen.pop("fit", None)
+        tolerance = chosen.pop("tolerance", None)
         if form.straight:
-            motion = exporting.straight_points(trajectory, **exporting.STRAIGHT[form.name], fit=fit)
+            options = exporting.STRAIGHT[form.name]
+            motion = exporting.straight_points(trajectory, **options, tolerance=tolerance)
         else:
             accelerations = chosen.get("accelerations", False)
-            motion = exporting.motion_points(trajectory, accelerations=accelerations, fit=fit)
+            motion = exporting.motion_points(
+                trajectory, accelerations=accelerations, tolerance=tolerance
+            )
             if not may_export_points(checked, motion, allowed):
                 return None
     elif form.tabular and checked is not None:
@@ -270,7 +277,7 @@ def may_export(checked: CheckedMotion | None, allowed: bool) -> bool:
     return allowed
 
 
-def may_export_points(checked: CheckedMotion | None, points: Points, allowed: bool) -> bool:
+def may_export_points(checked: CheckedMotion | None, points: MotionPoints, allowed: bool) -> bool:
     """Report fitted points that fail the check of the motion; return whether to export them.
 
     A fit by cubics always has errors and jumps of the acceleration. They are listed, but do not
@@ -287,8 +294,8 @@ def may_export_points(checked: CheckedMotion | None, points: Points, allowed: bo
         verdict = ("not exported (--allow-failed exports them)", "exported all the same")[allowed]
     else:
         verdict, allowed = "exported, because a fit by cubics always has these errors", True
-    verdict = f"the {points.count} points of --fit fail the check: {verdict}"
-    whose = f"{report.scenario}: the points of --fit: "
+    verdict = f"the {points.count} points of --tolerance fail the check: {verdict}"
+    whose = f"{report.scenario}: the points of --tolerance: "
     _print_verdict(failures, whose, f"{report.scenario}: {verdict}")
     return allowed
 

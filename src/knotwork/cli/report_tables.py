@@ -86,7 +86,7 @@ def print_report(
 
 def _is_sentence(finding: Finding) -> bool:
     """Whether to print the sentence of a finding, not its numbers."""
-    return finding.value is None or (finding.verdict == "information" and bool(finding.brief))
+    return finding.value is None or (finding.verdict == "information" and bool(finding.highlight))
 
 
 def _findings_table(title: str, findings: Sequence[Finding], units: Units) -> Table:
@@ -94,8 +94,8 @@ def _findings_table(title: str, findings: Sequence[Finding], units: Units) -> Ta
     table = plain_table(title, ["", "value", "limit", "margin", "at [s]", "", "off by\nat most"])
     table.columns[0].no_wrap = False
 
-    for quantity in dict.fromkeys(finding.title for finding in findings):
-        items = [finding for finding in findings if finding.title == quantity]
+    for quantity in dict.fromkeys(finding.quantity_text for finding in findings):
+        items = [finding for finding in findings if finding.quantity_text == quantity]
         names = dict.fromkeys(units.shown(0.0, finding.unit)[1] for finding in items)
         shown_units = " or ".join(filter(None, names))
         heading = f"{quantity} [{shown_units}]" if shown_units else quantity
@@ -116,7 +116,7 @@ def _findings_table(title: str, findings: Sequence[Finding], units: Units) -> Ta
                 value if finding.ok else f"[bold red]{value}[/]",
                 limit or "none",
                 margin,
-                finding.when,
+                finding.time_text,
                 MARKS[finding.verdict],
                 proof_gap if finding.proof == "bounded" else finding.proof,
             )

@@ -15,7 +15,9 @@ AnyInputError = TypeVar("AnyInputError", bound="InputError")
 class KnotworkError(Exception):
     """Base class of all errors that Knotwork raises on purpose.
 
-    A subclass declares its data as attributes of the class, given by keyword.
+    A subclass declares its data as attributes of the class, given by keyword. In all of them,
+    `waypoint` is the name of a waypoint, and `waypoint_index` its index, counted from 0, in the
+    scenario, or in the arrays where there is none.
     """
 
     def __init__(self, message: str = "", **data: Any) -> None:
@@ -220,11 +222,11 @@ class WaypointDataError(InputError):
     """Waypoint arrays that are not finite, not of matching shape, or not in time order.
 
     Attributes:
-        waypoint: Index of the waypoint at fault, or `None`.
+        waypoint_index: Index of the waypoint at fault, or `None`.
         value: The value found, or `None`.
     """
 
-    waypoint: int | None = None
+    waypoint_index: int | None = None
     value: Any = None
 
 
@@ -251,15 +253,15 @@ class KnotError(InputError):
     ...     plan = kw.interpolation.get_planner("modified-hermite")
     ...     plan(task, kw.interpolation.PlannerOptions(knots=[0, 0.5, 0.6, 2]))
     ... except KnotError as error:
-    ...     print(error.waypoint, error.interval)
+    ...     print(error.waypoint_index, error.interval)
     1 (1.0, 2.0)
 
     Attributes:
-        waypoint: Index of the waypoint, or `None`.
+        waypoint_index: Index of the waypoint, or `None`.
         interval: Open interval of accepted knot times [s], or `None`.
     """
 
-    waypoint: int | None = None
+    waypoint_index: int | None = None
     interval: tuple[float, float] | None = None
 
 

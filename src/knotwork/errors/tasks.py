@@ -231,18 +231,17 @@ class NoWayFoundError(InputError):
     """No collision-free motion to a waypoint was found. This does not prove that none exists.
 
     Attributes:
-        waypoint: Place of the fault: 0 for the start, -1 for the goal, or the number of a waypoint
-            between them; `None` if unknown.
+        waypoint_index: Index of the waypoint at fault; `None` without one.
         bodies: Names of two bodies that are too close there.
         shortfall: Missing distance between them, from the required clearance [m].
-        waypoints: Indices of the two waypoints between which no motion was found, if only one
+        between: Indices of the two waypoints between which no motion was found, if only one
             solution of each was a candidate; else `None`.
     """
 
-    waypoint: int | None = None
+    waypoint_index: int | None = None
     bodies: Sequence[str] = ()
     shortfall: float = 0.0
-    waypoints: Sequence[int] | None = None
+    between: tuple[int, int] | None = None
 
 
 class TimingError(InputError):
@@ -259,8 +258,8 @@ class TimingError(InputError):
     lift velocity 3.0
 
     Attributes:
-        waypoint: Index of the waypoint at fault, or of the first waypoint of the interval at fault;
-            `None` without a particular one.
+        waypoint_index: Index of the waypoint at fault, or of the first waypoint of the interval at
+            fault; `None` without a particular one.
         in_interval: Whether the fault is in the interval from that waypoint to the next one.
         joint: Name of the joint at fault; empty without a particular one.
         cause: `"velocity"`, `"acceleration"`, `"jerk"`, `"position"`, `"effort"`, `"tool_speed"`,
@@ -270,7 +269,7 @@ class TimingError(InputError):
     """
 
     others: Sequence[TimingError] = ()
-    waypoint: int | None = None
+    waypoint_index: int | None = None
     in_interval: bool = False
     joint: str = ""
     cause: str = ""

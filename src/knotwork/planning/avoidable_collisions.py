@@ -27,7 +27,7 @@ def find_avoidable_ends(plan: Plan, requested: Scenario) -> list[int]:
         return []
     free = requested.free_values
     beginning, at_waypoints = set[int](), set[int]()
-    for start, end in (s for pair in failed_pairs(plan.report.findings) for s in pair.spans):
+    for start, end in (s for pair in failed_pairs(plan.report.findings) for s in pair.intervals):
         limits = start - AT_WAYPOINT, end + AT_WAYPOINT
         first, after = np.searchsorted(plan.scenario.times, limits).tolist()
         beginning.add(first)  # the collision begins in the motion to this waypoint

@@ -75,9 +75,9 @@ def _attempt(sequences: SequencePlanner, solution: TaskSolution | None) -> Seque
     try:
         plan = sequences.plan(solution)
     except NoWayFoundError as error:
-        if error.waypoints is None:
+        if error.between is None:
             return SequenceAttempt(error=error)
-        intervals = range(error.waypoints[0], error.waypoints[-1])
+        intervals = range(*error.between)
         return SequenceAttempt(None, _steps(solution or sequences.solve(), intervals), error)
     except InputError:
         if solution is None:
@@ -109,7 +109,8 @@ def _colliding_intervals(plan: Plan) -> list[int]:
     """Intervals between waypoints in which a plan collides."""
     times = plan.scenario.times
     pairs = failed_pairs(plan.report.findings)
-    after = np.searchsorted(times, [p.at for p in pairs if p.at is not None], side="right")
+    collisions = [p.shown_time for p in pairs if p.shown_time is not None]
+    after = np.searchsorted(times, collisions, side="right")
     return sorted({int(i) for i in np.clip(after - 1, 0, len(times) - 2)})
 
 

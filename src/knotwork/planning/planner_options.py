@@ -134,9 +134,9 @@ class Interpolator:
             return get_planner(self.scenario.planner)(waypoints, self.options)
         except InputError as error:
             field: tuple[str, ...] = ("planner",)
-            if isinstance(error, KnotError) and error.waypoint is not None:
+            if isinstance(error, KnotError) and error.waypoint_index is not None:
                 count = 1 if error.interval is None else 2
-                names = map(waypoint_text, waypoints.names[error.waypoint :][:count])
+                names = map(waypoint_text, waypoints.names[error.waypoint_index :][:count])
                 error.locate(("at", "between")[count - 1] + " " + " and ".join(names))
             if isinstance(error, KnotError | OptionError):
                 option = getattr(error, "option", "knots")

@@ -12,7 +12,7 @@ import numpy as np
 from knotwork.joint_quantities import rate_unit
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_requirements import JointRequirements
-from knotwork.verification.finding import Finding, Group, Subject
+from knotwork.verification.finding import Finding, Group, Topic
 from knotwork.verification.limits import (
     LIMIT_SLACK,
     SMALLEST_SINGULAR_VALUE,
@@ -57,11 +57,10 @@ def check_tool_limits(
         jumps = lower_order_jumps(motion.curve, 2) if order == 2 else {}
         if jumps:
             worst = LimitedValue(np.inf, min(jumps.values())[0], limit)
+        topic = Topic(Group.TOOL_LIMITS, "tool" if frame is None else "link", frame or "")
         label = "tool" if frame is None else f"link {frame!r}"
-        finding = limit_finding(
-            (Group.TOOL_LIMITS, "tool" if frame is None else "link", frame or ""), quantity,
-            f"{label}: {quantity.partition('_')[2]}", worst, rate_unit("m", order), scenario.units,
-        )  # fmt: skip
+        text = f"{label}: {quantity.partition('_')[2]}"
+        finding = limit_finding(topic, quantity, text, worst, rate_unit("m", order), scenario.units)
         yield replace(finding, remedy=slowing_remedy(finding, order, scenario))
 
 
@@ -77,20 +76,23 @@ def check_singularity(
     allowed = None if limit is None else limit * (1.0 - LIMIT_SLACK)
     bound = singular_value_bound(joints.robot, motion.trajectory, limit=allowed)
     worst = LimitedValue.from_bound(bound, math.inf if limit is None else limit, -1.0)
-    subject: tuple[str, Subject, str] = (Group.SINGULARITY, "tool", "")
+    topic = Topic(Group.SINGULARITY, "tool")
     label = "tool: the smallest singular value (metres and radians mixed)"
     if limit is not None:
         yield limit_finding(
-            subject, SMALLEST_SINGULAR_VALUE, label, worst, "", scenario.units, ok=bound.ok
+            topic, SMALLEST_SINGULAR_VALUE, label, worst, "", scenario.units, ok=bound.ok
         )
         return
-    brief = f"almost singular: smallest singular value {bound.value:.4g} at {bound.time:.3f} s"
-    yield Finding(
-        *subject, SMALLEST_SINGULAR_VALUE, "information",
-        f"{label} is {bound.value:.4g} at {bound.time:.6g} s", value=bound.value, time=bound.time,
-        proof=worst.proof, proof_gap=worst.proof_gap,
-        brief=brief if bound.value < ALMOST_SINGULAR else "",
-    )  # fmt: skip
+    highlight = f"almost singular: smallest singular value {bound.value:.4g} at {bound.time:.3f} s"
+    yield topic.finding(
+        SMALLEST_SINGULAR_VALUE,
+        f"{label} is {bound.value:.4g} at {bound.time:.6g} s",
+        value=bound.value,
+        time=bound.time,
+        proof=worst.proof,
+        proof_gap=worst.proof_gap,
+        highlight=highlight if bound.value < ALMOST_SINGULAR else "",
+    )
 
 
 def check_effort_limits(

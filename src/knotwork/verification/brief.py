@@ -40,7 +40,7 @@ def group_lines(
     rows: dict[str, list[str]] = {}
     listed = []
     for name, findings in groups.items():
-        texts, required = brief_texts(findings), sum(finding.required for finding in findings)
+        texts, required = highlights(findings), sum(finding.required for finding in findings)
         if not texts and all(finding.value is None for finding in findings):
             continue
         heading = f"{name} ({required})" if required else name
@@ -80,18 +80,18 @@ def worst_lines(mark: str, findings: Sequence[Finding], max_kinds: int, width: i
     return lines
 
 
-def brief_texts(findings: Sequence[Finding]) -> list[str]:
+def highlights(findings: Sequence[Finding]) -> list[str]:
     """Short texts of findings that are printed even if there is no failure."""
     return [
-        f"{finding.brief}: undecided" if finding.verdict == "undecided" else finding.brief
+        f"{finding.highlight}: undecided" if finding.verdict == "undecided" else finding.highlight
         for finding in findings
-        if finding.brief
+        if finding.highlight
     ]
 
 
-def brief_texts_by_group(groups: Mapping[str, list[Finding]]) -> dict[str, list[str]]:
+def highlights_by_group(groups: Mapping[str, list[Finding]]) -> dict[str, list[str]]:
     """Short texts of findings, by group."""
-    return {name: texts for name, findings in groups.items() if (texts := brief_texts(findings))}
+    return {name: texts for name, findings in groups.items() if (texts := highlights(findings))}
 
 
 def _group_texts(findings: Sequence[Finding], units: Units) -> list[str]:
@@ -126,22 +126,22 @@ def value_text(finding: Finding, units: Units) -> str:
         from_below = (finding.margin or 0.0) > 0.0 and abs(value) > abs(limit)
         bare = units.number(value, finding.unit)
         number = f"{number}, at least {allowed}," if from_below else f"{bare} of {allowed}"
-    parts = to_one_line(finding.name), finding.title, number, _moment(finding)
+    parts = to_one_line(finding.name), finding.quantity_text, number, _moment(finding)
     return " ".join(filter(None, parts))
 
 
 def failure_text(finding: Finding, units: Units) -> str:
     """A failure in one short line: quantity, location, excess."""
-    if finding.label:
-        return f"{finding.label} {_moment(finding)}".strip()
+    if finding.short_fact:
+        return f"{finding.short_fact} {_moment(finding)}".strip()
     return finding.message if finding.value is None else value_text(finding, units)
 
 
 def _moment(finding: Finding) -> str:
     """Text of the worst time, or of the interval."""
-    if not finding.when:
+    if not finding.time_text:
         return ""
-    return f"{'from' if finding.time is None else 'at'} {finding.when} s"
+    return f"{'from' if finding.time is None else 'at'} {finding.time_text} s"
 
 
 def worst_failure_text(findings: Sequence[Finding], units: Units) -> str:
@@ -155,7 +155,7 @@ def worst_failure_text(findings: Sequence[Finding], units: Units) -> str:
 
 def _far_from_limits(findings: Sequence[Finding]) -> bool:
     """Whether all findings have limits and use less than `NOTABLE_UTILISATION` of them."""
-    if any(finding.brief for finding in findings):
+    if any(finding.highlight for finding in findings):
         return False
     return all(
         finding.required
@@ -199,14 +199,19 @@ def finding_lines(findings: Sequence[Finding], max_kinds: int | None = None) -> 
     return [*lines, f"and {remaining} more"] if remaining else lines
 
 
+def kind_of(finding: Finding) -> tuple[str, str, str]:
+    """Group, subject and quantity, which findings of one kind share."""
+    return finding.group, finding.subject, finding.quantity
+
+
 def group_alike(findings: Sequence[Finding]) -> list[list[Finding]]:
-    """Group findings by quantity and kind of subject, the worst of each group first.
+    """Group findings by their kind, the worst of each kind first.
 
     The worst finding has the largest utilisation, or else the smallest margin.
     """
     kinds: dict[tuple[str, str, str], list[Finding]] = {}
     for finding in findings:
-        kinds.setdefault(finding.kind, []).append(finding)
+        kinds.setdefault(kind_of(finding), []).append(finding)
     for kind in kinds.values():
         worst = max(
             kind, key=lambda finding: (finding.utilisation or 0.0, -(finding.margin or 0.0))

@@ -29,7 +29,7 @@ MINIMUM_PRECISION = 2e-4
 def check_collisions(
     motion: Motion, scenario: Scenario, joints: JointRequirements
 ) -> Iterator[Finding]:
-    """Prove over all time that all pairs of bodies keep their margins."""
+    """Prove over all time that all pairs of bodies keep their required clearances."""
     robot, scene = joints.robot, scenario.scene
     if robot is None or not scene.is_checked:
         return
@@ -45,7 +45,7 @@ def check_collisions(
     nearest: dict[str | None, Clearance] = {}
     for pair in sorted(clearances_found, key=lambda pair: pair.distance)[::-1]:
         nearest[pair.first.name if pair.involves_scene else None] = pair
-    for pair in sorted(clearances_found, key=lambda pair: pair.distance - pair.margin):
+    for pair in sorted(clearances_found, key=lambda pair: pair.gap):
         yield _pair_finding(pair, scenario, robot, hidden=pair not in nearest.values())
 
 
@@ -121,7 +121,7 @@ def _shape_findings(model: CollisionModel, scenario: Scenario, robot: Robot) -> 
 
 
 def _pair_finding(pair: Clearance, scenario: Scenario, robot: Robot, *, hidden: bool) -> Finding:
-    clear = pair.verdict == "clear"
+    clear = pair.state == "clear"
     world = robot.base_placement.inverse()
     points = [world.act(point) for point in pair.nearest.points]
     return Finding(
@@ -132,8 +132,8 @@ def _pair_finding(pair: Clearance, scenario: Scenario, robot: Robot, *, hidden: 
         verdict="met" if clear else "failed",
         fact=_pair_fact(pair, points, scenario),
         value=pair.distance,
-        limit=pair.margin,
-        margin=(pair.bound if clear else pair.distance) - pair.margin,
+        limit=pair.required_clearance,
+        margin=pair.bound - pair.required_clearance if clear else pair.gap,
         unit="m",
         time=pair.time,
         interval=pair.interval,
@@ -141,7 +141,7 @@ def _pair_finding(pair: Clearance, scenario: Scenario, robot: Robot, *, hidden: 
         proof="bounded",
         proof_gap=max(pair.distance - pair.bound, 0.0) if np.isfinite(pair.bound) else 0.0,
         points=tuple(tuple(float(x) for x in point) for point in points),
-        label=("unproved: " if pair.verdict == "unproved" else "") + _pair_text(pair, scenario),
+        short_fact=("unproved: " if pair.state == "unproved" else "") + _pair_text(pair, scenario),
         hidden_in_tables=hidden and clear,
         involves_scene=pair.involves_scene,
         bodies=(pair.second.name, pair.first.name),
@@ -163,16 +163,17 @@ def _remedy(pair: Clearance, scenario: Scenario) -> str:
 def _pair_fact(pair: Clearance, points: Sequence[FloatArray], scenario: Scenario) -> str:
     """The fact of a pair's finding: distance, time, waypoints around it and nearest points."""
     second, first = (body.name for body in (pair.second, pair.first))
-    distance, bound, margin = (
+    distance, bound, required = (
         scenario.units.text(length, "m", ".4g")
-        for length in (pair.distance, pair.bound, pair.margin)
+        for length in (pair.distance, pair.bound, pair.required_clearance)
     )
-    at, keep = f"at {pair.time:.3f} s", f", required {margin}" if pair.margin else ""
-    if pair.verdict == "clear":
+    at = f"at {pair.time:.3f} s"
+    keep = f", required {required}" if pair.required_clearance else ""
+    if pair.state == "clear":
         return f"{second} comes within {distance} of {first} {at}{keep}; never nearer than {bound}"
     where = f"{at}, {describe_time(scenario, pair.time)}{keep}"
     span = "from {:.3f} s to {:.3f} s".format(*(pair.interval or (pair.time, pair.time)))
-    if pair.verdict == "unproved":
+    if pair.state == "unproved":
         resolution = scenario.units.text(scenario.scene.collisions.resolution, "m", ".3g")
         return (
             f"it is not proved that {second} keeps clear of {first}: {distance} apart "

@@ -10,7 +10,7 @@ from knotwork.curves.polynomial.jumps import ALWAYS_A_JUMP, evaluation_noise, me
 from knotwork.joint_quantities import MOTION_QUANTITIES, rate_unit
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_requirements import JointRequirements
-from knotwork.verification.finding import Finding, Group
+from knotwork.verification.finding import Finding, Group, Topic
 from knotwork.verification.motion import Motion
 
 JUMP_ORDERS = 3
@@ -36,11 +36,12 @@ def check_continuity(
     Jumps of derivatives up to the order of the scenario's `continuity` fail. A change faster than
     `FASTEST_CHANGES` counts as a jump as well.
     """
+    names = joints.joint_names
     for order, quantity in enumerate(MOTION_QUANTITIES[:JUMP_ORDERS]):
         required = order <= scenario.given.continuity
         sizes, allowed = measure_jumps(motion.curve, order)
         if not len(sizes):
-            sizes = allowed = np.zeros((1, len(joints.joint_names)))
+            sizes = allowed = np.zeros((1, len(names)))
         utilisation = np.divide(sizes, allowed, out=np.zeros_like(sizes), where=allowed > 0)
         utilisation[~(sizes <= allowed)] = np.inf
         jumping = np.flatnonzero(np.isinf(utilisation).any(axis=0))
@@ -49,23 +50,23 @@ def check_continuity(
             time = float(motion.curve.x[min(worst + 1, len(motion.curve.x) - 1)])
             value, limit = float(sizes[worst, joint]), float(allowed[worst, joint])
             unit = rate_unit(joints.joint_units[joint], order)
-            text = f"jumps by {scenario.units.text(value, unit, '.3g')} at {time:.6g} s"
-            yield Finding.at_most(
-                Group.CONTINUITY, "joint", joints.joint_names[joint], f"{quantity}_jump",
-                f"joint {joints.joint_names[joint]!r}: {quantity} {text}", value=value, limit=limit,
-                required=required, unit=unit, time=time,
-            )  # fmt: skip
+            jump = scenario.units.text(value, unit, ".3g")
+            fact = f"joint {names[joint]!r}: {quantity} jumps by {jump} at {time:.6g} s"
+            yield Topic(Group.CONTINUITY, "joint", names[joint]).at_most(
+                f"{quantity}_jump", fact, value, limit, unit, required=required, time=time
+            )
         rates, limit = motion.curve.extrema(order + 1), FASTEST_CHANGES[order]
         for joint in np.flatnonzero(~(rates.peak <= limit)):
             value, time = float(rates.peak[joint]), float(rates.peak_time[joint])
             unit = rate_unit(joints.joint_units[joint], order + 1)
             rate, fastest = (scenario.units.text(x, unit, ".3g") for x in (value, limit))
-            yield Finding.at_most(
-                Group.CONTINUITY, "joint", joints.joint_names[joint], f"{quantity}_change",
-                f"joint {joints.joint_names[joint]!r}: {quantity} changes at {rate} at {time:.6g} "
-                f"s, which is a jump for any drive (at most {fastest})", value=value, limit=limit,
-                required=required, unit=unit, time=time,
-            )  # fmt: skip
+            fact = (
+                f"joint {names[joint]!r}: {quantity} changes at {rate} at {time:.6g} s, which is a "
+                f"jump for any drive (at most {fastest})"
+            )
+            yield Topic(Group.CONTINUITY, "joint", names[joint]).at_most(
+                f"{quantity}_change", fact, value, limit, unit, required=required, time=time
+            )
 
 
 def check_resolution(
@@ -81,9 +82,10 @@ def check_resolution(
         for joint in np.flatnonzero(~(noise[order] <= ALWAYS_A_JUMP[order])):
             name, unit = joints.joint_names[joint], rate_unit(joints.joint_units[joint], order)
             value, limit = float(noise[order, joint]), ALWAYS_A_JUMP[order]
-            yield Finding.at_most(
-                Group.MOTION, "joint", name, ROUNDING_QUANTITIES[order],
+            fact = (
                 f"joint {name!r}: the terms of its polynomials cancel, so {quantity} has a "
                 f"rounding error of {scenario.units.text(value, unit, '.3g')}, tolerance "
-                f"{scenario.units.text(limit, unit, 'g')}", value=value, limit=limit, unit=unit,
-            )  # fmt: skip
+                f"{scenario.units.text(limit, unit, 'g')}"
+            )
+            topic = Topic(Group.MOTION, "joint", name)
+            yield topic.at_most(ROUNDING_QUANTITIES[order], fact, value, limit, unit)

@@ -13,7 +13,7 @@ from knotwork.task.scenario.joint_requirements import JointRequirements
 from knotwork.task.scenario.motion_segments import motion_segments
 from knotwork.task.scenario.repetitions import repetition_starts
 from knotwork.task.scenario.scenario import RequestedEvent
-from knotwork.verification.finding import Finding, Group, Verdict
+from knotwork.verification.finding import Finding, Group, Topic, Verdict
 from knotwork.verification.motion import Motion
 from knotwork.verification.waypoint_checks import TIME_ROUNDING
 
@@ -28,7 +28,7 @@ def check_events(
     requested = [request.event for request in scenario.events]
     shown = [f"{event.text} {event.time:.3f} s" for event in requested[:MAX_NAMED_EVENTS]]
     remaining = len(requested) - len(shown)
-    brief = ", ".join(shown) + (f" and {remaining} more" if remaining else "")
+    highlight = ", ".join(shown) + (f" and {remaining} more" if remaining else "")
     for request in scenario.events:
         event = request.event
         slack = _time_slack(event)
@@ -36,8 +36,10 @@ def check_events(
         fact = f"{event.text} at {event.time:.3f} s: {_location_text(request, scenario)}"
         if not inside:
             fact += f", but the motion is from {motion.start_time:.3f} to {motion.end_time:.3f} s"
-        yield _event_finding(event, "information" if inside else "failed", fact, brief=brief)
-        brief = ""
+        yield _event_finding(
+            event, "information" if inside else "failed", fact, highlight=highlight
+        )
+        highlight = ""
         if inside and request.path is not None:
             yield _compare_on_path(request, motion, scenario, joints)
     stored = motion.trajectory
@@ -48,7 +50,7 @@ def check_events(
         yield from _missing_from(stored.events, requested, missing)
     elif requested:
         fact = "the motion has no events, so the switching of signals is not checked"
-        yield Finding(Group.EVENTS, "event", "events", "event", "warning", fact)
+        yield Topic(Group.EVENTS, "event", "events").finding("event", fact, "warning")
     yield from _repeated_or_left_on(requested)
 
 
@@ -58,9 +60,10 @@ def _time_slack(event: Event) -> float:
 
 
 def _event_finding(
-    event: Event, verdict: Verdict, fact: str, *, group: str = Group.EVENTS, brief: str = ""
+    event: Event, verdict: Verdict, fact: str, *, group: str = Group.EVENTS, highlight: str = ""
 ) -> Finding:
-    return Finding(group, "event", event.name, "event", verdict, fact, time=event.time, brief=brief)
+    topic = Topic(group, "event", event.name)
+    return topic.finding("event", fact, verdict, time=event.time, highlight=highlight)
 
 
 def _repeated_or_left_on(requested: Sequence[Event]) -> Iterator[Finding]:
@@ -116,10 +119,10 @@ def _compare_on_path(
     shown, allowed = (scenario.units.text(length, "m", ".3g") for length in (miss, tolerance))
     located = f"{event.text} at {event.time:.3f} s, {_location_text(request, scenario)}"
     fact = f"{located}: the tool is {shown} from that position, tolerance {allowed}"
-    return Finding.at_most(
-        Group.EVENTS, "event", event.name, "event_position", fact, value=miss, limit=tolerance,
-        unit="m", time=event.time, points=(tuple(pose.translation.tolist()),),
-    )  # fmt: skip
+    points = (tuple(pose.translation.tolist()),)
+    return Topic(Group.EVENTS, "event", event.name).at_most(
+        "event_position", fact, miss, tolerance, "m", time=event.time, points=points
+    )
 
 
 def report_segments(
@@ -127,10 +130,9 @@ def report_segments(
 ) -> Iterator[Finding]:
     """Report the interval of each segment of the motion."""
     for segment in motion.trajectory.segments or motion_segments(scenario):
-        yield Finding(
-            Group.SEGMENTS, "segment", segment.name, "segment", "information", segment.text,
-            interval=(segment.start, segment.end),
-        )  # fmt: skip
+        topic = Topic(Group.SEGMENTS, "segment", segment.name)
+        interval = (segment.start, segment.end)
+        yield topic.finding("segment", segment.text, interval=interval)
 
 
 def report_cycles(
@@ -147,7 +149,6 @@ def report_cycles(
         if np.ptp(durations) > 1e-3:
             text += f" in the mean, {durations.min():.4g} to {durations.max():.4g} s"
         fact = f"{text}, from {first!r} to {last!r}"
-        yield Finding(
-            Group.CYCLES, "cycle", first, "cycle", "information", fact, brief=text,
-            interval=(float(starts[0]), float(starts[-1])),
-        )  # fmt: skip
+        interval = (float(starts[0]), float(starts[-1]))
+        topic = Topic(Group.CYCLES, "cycle", first)
+        yield topic.finding("cycle", fact, highlight=text, interval=interval)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, Literal, get_args
+from typing import Any, Literal, NamedTuple, get_args
 
 from knotwork.errors import InputError, format_value
 
@@ -56,7 +56,7 @@ PASSING_VERDICTS: tuple[Verdict, ...] = ("met", "undecided", "warning", "informa
 """Verdicts that do not fail a report."""
 TRIED = "tried"
 """Quantity of findings on remedies that planning has tried in vain."""
-NOT_IN_DATA = ("involves_scene", "bodies", "brief", "fact", "label", "remedy")
+NOT_IN_DATA = ("involves_scene", "bodies", "highlight", "fact", "short_fact", "remedy")
 """Fields for other outputs than JSON, or contained in name and message."""
 
 
@@ -89,16 +89,17 @@ class Finding:
         unit: SI unit of value, limit and margin.
         time: Time of the worst value [s], or `None`.
         interval: Time interval [s]; `None` for a single time or the whole motion.
-        intervals: All intervals if there are several; `interval` is the worst.
+        intervals: All intervals, if there are any; `interval` is the worst.
         proof: `"exact"` and `"bounded"` (value plus `proof_gap`) hold for all time; `"sampled"`
             holds at samples only, so there is no margin to a limit.
         proof_gap: Maximum difference between the true worst value and `value`.
         requested: Requested vector; an orientation as a quaternion x, y, z, w.
         achieved: Achieved vector, in the same form.
         points: Points of the finding in the base frame [m].
-        label: Label in pictures; by default it is composed of quantity, value and limit.
+        short_fact: The fact in a few words; if empty, outputs compose one of name, quantity, value
+            and limit.
         remedy: Remedy, or why the usual one does not help, if known.
-        brief: Text that short reports print even if nothing fails; may be empty.
+        highlight: Text that short reports print even if nothing fails; usually empty.
         hidden_in_tables: Whether tables leave the finding out, because another one is more
             informative. JSON has it.
         involves_scene: Whether one body of a pair is an object of the scene.
@@ -123,15 +124,15 @@ class Finding:
     requested: tuple[float, ...] | None = None
     achieved: tuple[float, ...] | None = None
     points: tuple[tuple[float, ...], ...] = ()
-    label: str = ""
+    short_fact: str = ""
     remedy: str = ""
-    brief: str = ""
+    highlight: str = ""
     hidden_in_tables: bool = False
     involves_scene: bool = False
     bodies: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse wrong values; drop a margin that is not proved, and raise a met one to 0.
+        """Refuse wrong values; complete intervals; drop an unproved margin, raise a met one to 0.
 
         Raises:
             InputError: The verdict or the proof is unknown, or the value is NaN.
@@ -147,47 +148,19 @@ class Finding:
             object.__setattr__(self, "margin", None)
         elif self.verdict == "met" and self.margin is not None:
             object.__setattr__(self, "margin", max(self.margin, 0.0))
+        if self.interval is not None and not self.intervals:
+            object.__setattr__(self, "intervals", (self.interval,))
         if self.value is not None and math.isnan(self.value):
             raise InputError(
                 f"{subject} has the value NaN; accepted: a number, infinity for a jump, or None"
             )
 
-    @classmethod
-    def at_most(
-        cls,
-        group: str,
-        subject: Subject,
-        name: str,
-        quantity: str,
-        fact: str,
-        *,
-        value: float,
-        limit: float,
-        required: bool = True,
-        **more: Any,
-    ) -> Finding:
-        """Compare the size of a value with its upper limit.
-
-        Args:
-            group: Heading in the report.
-            subject: Kind of subject.
-            name: Name of the subject.
-            quantity: Quantity.
-            fact: The finding as one sentence.
-            value: The value.
-            limit: The limit.
-            required: Whether a larger value fails; otherwise the finding is information.
-            more: Other attributes.
-        """
-        margin, verdict = limit - abs(value), verdict_on(abs(value) <= limit, required=required)
-        return cls(group, subject, name, quantity, verdict, fact, value, limit, margin, **more)
-
-    @classmethod
+    @staticmethod
     def of_motion(
-        cls, group: str, quantity: str, fact: str, verdict: Verdict = "information", **more: Any
+        group: str, quantity: str, fact: str, verdict: Verdict = "information", **more: Any
     ) -> Finding:
         """Make a finding on a whole motion."""
-        return cls(group, "motion", "", quantity, verdict, fact, **more)
+        return Topic(group).finding(quantity, fact, verdict, **more)
 
     @property
     def ok(self) -> bool:
@@ -205,27 +178,17 @@ class Finding:
         return self.verdict == "met" and self.proof == "sampled"
 
     @property
-    def title(self) -> str:
+    def quantity_text(self) -> str:
         """The quantity in words."""
         return self.quantity.replace("_", " ")
 
     @property
-    def kind(self) -> tuple[str, str, str]:
-        """Group, subject and quantity. Short reports name the worst finding of each kind."""
-        return self.group, self.subject, self.quantity
-
-    @property
-    def at(self) -> float | None:
+    def shown_time(self) -> float | None:
         """Time to show [s], the worst one or the start of the interval; `None` for all time."""
         return self.interval[0] if self.time is None and self.interval else self.time
 
     @property
-    def spans(self) -> tuple[tuple[float, float], ...]:
-        """Time intervals [s]; empty for a single time or the whole motion."""
-        return self.intervals or ((self.interval,) if self.interval is not None else ())
-
-    @property
-    def when(self) -> str:
+    def time_text(self) -> str:
         """The worst time, or else the interval, to milliseconds."""
         if self.time is None and self.interval is not None:
             return "{:.3f} to {:.3f}".format(*self.interval)
@@ -266,6 +229,63 @@ class Finding:
 
     def __str__(self) -> str:
         return self.message
+
+
+class Topic(NamedTuple):
+    """The subject of findings, and their heading in the report.
+
+    >>> topic = Topic("Joint limits", "joint", "elbow")
+    >>> topic.at_most("velocity", "the elbow turns at 3 rad/s, limit 2", 3.0, 2.0, "rad/s").verdict
+    'failed'
+
+    Attributes:
+        group: Heading.
+        subject: Kind of subject.
+        name: Name of the subject.
+    """
+
+    group: str
+    subject: Subject = "motion"
+    name: str = ""
+
+    def finding(
+        self, quantity: str, fact: str, verdict: Verdict = "information", **more: Any
+    ) -> Finding:
+        """Make a finding, by default without a requirement.
+
+        Args:
+            quantity: Quantity.
+            fact: The finding as one sentence.
+            verdict: Verdict.
+            more: Other attributes of `Finding`.
+        """
+        return Finding(*self, quantity, verdict, fact, **more)
+
+    def at_most(
+        self,
+        quantity: str,
+        fact: str,
+        value: float,
+        limit: float,
+        unit: str,
+        *,
+        required: bool = True,
+        **more: Any,
+    ) -> Finding:
+        """Compare the size of a value with its upper limit.
+
+        Args:
+            quantity: Quantity.
+            fact: The finding as one sentence.
+            value: The value, in the SI unit.
+            limit: The limit.
+            unit: SI unit of both.
+            required: Whether a larger value fails; otherwise the finding is information.
+            more: Other attributes of `Finding`.
+        """
+        margin, verdict = limit - abs(value), verdict_on(abs(value) <= limit, required=required)
+        numbers = {"value": value, "limit": limit, "margin": margin, "unit": unit}
+        return self.finding(quantity, fact, verdict, **numbers, **more)
 
 
 def unite_intervals(spans: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:

@@ -12,7 +12,7 @@ from knotwork.task.scenario import Scenario, ScenarioPath
 from knotwork.task.scenario.joint_requirements import JointRequirements
 from knotwork.units import Units
 from knotwork.verification.bounds.free_turn import free_angles, open_ranges
-from knotwork.verification.finding import Finding, Group, Subject
+from knotwork.verification.finding import Finding, Group, Subject, Topic
 from knotwork.verification.motion import Motion
 from knotwork.verification.path_checks import group_paths_by_turn
 from knotwork.waypoints import CartesianWaypoint, PoseFreedom
@@ -160,10 +160,15 @@ def _sampled_finding(
     subject: Subject, name: str, quantity: str, text: str, value: float, unit: str, time: FloatArray
 ) -> Finding:
     fact = f"{name}: {text}"
-    return Finding(
-        Group.FREEDOM, subject, name, quantity, "information", fact, value=value, unit=unit,
-        interval=(float(time[0]), float(time[-1])), proof="sampled", brief=fact,
-    )  # fmt: skip
+    return Topic(Group.FREEDOM, subject, name).finding(
+        quantity,
+        fact,
+        value=value,
+        unit=unit,
+        interval=(float(time[0]), float(time[-1])),
+        proof="sampled",
+        highlight=fact,
+    )
 
 
 def _size_text(value: float, unit: str, units: Units) -> str:

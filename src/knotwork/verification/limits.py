@@ -18,7 +18,7 @@ from knotwork.joint_quantities import JOINT_QUANTITIES, MAGNITUDES, MOTION_QUANT
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_requirements import JointRequirements
 from knotwork.units import Units, rounded_up
-from knotwork.verification.finding import Finding, Group, Proof, Subject, verdict_on
+from knotwork.verification.finding import Finding, Group, Proof, Topic, verdict_on
 from knotwork.verification.motion import Motion, describe_time
 
 if TYPE_CHECKING:
@@ -182,7 +182,7 @@ def compare_text(worst: LimitedValue, unit: str, units: Units) -> str:
 
 
 def limit_finding(
-    subject: tuple[str, Subject, str],
+    topic: Topic,
     quantity: str,
     label: str,
     worst: LimitedValue,
@@ -194,7 +194,7 @@ def limit_finding(
     """Make the finding of the worst value of a quantity.
 
     Args:
-        subject: Group, kind of subject and name.
+        topic: Group, kind of subject and name.
         quantity: Name of the quantity.
         label: Text of subject and quantity.
         worst: The worst value.
@@ -205,11 +205,18 @@ def limit_finding(
     required = bool(np.isfinite(worst.limit))
     text = compare_text(worst, unit, units) if required else "has no limit given"
     ok = keeps_limit(worst.margin, worst.limit) if ok is None else ok
-    return Finding(
-        *subject, quantity, verdict_on(ok, required=required), f"{label} {text}", value=worst.value,
-        limit=worst.limit if required else None, margin=worst.margin if required else None,
-        unit=unit, time=worst.time, proof=worst.proof, proof_gap=worst.proof_gap,
-    )  # fmt: skip
+    return topic.finding(
+        quantity,
+        f"{label} {text}",
+        verdict_on(ok, required=required),
+        value=worst.value,
+        limit=worst.limit if required else None,
+        margin=worst.margin if required else None,
+        unit=unit,
+        time=worst.time,
+        proof=worst.proof,
+        proof_gap=worst.proof_gap,
+    )
 
 
 def joint_finding(
@@ -233,8 +240,8 @@ def joint_finding(
         worst = LimitedValue(side * np.inf, time, side * abs(worst.limit), side)
     name, unit = joints.joint_names[i], JOINT_QUANTITIES[quantity].units[joints.joint_units[i]]
     label = f"joint {name!r}: {quantity}"
-    subject: tuple[str, Subject, str] = (Group.JOINT_LIMITS, "joint", name)
-    return limit_finding(subject, quantity, label, worst, unit, joints.units)
+    topic = Topic(Group.JOINT_LIMITS, "joint", name)
+    return limit_finding(topic, quantity, label, worst, unit, joints.units)
 
 
 def lower_order_jumps(curve: PiecewisePolynomial, order: int) -> dict[int, tuple[float, float]]:
@@ -276,9 +283,9 @@ def report_missing_limits(
             part += f" (peak {peak}, {joints.joint_names[i]} at {extrema.peak_time[i]:.6g} s)"
         parts.append(part)
     if parts:
-        brief = ", ".join(parts)
-        fact = f"no limit is known for {joints.robot.name} of {brief}"
-        yield Finding.of_motion(Group.NO_LIMIT, "missing_limits", fact, brief=brief)
+        highlight = ", ".join(parts)
+        fact = f"no limit is known for {joints.robot.name} of {highlight}"
+        yield Finding.of_motion(Group.NO_LIMIT, "missing_limits", fact, highlight=highlight)
 
 
 def check_acceleration_spike(
@@ -293,9 +300,10 @@ def check_acceleration_spike(
         name, unit = joints.joint_names[i], rate_unit(joints.joint_units[i], 2)
         value, time = float(extrema.peak[i]), float(extrema.peak_time[i])
         reached, allowed = (scenario.units.text(x, unit) for x in (value, MAX_ACCELERATION))
-        yield Finding.at_most(
-            Group.CONTINUITY, "joint", name, "acceleration_spike",
+        fact = (
             f"joint {name!r}: acceleration peaks at {reached} at {time:.6g} s, "
-            f"{describe_time(scenario, time)}; without a limit, no more than {allowed} is accepted",
-            value=value, limit=MAX_ACCELERATION, unit=unit, time=time,
-        )  # fmt: skip
+            f"{describe_time(scenario, time)}; without a limit, no more than {allowed} is accepted"
+        )
+        yield Topic(Group.CONTINUITY, "joint", name).at_most(
+            "acceleration_spike", fact, value, MAX_ACCELERATION, unit, time=time
+        )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from knotwork.task.scenario import Scenario, ScenarioPath, Stretch
 from knotwork.task.scenario.joint_requirements import JointRequirements
-from knotwork.verification.finding import Finding, Group, verdict_on
+from knotwork.verification.finding import Finding, Group, Topic, verdict_on
 from knotwork.verification.motion import Motion
 from knotwork.waypoints import CartesianWaypoint, PoseFreedom
 
@@ -71,13 +71,14 @@ def check_curve_between_points(
             chords, bulges = curve.chords_and_bulges()
             if (bulges > MAX_BULGE * chords).any():
                 i = int((bulges / chords).argmax())
-                yield Finding(
-                    Group.WARNINGS, "waypoint", last.name, "curve_between_points", "warning",
+                fact = (
                     f"the curve through points to {last.name!r} leaves the straight line between "
                     f"points {i} and {i + 1}, {scale * chords[i]:.4g} {unit} apart, by "
                     f"{scale * bulges[i]:.4g} {unit}: add points there, or leave out points that "
-                    "are much nearer to one another", time=last.time,
-                )  # fmt: skip
+                    "are much nearer to one another"
+                )
+                topic = Topic(Group.WARNINGS, "waypoint", last.name)
+                yield topic.finding("curve_between_points", fact, "warning", time=last.time)
 
 
 def group_paths_by_turn(scenario: Scenario) -> list[list[ScenarioPath]]:
@@ -202,7 +203,7 @@ def _stretch_findings(scenario: Scenario, followed: _FollowedStretch) -> Iterato
     )
     for quantity, bound in bounds.items():
         unit = CRITERION_UNITS[quantity]
-        text, brief = _error_text(quantity, bound, followed, scenario), ""
+        text, highlight = _error_text(quantity, bound, followed, scenario), ""
         fact = f"from {begin!r} to {end!r} {text}"
         if not bound.proved:
             low, high = bound.where
@@ -211,9 +212,9 @@ def _stretch_findings(scenario: Scenario, followed: _FollowedStretch) -> Iterato
         if quantity == "path_deviation":
             scale, length = scenario.shown_length
             off = f"{scale * bound.value:.3g} of {scale * bound.limit:.3g} {length} off"
-            brief = f"{begin} to {end}: {off}"
+            highlight = f"{begin} to {end}: {off}"
             if "path_speed" in bounds:
-                brief += f", {_speed_range_text(result.errors, scenario, 4)}"
+                highlight += f", {_speed_range_text(result.errors, scenario, 4)}"
         yield Finding(
             group=Group.TOOL_PATHS,
             subject="path",
@@ -231,7 +232,7 @@ def _stretch_findings(scenario: Scenario, followed: _FollowedStretch) -> Iterato
             else (stretch.start, stretch.end),
             proof="bounded" if bound.proved else "sampled",
             proof_gap=max(bound.bound - bound.value, 0.0),
-            brief=brief,
+            highlight=highlight,
         )
 
 

@@ -179,7 +179,7 @@ class Report:
         """The tightest finding of each kind of requirement that is met, by falling utilisation.
 
         >>> report = kw.plan("ur5_deburring").report
-        >>> [f"{finding.title} {finding.utilisation:.0%}" for finding in report.tightest[:2]]
+        >>> [f"{item.quantity_text} {item.utilisation:.0%}" for item in report.tightest[:2]]
         ['tool speed 81%', 'position 77%']
         """
         met = [

@@ -17,7 +17,7 @@ from knotwork.task.scenario.joint_reader import JointState
 from knotwork.task.scenario.joint_requirements import JointRequirements
 from knotwork.units import Units
 from knotwork.verification.bounds.free_turn import turned_beyond
-from knotwork.verification.finding import Finding, Group, verdict_on
+from knotwork.verification.finding import Finding, Group, Topic, verdict_on
 from knotwork.verification.motion import Motion
 from knotwork.waypoints import CartesianWaypoint, PoseFreedom
 
@@ -61,7 +61,7 @@ def report_no_start(
     cause = "the motion begins at speed" if at_speed else "the file has no start"
     name = f"the approach to {scenario.waypoints[0].name!r}"
     fact = f"{name} is neither planned nor checked: {cause}"
-    yield Finding.of_motion(Group.NOT_PLANNED, "no_start", fact, brief=f"{name}: {cause}")
+    yield Finding.of_motion(Group.NOT_PLANNED, "no_start", fact, highlight=f"{name}: {cause}")
 
 
 def check_tool_at_waypoints(
@@ -225,10 +225,16 @@ def _error_finding(
         f"{waypoint_text(waypoint)} at {time:g} s: {quantity.replace('_', ' ')} is off by "
         f"{units.text(error, unit, '.3g')}, tolerance {units.text(tolerance, unit, '.3g')}"
     )
-    return Finding.at_most(
-        group, "waypoint", waypoint, quantity, fact, value=error, limit=tolerance, unit=unit,
-        time=time, requested=tuple(requested.tolist()), achieved=tuple(achieved.tolist()),
-    )  # fmt: skip
+    return Topic(group, "waypoint", waypoint).at_most(
+        quantity,
+        fact,
+        error,
+        tolerance,
+        unit,
+        time=time,
+        requested=tuple(requested.tolist()),
+        achieved=tuple(achieved.tolist()),
+    )
 
 
 def check_waits(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Iterator[Finding]:
@@ -247,18 +253,13 @@ def check_waits(motion: Motion, scenario: Scenario, joints: JointRequirements) -
         worst = worst_joint(extrema.peak, tolerances)
         distance, tolerance = float(extrema.peak[worst]), float(tolerances[worst])
         unit = joints.joint_units[worst]
-        yield Finding.at_most(
-            group=Group.WAITS,
-            subject="wait",
-            name=waypoint.name,
-            quantity="movement",
-            fact=f"{waypoint_text(waypoint.name)}: the arm must be at rest from {start:.3f} s to "
+        fact = (
+            f"{waypoint_text(waypoint.name)}: the arm must be at rest from {start:.3f} s to "
             f"{end:.3f} s, but {joints.joint_names[worst]} moves by up to "
             f"{scenario.units.text(distance, unit, '.3g')}, tolerance "
-            f"{scenario.units.text(tolerance, unit, '.3g')}",
-            value=distance,
-            limit=tolerance,
-            unit=unit,
-            time=float(extrema.peak_time[worst]),
-            interval=(start, end),
+            f"{scenario.units.text(tolerance, unit, '.3g')}"
+        )
+        time = float(extrema.peak_time[worst])
+        yield Topic(Group.WAITS, "wait", waypoint.name).at_most(
+            "movement", fact, distance, tolerance, unit, time=time, interval=(start, end)
         )

@@ -14,8 +14,9 @@ from knotwork.joint_quantities import MOTION_QUANTITIES, rate_unit
 from knotwork.units import Units
 from knotwork.verification import Finding, Report
 from knotwork.verification.brief import (
-    brief_texts_by_group,
     group_alike,
+    highlights_by_group,
+    kind_of,
     representatives,
     value_text,
 )
@@ -73,7 +74,7 @@ def report_page(plan: CheckedMotion) -> Page:
         robot=robot,
         trajectory=plan.trajectory,
         summary=report.summary,
-        facts=brief_texts_by_group(report.groups),
+        facts=highlights_by_group(report.groups),
         failures=failures(report, scenario),
         most_use=MAX_USE,
         tightest=_tightest(report),
@@ -96,7 +97,7 @@ def _tightest(report: Report) -> list[Finding]:
     unused = [finding for group in report.groups.values() for finding in representatives(group)]
     rows: dict[tuple[str, str, str], Finding] = {}
     for finding in (*failing, *report.notable[:MAX_ROWS], *unused):
-        rows.setdefault(finding.kind, finding)
+        rows.setdefault(kind_of(finding), finding)
     return list(rows.values())
 
 

@@ -28,7 +28,7 @@ from knotwork.view.mesh import box_corners
 from knotwork.view.page import Page, scene_page
 from knotwork.view.path_meshes import draw_paths, given_path_points
 from knotwork.view.scene_parts import SceneParts, pack_mesh, pack_numbers
-from knotwork.view.scene_verdict import verdict
+from knotwork.view.scene_verdict import check_results
 from knotwork.view.shown_motion import ShownMotion
 from knotwork.view.surroundings import draw_surroundings
 from knotwork.view.targets import tool_targets
@@ -156,7 +156,7 @@ def make_scene(
             _at_start(shown, joint_origins(shown)[1]),
             previous["view"]["from"] if same_robot and previous is not None else None,
         ),
-        **verdict(shown),
+        **check_results(shown),
         "warnings": parts.warnings,
     }
 

@@ -9,13 +9,13 @@ from knotwork.robot import Robot
 from knotwork.task.scenario import Scenario
 from knotwork.units import Units
 from knotwork.verification import Finding, Report
-from knotwork.verification.brief import brief_texts_by_group, failure_text, group_alike
+from knotwork.verification.brief import failure_text, group_alike, highlights_by_group
 from knotwork.verification.motion import OUTSIDE, describe_time
 from knotwork.view.base_joints import base_joints
 from knotwork.view.shown_motion import ShownMotion
 
 
-def verdict(shown: ShownMotion) -> dict[str, Any]:
+def check_results(shown: ShownMotion) -> dict[str, Any]:
     """Summary, failures and contacts of the check; empty if there was none."""
     report = shown.report
     if report is None:
@@ -25,7 +25,7 @@ def verdict(shown: ShownMotion) -> dict[str, Any]:
         "ok": report.ok,
         "summary": report.summary,
         "duration": f"{report.end_time - report.start_time:.5g} s",
-        "facts": brief_texts_by_group(report.groups),
+        "facts": highlights_by_group(report.groups),
         "failures": failures(report, shown.scenario),
         "contacts": _contacts(report, shown.robot),
     }
@@ -41,7 +41,7 @@ def failures(report: Report, scenario: Scenario) -> list[dict[str, Any]]:
     others = [failure for _, *more in kinds for failure in more]
     ordered = [
         *(worst for worst, *_ in kinds),
-        *sorted(others, key=lambda failure: failure.at or 0.0),
+        *sorted(others, key=lambda failure: failure.shown_time or 0.0),
     ]
     failure_texts = [_failure(failure, report.units, scenario) for failure in ordered]
     collisions = (i for i, failure in enumerate(ordered) if failure.bodies and not failure.remedy)
@@ -53,14 +53,14 @@ def failures(report: Report, scenario: Scenario) -> list[dict[str, Any]]:
 
 
 def _failure(finding: Finding, units: Units, scenario: Scenario) -> dict[str, Any]:
-    line, at = failure_text(finding, units), finding.at
+    line, at = failure_text(finding, units), finding.shown_time
     if finding.subject == "waypoint" and line.startswith(finding.name):
         line = waypoint_text(finding.name) + line.removeprefix(finding.name)
-    elif at is not None and (finding.label or finding.value is not None):
-        line += _where(scenario, at if finding.time is not None else sum(finding.spans[0]) / 2)
+    elif at is not None and (finding.short_fact or finding.value is not None):
+        line += _where(scenario, at if finding.time is not None else sum(finding.intervals[0]) / 2)
     further = [
         {"line": f"also {low:.3f} to {high:.3f} s{_where(scenario, 0.5 * (low + high))}", "at": low}
-        for low, high in finding.spans
+        for low, high in finding.intervals
         if at is None or not low <= at <= high
     ]
     return {"line": line, "remedy": finding.remedy, "fact": finding.fact, "at": at, "also": further}
@@ -80,5 +80,5 @@ def _contacts(report: Report, robot: Robot) -> list[dict[str, Any]]:
         joints = [first_joint + frame.parentJoint for frame in frames]
         others = [name for name in failure.bodies if name not in links]
         if failure.bodies:
-            contacts.append({"spans": failure.spans, "joints": joints, "things": others})
+            contacts.append({"spans": failure.intervals, "joints": joints, "things": others})
     return contacts

@@ -155,7 +155,7 @@ class ShownMotion:
     def contacts(self) -> list[tuple[float, float]]:
         """Time intervals of contacts [s]."""
         contacts = (failure for failure in self.failures if failure.bodies)
-        return list(unite_intervals(span for contact in contacts for span in contact.spans))
+        return list(unite_intervals(span for contact in contacts for span in contact.intervals))
 
     def units(self, degrees: bool | None) -> Units:
         """Units of the scenario; `degrees` selects another unit of angles."""

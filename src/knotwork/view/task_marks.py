@@ -109,8 +109,10 @@ def _draw_failures(parts: SceneParts, shown: ShownMotion, report: Report, size: 
     poses = {target.name: target.pose for target in tool_targets(shown)}
     together: dict[tuple[str, str, float], list[Finding]] = {}
     for finding in report.failures:
-        if finding.at is not None:
-            together.setdefault((finding.subject, finding.name, finding.at), []).append(finding)
+        if finding.shown_time is not None:
+            together.setdefault((finding.subject, finding.name, finding.shown_time), []).append(
+                finding
+            )
     for (subject, name, time), findings in together.items():
         inside = min(max(time, float(curve.x[0])), float(curve.x[-1]))
         reached = at = (base * robot.forward(curve(inside))).translation

@@ -76,8 +76,8 @@ def broken_spans(
     spans = [
         span
         for failure in failures
-        if failure.at is not None
-        for span in failure.spans or ((failure.at, failure.at),)
+        if failure.shown_time is not None
+        for span in failure.intervals or ((failure.shown_time, failure.shown_time),)
     ]
     for finding, utilisation in utilisations:
         over = np.flatnonzero(np.diff(np.r_[False, (utilisation > 1.0) & (not finding.ok), False]))
@@ -98,7 +98,7 @@ def _limiting_constraint(
     for finding in findings:
         span = finding.interval if finding.quantity == "binding_limits" else None
         if span is not None and span[0] <= start and end <= span[1]:
-            return finding.label
+            return finding.short_fact
     within = (time >= start) & (time <= end)
     slowing = [pair for pair in utilisations if pair[0].quantity != "position" or not pair[0].ok]
     if not slowing or not within.any():
@@ -108,7 +108,7 @@ def _limiting_constraint(
     if most < NOTABLE_UTILISATION:
         return ""
     part = f"{100.0 * most:.0f} %" if np.isfinite(most) else "a jump"
-    return f"{limiting.name} {limiting.title} {part}".lstrip()
+    return f"{limiting.name} {limiting.quantity_text} {part}".lstrip()
 
 
 def _more_curves(shown: ShownMotion, time: FloatArray) -> Iterator[dict[str, Any]]:

@@ -46,7 +46,7 @@ def tool_trace(shown: ShownMotion) -> ToolTrace | None:
     robot, curve = shown.robot, shown.curve
     failures = [failure for failure in shown.failures if failure.subject != "path"]
     limits = [failure for failure in failures if failure.group in LIMIT_GROUPS]
-    spans = [span for failure in failures for span in failure.spans]
+    spans = [span for failure in failures for span in failure.intervals]
     start, end = float(curve.x[0]), float(curve.x[-1])
     worst = [failure.time for failure in limits if failure.time is not None]
     further_times = [*(target.time for target in tool_targets(shown)), *np.ravel(spans), *worst]

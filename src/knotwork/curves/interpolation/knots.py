@@ -136,7 +136,7 @@ def _place_balanced_knots(
         raise KnotError(
             f"balanced knots with c = {c:g} coincide between waypoints {i + 1} and {i + 2}, where "
             "neither neighbouring interval is shorter; choose c below 0.5",
-            waypoint=i,
+            waypoint_index=i,
         )
     return x - before, x + after
 
@@ -161,7 +161,7 @@ def _check_knots(
             raise KnotError(
                 f"the {'last' if end else 'first'} knot is {t[end]:.15g} s; it must be the time of "
                 f"waypoint {i + 1}, {x[end]:.15g} s",
-                waypoint=i,
+                waypoint_index=i,
             )
     if t.size != expected:
         rule = (
@@ -192,6 +192,6 @@ def _check_order(
     raise KnotError(
         f"knots at {' and '.join(f'{time:.15g} s' for time in inner)} must lie strictly between "
         f"{low:.15g} s and {high:.15g} s, the times of two neighbouring waypoints, in order",
-        waypoint=i,
+        waypoint_index=i,
         interval=(low, high),
     )

@@ -8,7 +8,7 @@ from .formats import save as save
 from .formats import write as write
 from .franka import to_franka as to_franka
 from .keyframes import to_mujoco as to_mujoco
-from .lossless import Points as Points
+from .lossless import MotionPoints as MotionPoints
 from .lossless import motion_points as motion_points
 from .polynomial_files import to_drake as to_drake
 from .polynomial_files import to_mat as to_mat
@@ -26,7 +26,7 @@ from .samples import to_json as to_json
 from .samples import to_npz as to_npz
 from .samples import to_parquet as to_parquet
 from .straight import STRAIGHT as STRAIGHT
-from .straight import Positions as Positions
+from .straight import StraightPoints as StraightPoints
 from .straight import straight_points as straight_points
 from .streams import to_egm as to_egm
 from .streams import to_j519 as to_j519

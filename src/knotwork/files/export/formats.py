@@ -19,7 +19,7 @@ from knotwork.files.storage import write_file, write_files
 
 if TYPE_CHECKING:
     from knotwork.curves.trajectory import JointTrajectory
-    from knotwork.files.export.lossless import Points
+    from knotwork.files.export.lossless import MotionPoints
     from knotwork.files.export.table import MotionTable
 
 
@@ -54,14 +54,14 @@ class Format:
 
     def takes_points(self, options: Mapping[str, Any]) -> bool:
         """Whether the format, with these options, consists of points of the motion."""
-        return "fit" in self.options and (not self.tabular or bool(options.get("knots_only")))
+        return "tolerance" in self.options and (not self.tabular or bool(options.get("knots_only")))
 
 
-_TABLE_OPTIONS = ("rate", "knots_only", "accelerations", "fit", "robot", "labels")
+_TABLE_OPTIONS = ("rate", "knots_only", "accelerations", "tolerance", "robot", "labels")
 _TABLE: dict[str, Any] = {"options": _TABLE_OPTIONS, "events": True, "tabular": True}
-_MESSAGE_OPTIONS = ("goal", "accelerations", "fit")
-_DRIVE_OPTIONS = ("degrees", "scale", "offset", "incremental", "fit")
-_PROGRAM_OPTIONS = ("fit", "robot")
+_MESSAGE_OPTIONS = ("goal", "accelerations", "tolerance")
+_DRIVE_OPTIONS = ("degrees", "scale", "offset", "incremental", "tolerance")
+_PROGRAM_OPTIONS = ("tolerance", "robot")
 _ROS2 = "YAML for ros2 topic pub, or with goal (--goal) for ros2 action send_goal"
 _PVT = "position-velocity-time table for motion drives, as CSV"
 _URSCRIPT = "program for a controller of Universal Robots"
@@ -103,7 +103,7 @@ def get_format(name: str) -> Format:
 
     >>> form = get_format("pvt")
     >>> form.suffix, form.options
-    ('.csv', ('degrees', 'scale', 'offset', 'incremental', 'fit'))
+    ('.csv', ('degrees', 'scale', 'offset', 'incremental', 'tolerance'))
 
     Raises:
         UnknownNameError: The name is unknown.
@@ -122,6 +122,8 @@ def checked_options(form: Format, options: Mapping[str, Any]) -> dict[str, Any]:
     Raises:
         InputError: An option would be ignored.
     """
+    if "fit" in options:  # the old name, for one more version
+        options = {"tolerance" if name == "fit" else name: options[name] for name in options}
     for name in options:
         if name not in form.options:
             takers = ", ".join(other.name for other in _ALL_FORMATS if name in other.options)
@@ -131,7 +133,7 @@ def checked_options(form: Format, options: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def content(
-    motion: JointTrajectory | Points | MotionTable, name: str, **options: Any
+    motion: JointTrajectory | MotionPoints | MotionTable, name: str, **options: Any
 ) -> str | bytes:
     """Return the content of a file in a format.
 

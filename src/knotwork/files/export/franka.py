@@ -15,7 +15,7 @@ import numpy as np
 from knotwork.arrays import FloatArray
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import ExportError
-from knotwork.files.export.straight import STRAIGHT, Positions, straight_points
+from knotwork.files.export.straight import STRAIGHT, StraightPoints, straight_points
 from knotwork.files.storage import csv_text
 
 if TYPE_CHECKING:
@@ -94,7 +94,7 @@ ARMS = {"panda": PANDA, "fer": PANDA, "fr3": FR3}
 """Arms by the stem of their joint names, as in `fr3_joint1`; a prefix is allowed."""
 
 
-def to_franka(motion: JointTrajectory | Positions, *, robot: Robot | None = None) -> str:
+def to_franka(motion: JointTrajectory | StraightPoints, *, robot: Robot | None = None) -> str:
     """Write joint positions for Franka's control interface, one row per 1 ms, within its limits.
 
     The interface takes differences of the rows. Velocities, accelerations and jerks must keep its
@@ -149,7 +149,7 @@ def _arm_of(names: tuple[str, ...]) -> Arm:
     )
 
 
-def _limit_notes(points: Positions, arm: Arm, robot: Robot) -> Iterator[str]:
+def _limit_notes(points: StraightPoints, arm: Arm, robot: Robot) -> Iterator[str]:
     """Describe the utilisation of each limit, with the arm at rest before and after the motion.
 
     Raises:

@@ -37,7 +37,7 @@ POINT_CONTENTS = {2: "position and velocity", 3: "position, velocity and acceler
 
 
 @dataclass(frozen=True, eq=False)
-class Points:
+class MotionPoints:
     """A motion as points, from which a receiver rebuilds it (C1; C2 with accelerations).
 
     Attributes:
@@ -77,11 +77,11 @@ class Points:
 
 
 def motion_points(
-    motion: JointTrajectory | Points,
+    motion: JointTrajectory | MotionPoints,
     *,
     accelerations: bool = False,
-    fit: float | None = None,
-) -> Points:
+    tolerance: float | None = None,
+) -> MotionPoints:
     """Take the knots of a motion, or as many points as define it within a tolerance.
 
     Points are inserted only where the error of the cubics (or quintics) through the knots exceeds
@@ -92,13 +92,13 @@ def motion_points(
     >>> quintic = kw.plan("paper_case", planner="quintic").trajectory
     >>> motion_points(quintic, accelerations=True).exact
     True
-    >>> motion_points(quintic, fit=1e-4).count > quintic.breaks.size
+    >>> motion_points(quintic, tolerance=1e-4).count > quintic.breaks.size
     True
 
     Args:
         motion: The motion, or points of it, which are returned unchanged.
         accelerations: Include accelerations, so that receivers use quintics.
-        fit: Tolerance of the result [rad or m]; by default it must be exact.
+        tolerance: Tolerance of the result [rad or m]; by default it must be exact.
 
     Raises:
         ExportError: The knots alone do not define the motion and no tolerance is given. Or no
@@ -107,27 +107,31 @@ def motion_points(
             are given, and other ones are requested.
     """
     accelerations = require_flag(accelerations, "accelerations")
-    if isinstance(motion, Points):
-        if motion.with_acceleration != accelerations or fit is not None:
+    if isinstance(motion, MotionPoints):
+        if motion.with_acceleration != accelerations or tolerance is not None:
             raise InputError("these points have their options already; give the trajectory")
         return motion
     order = 3 if accelerations else 2
-    tolerance = None if fit is None else require_number(fit, "fit", "rad or m", positive=True)
+    tolerance = (
+        None
+        if tolerance is None
+        else require_number(tolerance, "tolerance", "rad or m", positive=True)
+    )
     received = _receive(motion, motion.breaks, order)
     exact = bool((largest_difference(motion, received) <= LOSSLESS * _scale(motion)).all())
     if not exact:
         _refuse_jumps(motion, order, tolerance)
         if tolerance is None:
             raise _lossy(motion, order, received)
-        received = _refine(motion, received, order, tolerance)
+        received = receive_within(motion, order, tolerance)
     off, slow, slower = (float(largest_difference(motion, received, nu).max()) for nu in range(3))
     curve = motion if exact else replace(motion, polynomial=received)
     inserted = int(received.x.size - motion.breaks.size)
-    return Points(curve, accelerations, exact, off, slow, slower, inserted)
+    return MotionPoints(curve, accelerations, exact, off, slow, slower, inserted)
 
 
 def _receive(trajectory: JointTrajectory, times: FloatArray, order: int) -> PiecewisePolynomial:
-    """The curve that a receiver computes from points: with order 2 cubics, with 3 quintics."""
+    """The curve of a receiver from points: lines with order 1, cubics with 2, quintics with 3."""
     derivatives = tuple(trajectory(times, nu) for nu in range(order))
     return PiecewisePolynomial(two_point_coefficients(times, derivatives), times)
 
@@ -149,7 +153,7 @@ def largest_difference(
     return np.asarray(np.abs(locate_extremum_candidates(off.x, off.c)[0]).max(axis=0))
 
 
-def divide_evenly(times: FloatArray, parts: FloatArray) -> FloatArray:
+def _divide_evenly(times: FloatArray, parts: FloatArray) -> FloatArray:
     """Divide each interval into a number of equal parts.
 
     Args:
@@ -164,7 +168,7 @@ def divide_evenly(times: FloatArray, parts: FloatArray) -> FloatArray:
     """
     if parts.sum() >= MAX_EXPORTED_POINTS:
         raise InputError(
-            f"fit (--fit) takes more than {MAX_EXPORTED_POINTS} points; give a larger tolerance"
+            f"this tolerance takes more than {MAX_EXPORTED_POINTS} points; give a larger one"
         )
     counts = parts.astype(int)
     index = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
@@ -179,7 +183,7 @@ def _scale(trajectory: JointTrajectory) -> FloatArray:
     return np.asarray(np.abs(c * np.diff(trajectory.breaks)[:, None] ** powers).max(axis=(0, 1)))
 
 
-def _refuse_jumps(trajectory: JointTrajectory, order: int, fit: float | None) -> None:
+def _refuse_jumps(trajectory: JointTrajectory, order: int, tolerance: float | None) -> None:
     """Refuse a motion with a jump of a quantity of which each point has only one value."""
     smooth = trajectory.continuity
     if smooth.order >= order - 1:
@@ -190,7 +194,7 @@ def _refuse_jumps(trajectory: JointTrajectory, order: int, fit: float | None) ->
     unit = rate_unit(unit, smooth.order + 1)
     raise ExportError(
         f"points of {POINT_CONTENTS[order]} can't define this motion"
-        f"{'' if fit is None else ', however many there are'}: the {quantity} of joint "
+        f"{'' if tolerance is None else ', however many there are'}: the {quantity} of joint "
         f"{jump.joint!r} jumps by {jump.jump:.3g} {unit} at {jump.time:.9g} s, and a point holds "
         "one value of it; choose another planner, or leave accelerations out",
         joint=jump.joint,
@@ -211,27 +215,36 @@ def _lossy(trajectory: JointTrajectory, order: int, received: PiecewisePolynomia
         f"{planner} makes polynomials of degree {degree}; {PIECE_NAMES[order]} through the "
         f"{POINT_CONTENTS[order]} of its {times.size} knots would be off by up to "
         f"{off[piece, joint]:.3g} {unit} (joint {name!r}, between {times[piece]:.6g} s and "
-        f"{times[piece + 1]:.6g} s): choose a planner of cubics; or give fit (--fit), a "
-        "tolerance in rad or m; or, where the format has them and the planner makes quintics, "
-        "send accelerations too, by accelerations=True (--accelerations)",
+        f"{times[piece + 1]:.6g} s): choose a planner of cubics; or give a "
+        "tolerance in rad or m (--tolerance); or, where the format has them and the planner makes "
+        "quintics, send accelerations too, by accelerations=True (--accelerations)",
         joint=name,
         error=float(off[piece, joint]),
         time=float(times[piece]),
     )
 
 
-def _refine(
-    trajectory: JointTrajectory, received: PiecewisePolynomial, order: int, tolerance: float
+def receive_within(
+    trajectory: JointTrajectory, order: int, tolerance: float
 ) -> PiecewisePolynomial:
-    """Divide the pieces until no error exceeds the tolerance.
+    """Divide the pieces of a motion until the curve of a receiver is within a tolerance.
 
     The error of a piece decreases with the power 2·order of its length, which gives the number of
     parts. The error of the parts is then measured.
+
+    Args:
+        trajectory: The motion.
+        order: Order of the first derivative that the points do not have: 1 for straight lines.
+        tolerance: Tolerance [rad or m].
+
+    Raises:
+        InputError: This takes more than a million points.
     """
+    received = _receive(trajectory, trajectory.breaks, order)
     while True:
         worst = largest_difference(trajectory, received).max(axis=1)
         if (worst <= tolerance).all():
             return received
         needed = np.clip(np.ceil((worst / tolerance) ** (0.5 / order)), 2, MAX_CUTS)
         parts = np.where(worst > tolerance, needed, 1)
-        received = _receive(trajectory, divide_evenly(received.x, parts), order)
+        received = _receive(trajectory, _divide_evenly(received.x, parts), order)

@@ -33,7 +33,7 @@ from knotwork.files.export.straight import (
     RESTING_SPEED,
     STRAIGHT,
     TIME_TICK,
-    Positions,
+    StraightPoints,
     arm_joints,
     bound_text,
     from_horizontal,
@@ -76,7 +76,10 @@ class ProgramStep:
 
 
 def to_krl(
-    motion: JointTrajectory | Positions, *, fit: float | None = None, robot: Robot | None = None
+    motion: JointTrajectory | StraightPoints,
+    *,
+    tolerance: float | None = None,
+    robot: Robot | None = None,
 ) -> str:
     """Write a program for a controller of KUKA: spline blocks of axis positions, with times.
 
@@ -85,12 +88,12 @@ def to_krl(
 
     >>> import knotwork as kw
     >>> to_krl(kw.plan("ur5_deburring").trajectory).count("SPTP {")
-    69
+    66
 
     Args:
         motion: From rest to rest, of an arm with six revolute axes, base first; sliding joints are
             external axes. Or points of it from `knotwork.files.export.straight_points`.
-        fit: Largest error of straight lines between points [rad or m]; by default
+        tolerance: Largest error of straight lines between points [rad or m]; by default
             1e-3.
         robot: Robot with the revolute external axes, those of tables and positioners.
 
@@ -99,7 +102,7 @@ def to_krl(
             output.
         InputError: The tolerance is out of range.
     """
-    points = straight_points(motion, **STRAIGHT["krl"], fit=fit)
+    points = straight_points(motion, **STRAIGHT["krl"], tolerance=tolerance)
     arm, outer, external_units = _axes(points, points.position, robot)
     names = [f"A{j + 1}" for j in range(ARM_AXES)] + [f"E{j + 1}" for j in range(outer.shape[1])]
 
@@ -128,7 +131,10 @@ def to_krl(
 
 
 def to_rapid(
-    motion: JointTrajectory | Positions, *, fit: float | None = None, robot: Robot | None = None
+    motion: JointTrajectory | StraightPoints,
+    *,
+    tolerance: float | None = None,
+    robot: Robot | None = None,
 ) -> str:
     """Write a module for a controller of ABB: moves between axis positions, with times.
 
@@ -137,9 +143,9 @@ def to_rapid(
 
     >>> import knotwork as kw
     >>> to_rapid(kw.plan("ur5_deburring").trajectory).count("MoveAbsJ kw_q")
-    70
+    67
     """
-    points = straight_points(motion, **STRAIGHT["rapid"], fit=fit)
+    points = straight_points(motion, **STRAIGHT["rapid"], tolerance=tolerance)
     arm, outer, external_units = _axes(points, points.position, robot)
     unused = ["9E9"] * (ARM_AXES - outer.shape[1])
     targets = []
@@ -181,7 +187,10 @@ def to_rapid(
 
 
 def to_ls(
-    motion: JointTrajectory | Positions, *, fit: float | None = None, robot: Robot | None = None
+    motion: JointTrajectory | StraightPoints,
+    *,
+    tolerance: float | None = None,
+    robot: Robot | None = None,
 ) -> str:
     """Write a program for a controller of FANUC: joint moves with times.
 
@@ -190,9 +199,9 @@ def to_ls(
 
     >>> import knotwork as kw
     >>> to_ls(kw.plan("ur5_deburring").trajectory).count("msec CNT100")
-    68
+    65
     """
-    points = straight_points(motion, **STRAIGHT["ls"], fit=fit)
+    points = straight_points(motion, **STRAIGHT["ls"], tolerance=tolerance)
     arm, outer, external_units = _axes(points, from_horizontal(points, robot), robot)
 
     def switch(event: Event) -> str:
@@ -220,7 +229,7 @@ def to_ls(
 
 
 def _body(
-    points: Positions,
+    points: StraightPoints,
     steps: Iterable[ProgramStep],
     remark: str,
     wait: str,
@@ -237,7 +246,7 @@ def _body(
 
 
 def _axes(
-    points: Positions, q: FloatArray, robot: Robot | None
+    points: StraightPoints, q: FloatArray, robot: Robot | None
 ) -> tuple[FloatArray, FloatArray, dict[str, str]]:
     """Angles of the arm [deg], shape (n, 6), external axes, and their units: deg or mm."""
     units = points.trajectory.joint_units
@@ -253,7 +262,7 @@ def _axes(
     return np.degrees(q[:, arm]), q[:, outer] * factors, written
 
 
-def _steps(points: Positions) -> Iterator[ProgramStep]:
+def _steps(points: StraightPoints) -> Iterator[ProgramStep]:
     """List the steps between points, with the events at their ends; a rest is one step."""
     motion, time = points.trajectory, points.time
     switched: list[list[Event]] = [[] for _ in time]
@@ -281,7 +290,7 @@ def _steps(points: Positions) -> Iterator[ProgramStep]:
         yield ProgramStep(i, duration, moving_time, at_rest[i], first, last, *texts)
 
 
-def _find_rests(points: Positions) -> list[bool]:
+def _find_rests(points: StraightPoints) -> list[bool]:
     """Whether the arm is at rest between two points; times are rounded by half a tick."""
     motion = points.trajectory
     start, end = points.time[:-1], points.time[1:]
@@ -292,7 +301,7 @@ def _find_rests(points: Positions) -> list[bool]:
     return [bool(rests) for rests in at_rest]
 
 
-def _events_by_point(points: Positions) -> Iterator[tuple[Event, int]]:
+def _events_by_point(points: StraightPoints) -> Iterator[tuple[Event, int]]:
     """List events, each with the index of the point nearest in time."""
     for event in points.trajectory.events:
         time = event.time - points.trajectory.start_time
@@ -323,7 +332,7 @@ def _output_number(event: Event, maker: str) -> int:
     return event.output
 
 
-def _about(points: Positions, maker: str, external_units: Mapping[str, str]) -> Iterator[str]:
+def _about(points: StraightPoints, maker: str, external_units: Mapping[str, str]) -> Iterator[str]:
     motion = points.trajectory
     yield f"A motion of {motion.duration:.6g} s for a controller of {maker}."
     yield f"{points.describe()}."

@@ -14,7 +14,7 @@ from knotwork.arrays import FloatArray
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError, UnknownNameError
 from knotwork.errors.arguments import require_flag, require_number
-from knotwork.files.export.lossless import Points, motion_points
+from knotwork.files.export.lossless import MotionPoints, motion_points
 from knotwork.files.storage import csv_text
 
 DEGREES = 180.0 / math.pi
@@ -22,13 +22,13 @@ DEGREES = 180.0 / math.pi
 
 @np.errstate(over="ignore", invalid="ignore")  # an error reports overflow
 def to_pvt(
-    motion: JointTrajectory | Points,
+    motion: JointTrajectory | MotionPoints,
     *,
     degrees: bool = False,
     scale: Mapping[str, float] | None = None,
     offset: Mapping[str, float] | None = None,
     incremental: bool = False,
-    fit: float | None = None,
+    tolerance: float | None = None,
 ) -> str:
     """Write a position-velocity-time table as CSV whose header describes each column.
 
@@ -43,7 +43,7 @@ def to_pvt(
         scale: Drive units per rad (deg, m) by joint name, not 0; 1 for joints left out.
         offset: Position of the drive at joint position 0, by joint name; 0 for joints left out.
         incremental: Give times since the previous row instead of since the start.
-        fit: Tolerance [rad or m], met by inserted points; by default the knots must be exact.
+        tolerance: Tolerance [rad or m], met by inserted points; by default the knots must be exact.
 
     Raises:
         ExportError: The points can't define the motion, see `motion_points`.
@@ -51,10 +51,10 @@ def to_pvt(
     """
     degrees = require_flag(degrees, "degrees")
     incremental = require_flag(incremental, "incremental")
-    points = motion_points(motion, fit=fit)
+    points = motion_points(motion, tolerance=tolerance)
     trajectory, knots = points.trajectory, points.trajectory.knots
-    factors = _by_joint(trajectory, scale, 1.0, "scale")
-    shifts = _by_joint(trajectory, offset, 0.0, "offset")
+    factors = _number_per_joint(trajectory, scale, 1.0, "scale")
+    shifts = _number_per_joint(trajectory, offset, 0.0, "offset")
     time = np.asarray(trajectory.breaks - trajectory.start_time)
     columns, since = {"time_from_start_s": time}, "the start"
     if incremental:
@@ -92,7 +92,7 @@ def increments(time: FloatArray) -> FloatArray:
     return steps
 
 
-def _by_joint(
+def _number_per_joint(
     trajectory: JointTrajectory, mapping: Mapping[str, float] | None, missing: float, option: str
 ) -> list[float]:
     """List the number of each joint, in the order of the motion."""

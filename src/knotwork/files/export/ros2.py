@@ -24,7 +24,7 @@ import yaml
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import ExportError, InputError
 from knotwork.errors.arguments import require_flag
-from knotwork.files.export.lossless import Points, motion_points
+from knotwork.files.export.lossless import MotionPoints, motion_points
 from knotwork.files.export.packages import import_package
 
 NANOSECONDS = 1_000_000_000
@@ -71,11 +71,11 @@ def ticks(trajectory: JointTrajectory) -> list[int]:
 
 
 def ros2_dict(
-    motion: JointTrajectory | Points,
+    motion: JointTrajectory | MotionPoints,
     *,
     goal: bool = False,
     accelerations: bool = False,
-    fit: float | None = None,
+    tolerance: float | None = None,
 ) -> dict[str, Any]:
     """Return the message as plain data: its fields by name, nested as in the message.
 
@@ -88,14 +88,14 @@ def ros2_dict(
         motion: The motion, or points of it from `motion_points`.
         goal: Give a goal of `FollowJointTrajectory`, which holds the message as `trajectory`.
         accelerations: Send accelerations too, which makes the controller join by quintics.
-        fit: Insert points until the motion is met within this tolerance [rad or m]; by default
-            the knots must define it exactly.
+        tolerance: Insert points until the motion is met within it [rad or m]; by default the
+            knots must define it exactly.
 
     Raises:
         ExportError: The points can't define the motion; see `motion_points`.
         InputError: The tolerance can't be met, or a time does not fit into a message.
     """
-    points = motion_points(motion, accelerations=accelerations, fit=fit)
+    points = motion_points(motion, accelerations=accelerations, tolerance=tolerance)
     curve = points.trajectory
     after_start = ticks(curve)
     start = Fraction(curve.start_time)
@@ -119,11 +119,11 @@ def ros2_dict(
 
 
 def to_ros2(
-    motion: JointTrajectory | Points,
+    motion: JointTrajectory | MotionPoints,
     *,
     goal: bool = False,
     accelerations: bool = False,
-    fit: float | None = None,
+    tolerance: float | None = None,
 ) -> str:
     """Write a motion as YAML for `ros2 topic pub` or, as a goal, `ros2 action send_goal`.
 
@@ -139,7 +139,7 @@ def to_ros2(
     >>> text.splitlines()[2]
     'header:'
     """
-    points = motion_points(motion, accelerations=accelerations, fit=fit)
+    points = motion_points(motion, accelerations=accelerations, tolerance=tolerance)
     data = ros2_dict(points, goal=goal, accelerations=accelerations)
     lines = [f"# {GOAL + ' goal' if goal else MESSAGE}: {points.describe()}."]
     lines.append(_first_line(points.trajectory))
@@ -171,11 +171,11 @@ def _first_line(curve: JointTrajectory) -> str:
 
 
 def to_ros2_message(
-    motion: JointTrajectory | Points,
+    motion: JointTrajectory | MotionPoints,
     *,
     goal: bool = False,
     accelerations: bool = False,
-    fit: float | None = None,
+    tolerance: float | None = None,
 ) -> Any:
     """Make the ROS 2 message object. The Python packages of ROS 2 must be installed.
 
@@ -188,7 +188,7 @@ def to_ros2_message(
     how = "source a ROS 2 installation that has it"
     messages = import_package("trajectory_msgs.msg", "a ROS 2 message object", how)
     duration = import_package("builtin_interfaces.msg", "a ROS 2 message object", how).Duration
-    data = ros2_dict(motion, accelerations=accelerations, fit=fit)
+    data = ros2_dict(motion, accelerations=accelerations, tolerance=tolerance)
     message = messages.JointTrajectory(joint_names=data["joint_names"])
     for row in data["points"]:
         time = duration(**row.pop("time_from_start"))

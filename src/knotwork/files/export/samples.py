@@ -14,7 +14,7 @@ import numpy as np
 
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
-from knotwork.files.export.lossless import Points
+from knotwork.files.export.lossless import MotionPoints
 from knotwork.files.export.packages import import_package
 from knotwork.files.export.table import MotionTable, motion_table
 from knotwork.files.storage import csv_text, json_text
@@ -23,7 +23,7 @@ from knotwork.joint_quantities import JOINT_QUANTITIES
 JSON_FORMAT = "knotwork.samples"
 
 
-def _table(motion: JointTrajectory | Points | MotionTable, **options: Any) -> MotionTable:
+def _table(motion: JointTrajectory | MotionPoints | MotionTable, **options: Any) -> MotionTable:
     if not isinstance(motion, MotionTable):
         return motion_table(motion, **options)
     if options:
@@ -31,7 +31,7 @@ def _table(motion: JointTrajectory | Points | MotionTable, **options: Any) -> Mo
     return motion
 
 
-def to_csv(motion: JointTrajectory | Points | MotionTable, **options: Any) -> str:
+def to_csv(motion: JointTrajectory | MotionPoints | MotionTable, **options: Any) -> str:
     """Write samples or knots as CSV with one header row, units in the names of the columns.
 
     Options and errors are those of `motion_table`.
@@ -47,7 +47,7 @@ def to_csv(motion: JointTrajectory | Points | MotionTable, **options: Any) -> st
     return csv_text(table.columns(), table.labels)
 
 
-def to_json(motion: JointTrajectory | Points | MotionTable, **options: Any) -> str:
+def to_json(motion: JointTrajectory | MotionPoints | MotionTable, **options: Any) -> str:
     """Write samples or knots as JSON: `joint_names`, `units`, `time`, `positions`, and so on.
 
     Options and errors are those of `motion_table`.
@@ -76,7 +76,7 @@ def to_json(motion: JointTrajectory | Points | MotionTable, **options: Any) -> s
     return json_text(data)
 
 
-def to_npz(motion: JointTrajectory | Points | MotionTable, **options: Any) -> bytes:
+def to_npz(motion: JointTrajectory | MotionPoints | MotionTable, **options: Any) -> bytes:
     """Write samples or knots as NumPy's npz, without pickles.
 
     `numpy.load(file)` gives `time` (s,), `position`, `velocity`, … (s, d), `joint_names` (d,) and
@@ -105,7 +105,7 @@ def npz_bytes(arrays: dict[str, Any]) -> bytes:
     return file.getvalue()
 
 
-def to_parquet(motion: JointTrajectory | Points | MotionTable, **options: Any) -> bytes:
+def to_parquet(motion: JointTrajectory | MotionPoints | MotionTable, **options: Any) -> bytes:
     """Write samples or knots as Parquet, with the columns of the CSV (needs `pyarrow`).
 
     Options and errors are those of `motion_table`.

@@ -11,12 +11,11 @@ import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.curves.polynomial.extrema import locate_extremum_candidates
 from knotwork.curves.polynomial.two_point import two_point_coefficients
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import ExportError, InputError
 from knotwork.errors.arguments import require_number
-from knotwork.files.export.lossless import MAX_EXPORTED_POINTS, divide_evenly, largest_difference
+from knotwork.files.export.lossless import MAX_EXPORTED_POINTS, largest_difference, receive_within
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
@@ -52,8 +51,8 @@ RESTING_SPEED = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Positions:
-    """Positions of a motion at a sequence of times.
+class StraightPoints:
+    """Positions of a motion at a sequence of times, which the receiver joins by straight lines.
 
     >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
     >>> points = straight_points(lift, cycle=0.25)
@@ -99,7 +98,7 @@ def arm_joints(trajectory: JointTrajectory, robot: Robot | None) -> list[int]:
     return [i for i, (name, unit) in enumerate(joints) if unit == "rad" and name not in outer]
 
 
-def from_horizontal(points: Positions, robot: Robot | None = None) -> FloatArray:
+def from_horizontal(points: StraightPoints, robot: Robot | None = None) -> FloatArray:
     """Positions with FANUC's J3, which counts from the horizontal, shape (n, d).
 
     It is joint 3 less joint 2 of a URDF of ROS-Industrial.
@@ -117,17 +116,17 @@ def from_horizontal(points: Positions, robot: Robot | None = None) -> FloatArray
 
 
 def straight_points(
-    motion: JointTrajectory | Positions,
+    motion: JointTrajectory | StraightPoints,
     *,
     cycle: float | None = None,
-    fit: float | None = None,
+    tolerance: float | None = None,
     rounding: float = 0.0,
-) -> Positions:
+) -> StraightPoints:
     """Take positions of a motion from rest to rest, and bound the error of lines between them.
 
     >>> import knotwork as kw
     >>> motion = kw.plan("ur5_deburring").trajectory
-    >>> near, fine = (straight_points(motion, fit=fit) for fit in (1e-2, 1e-4))
+    >>> near, fine = (straight_points(motion, tolerance=tolerance) for tolerance in (1e-2, 1e-4))
     >>> near.time.size < fine.time.size, fine.error <= 1e-4
     (True, True)
 
@@ -136,7 +135,7 @@ def straight_points(
         cycle: Time between two positions [s]; the last one is at the end or just after it. By
             default there are as many as the tolerance needs, at whole milliseconds, and one at each
             event.
-        fit: Tolerance of the lines in each joint [rad or m]; by default 1e-3.
+        tolerance: Tolerance of the lines in each joint [rad or m]; by default 1e-3.
         rounding: Rounding error of the positions in the file [rad or m].
 
     Raises:
@@ -144,10 +143,12 @@ def straight_points(
         InputError: The tolerance is not positive, infeasible with a point per millisecond, or takes
             more than a million points.
     """
-    if isinstance(motion, Positions):
+    if isinstance(motion, StraightPoints):
         return motion
     tolerance = (
-        LINE_TOLERANCE if fit is None else require_number(fit, "fit", "rad or m", positive=True)
+        LINE_TOLERANCE
+        if tolerance is None
+        else require_number(tolerance, "tolerance", "rad or m", positive=True)
     )
     require_rest_at_ends(motion)
     last = math.ceil(motion.duration / (cycle or TIME_TICK) * (1.0 - 1e-12))
@@ -156,20 +157,21 @@ def straight_points(
     moments = [event.time - motion.start_time for event in motion.events]
     aim = tolerance
     while True:
-        near = np.round(np.append(_times_within(motion, aim)[:-1], moments) / TIME_TICK)
+        lines = receive_within(motion, 1, aim)
+        near = np.round(np.append(lines.x[:-1] - motion.start_time, moments) / TIME_TICK)
         ticks = np.append(np.unique(near[near < last]), last)
         points = _sample_positions(motion, ticks * TIME_TICK, rounding)
         if points.error <= tolerance:
             return points
         if ticks.size > last:
             raise InputError(
-                f"fit {tolerance:g} takes points nearer than 1 ms, or more digits than the format "
-                f"has; accepted: {bound_text(points.error)} or more"
+                f"tolerance {tolerance:g} takes points nearer than 1 ms, or more digits than the "
+                f"format has; accepted: {bound_text(points.error)} or more"
             )
         aim *= min(0.8, 0.9 * tolerance / points.error)
 
 
-def _sample_positions(motion: JointTrajectory, time: FloatArray, rounding: float) -> Positions:
+def _sample_positions(motion: JointTrajectory, time: FloatArray, rounding: float) -> StraightPoints:
     """Take positions at times since the start [s], and bound the error of lines between them."""
     if time.size > MAX_EXPORTED_POINTS:
         raise InputError(
@@ -183,22 +185,7 @@ def _sample_positions(motion: JointTrajectory, time: FloatArray, rounding: float
     lines = np.stack([np.interp(since, time, column) for column in position.T], axis=1)
     received = PiecewisePolynomial(two_point_coefficients(fine, (lines,)), fine)
     error = float(largest_difference(motion, received).max())
-    return Positions(motion, time, position, error + rounding)
-
-
-def _times_within(motion: JointTrajectory, tolerance: float) -> FloatArray:
-    """Times since the start between which straight lines are within a tolerance [s].
-
-    A line over the length h has an error up to h² max|a| / 8, so each piece of the motion is
-    split evenly into as many parts as its largest acceleration requires.
-    """
-    breaks = motion.breaks - motion.start_time
-    h = np.diff(breaks)
-    peak = np.abs(
-        locate_extremum_candidates(motion.breaks, motion.polynomial.derivative(2).c)[0]
-    ).max(axis=(0, 2))
-    parts = np.maximum(1, np.ceil(h * np.sqrt(peak / (8.0 * tolerance))))
-    return divide_evenly(breaks, parts)
+    return StraightPoints(motion, time, position, error + rounding)
 
 
 def require_rest_at_ends(trajectory: JointTrajectory) -> None:

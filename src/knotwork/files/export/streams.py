@@ -12,7 +12,7 @@ from knotwork.curves.trajectory import JointTrajectory
 from knotwork.files.export.straight import (
     CONTROLLER_UNITS,
     STRAIGHT,
-    Positions,
+    StraightPoints,
     from_horizontal,
     straight_points,
 )
@@ -28,7 +28,7 @@ _ABOUT = {
 }
 
 
-def to_rsi(motion: JointTrajectory | Positions) -> str:
+def to_rsi(motion: JointTrajectory | StraightPoints) -> str:
     """Write axis angles for KUKA's RSI, one row per 4 ms.
 
     >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
@@ -41,7 +41,7 @@ def to_rsi(motion: JointTrajectory | Positions) -> str:
     return _stream(motion, "rsi")
 
 
-def to_egm(motion: JointTrajectory | Positions) -> str:
+def to_egm(motion: JointTrajectory | StraightPoints) -> str:
     """Write joint angles for ABB's EGM, one row per 4 ms; as for `to_rsi`.
 
     >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
@@ -51,7 +51,7 @@ def to_egm(motion: JointTrajectory | Positions) -> str:
     return _stream(motion, "egm")
 
 
-def to_j519(motion: JointTrajectory | Positions, *, robot: Robot | None = None) -> str:
+def to_j519(motion: JointTrajectory | StraightPoints, *, robot: Robot | None = None) -> str:
     """Write joint angles for FANUC's stream motion, one row per 8 ms; as for `to_rsi`.
 
     J3 counts from the horizontal: it is joint 3 less joint 2 of a URDF of ROS-Industrial, external
@@ -64,7 +64,7 @@ def to_j519(motion: JointTrajectory | Positions, *, robot: Robot | None = None) 
     return _stream(motion, "j519", robot)
 
 
-def _stream(motion: JointTrajectory | Positions, name: str, robot: Robot | None = None) -> str:
+def _stream(motion: JointTrajectory | StraightPoints, name: str, robot: Robot | None = None) -> str:
     points = straight_points(motion, **STRAIGHT[name])
     curve = points.trajectory
     about = [f"{_ABOUT[name]}.", f"{points.describe()}.", "The arm must stand at the first row."]

@@ -14,7 +14,7 @@ from knotwork.curves.trajectory.sampling import make_sample_times
 from knotwork.errors import InputError
 from knotwork.errors.arguments import require_flag
 from knotwork.files.export.labels import labels_at
-from knotwork.files.export.lossless import Points, motion_points
+from knotwork.files.export.lossless import MotionPoints, motion_points
 from knotwork.joint_quantities import MOTION_QUANTITIES
 
 if TYPE_CHECKING:
@@ -83,12 +83,12 @@ class MotionTable:
 
 
 def motion_table(
-    motion: JointTrajectory | Points,
+    motion: JointTrajectory | MotionPoints,
     *,
     rate: float | None = None,
     knots_only: bool = False,
     accelerations: bool = False,
-    fit: float | None = None,
+    tolerance: float | None = None,
     robot: Robot | None = None,
     labels: bool | None = None,
 ) -> MotionTable:
@@ -104,7 +104,7 @@ def motion_table(
         rate: Samples per second [Hz], by default 100; the last one is at the end of the motion.
         knots_only: Take points that define the whole motion instead of samples.
         accelerations: These points have accelerations too, for quintics instead of cubics.
-        fit: Insert points until the motion is met within this tolerance [rad or m].
+        tolerance: Insert points until the motion is met within this tolerance [rad or m].
         robot: Robot, for pose and twist of the tool.
         labels: Include the names of segments and events; by default if there are events.
 
@@ -116,18 +116,18 @@ def motion_table(
     if require_flag(knots_only, "knots_only"):
         if rate is not None:
             raise InputError("a rate of samples and knots_only are both given; choose one")
-        points = motion_points(motion, accelerations=accelerations, fit=fit)
+        points = motion_points(motion, accelerations=accelerations, tolerance=tolerance)
         trajectory = points.trajectory
         time = trajectory.breaks
         quantities = MOTION_QUANTITIES[: 3 if accelerations else 2]
         note = points.describe()
     else:
-        if accelerations or fit is not None:
+        if accelerations or tolerance is not None:
             raise InputError(
-                "accelerations and fit apply to knots: samples have accelerations anyway and "
+                "accelerations and tolerance apply to knots: samples have accelerations anyway and "
                 "are exact at their times; use knots_only (--knots-only) or leave them out"
             )
-        if isinstance(motion, Points):
+        if isinstance(motion, MotionPoints):
             raise InputError("points can't be sampled; give the trajectory, or knots_only")
         trajectory = motion
         rate = DEFAULT_RATE if rate is None else rate

@@ -23,7 +23,7 @@ from knotwork.arrays import FloatArray
 from knotwork.curves.trajectory import Event, JointTrajectory, Load
 from knotwork.errors import ExportError
 from knotwork.files.export.labels import one_ascii_line, unsupported_event
-from knotwork.files.export.lossless import Points, motion_points
+from knotwork.files.export.lossless import MotionPoints, motion_points
 from knotwork.files.export.pvt import increments
 from knotwork.files.export.straight import bound_text, require_rest_at_ends
 
@@ -142,7 +142,10 @@ end
 
 
 def to_urscript(
-    motion: JointTrajectory | Points, *, fit: float | None = None, robot: Robot | None = None
+    motion: JointTrajectory | MotionPoints,
+    *,
+    tolerance: float | None = None,
+    robot: Robot | None = None,
 ) -> str:
     """Write a program in URScript that runs a motion of an arm of Universal Robots.
 
@@ -157,7 +160,7 @@ def to_urscript(
     Args:
         motion: The motion, or points of it from `motion_points`. Positions in rad, times
             in s; every number is written with all its digits.
-        fit: Insert points until the error is within this tolerance [rad]; by default the
+        tolerance: Insert points until the error is within this tolerance [rad]; by default the
             knots must define it exactly.
         robot: The arm with its tool, whose centre point the program sets.
 
@@ -166,7 +169,7 @@ def to_urscript(
             those of such an arm; it does not start and end at rest; or a signal is not an output.
         InputError: The tolerance is out of range.
     """
-    points = motion_points(motion, fit=fit)
+    points = motion_points(motion, tolerance=tolerance)
     trajectory = points.trajectory
     order = _joint_order(trajectory)
     require_rest_at_ends(trajectory)

@@ -46,12 +46,12 @@ def chosen_times_findings(chosen: ChosenValues, joints: JointRequirements) -> It
     free = chosen.requested.required_free_values
     timed = bool(free.duration_is_unknown.any())
     given = free.total_duration is not None or not timed
-    brief = _duration(chosen, given=given)
+    highlight = _duration(chosen, given=given)
     verdict: Verdict = "warning" if chosen.status != "optimal" else "information"
     group = Group.CHOSEN_TIMES if timed else Group.CHOSEN_MOTION
-    fact = f"{group.removeprefix('Chosen ')} chosen: {brief}"
+    fact = f"{group.removeprefix('Chosen ')} chosen: {highlight}"
     yield Finding.of_motion(
-        group, "duration", fact, verdict, value=chosen.duration, unit="s", brief=brief
+        group, "duration", fact, verdict, value=chosen.duration, unit="s", highlight=highlight
     )
     if not given:
         shortest = f"{chosen.lower_bound:.6g} s{_conditions(chosen)}"
@@ -75,8 +75,8 @@ def chosen_times_findings(chosen: ChosenValues, joints: JointRequirements) -> It
             verdict="information",
             fact=f"{start} to {end}: {', '.join(parts)}",
             interval=(times[start], times[end]),
-            label=label,
-            brief=f"{start} to {end}: bound by {label}",
+            short_fact=label,
+            highlight=f"{start} to {end}: bound by {label}",
         )
 
 
@@ -189,7 +189,7 @@ def clear_motion_findings(
         if chosen.room is not None:
             room = scenario.units.text(chosen.room * length, "m", ".3g")
             extra = f" with {room} of extra clearance"
-        fact = brief = f"{name}: clear motion found in {tries}{extra}"
+        fact = highlight = f"{name}: clear motion found in {tries}{extra}"
         cut = cut_curve(motion.curve, *interval), resolution, SHOWN_CLEARANCE_PRECISION
         # relative to the surroundings, or of all pairs without any
         least = least_clearance(around, *cut) or least_clearance(model, *cut)
@@ -197,7 +197,7 @@ def clear_motion_findings(
             clearance = f"minimum clearance {scenario.units.text(least.distance, 'm', '.3g')}"
             pair = f"{least.second.name}, {least.first.name}"
             fact += f", {clearance} ({pair}) at {least.time:.2f} s"
-            brief = f"{name}:{extra}{',' if extra else ''} {clearance}"
+            highlight = f"{name}:{extra}{',' if extra else ''} {clearance}"
         yield Finding(
             group=Group.WAYS,
             subject="waypoint",
@@ -209,5 +209,5 @@ def clear_motion_findings(
             unit="" if least is None else "m",
             time=None if least is None else least.time,
             interval=interval,
-            brief=brief,
+            highlight=highlight,
         )

@@ -251,9 +251,9 @@ def _located_error(
     return NoWayFoundError(
         f"no collision-free motion from {names[0]!r} to {names[-1]!r}{reason}; "
         f"accepted: {accepted}",
-        waypoint=k,
+        waypoint_index=None if k is None else section.waypoints[k],
         bodies=bodies,
         shortfall=fault.shortfall,
-        waypoints=section.waypoints if single else None,
+        between=(section.waypoints[0], section.waypoints[-1]) if single else None,
         where=free_task.where(section.waypoints[-1 if k is None else k]),
     )

@@ -168,12 +168,12 @@ class FreeSection:
         )
 
     def add_locations(self, errors: Iterable[TimingError]) -> None:
-        """Add the locations in the file to errors of the timing problem."""
+        """Add locations in the file, and indices in the scenario, to errors of the timing problem."""
         for error in errors:
             error.where = self.free_task.scenario.name
-            if error.waypoint is not None:
-                i = self.waypoints[error.waypoint + error.in_interval]
-                error.where = self.free_task.where(i)
+            if error.waypoint_index is not None:
+                error.waypoint_index = self.waypoints[error.waypoint_index]
+                error.where = self.free_task.where(error.waypoint_index + error.in_interval)
 
     def timing_problem(self, objective: Objective, total: float | None = None) -> TimingProblem:
         """Make the timing problem from given and free values.

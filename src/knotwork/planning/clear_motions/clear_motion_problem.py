@@ -81,7 +81,7 @@ class ClearMotionProblem:
     def unproved_pairs(self, curve: PiecewisePolynomial) -> list[Clearance]:
         """Pairs that collide over a motion, or are not proved to keep their margin."""
         results = clearances(self.collision_model, curve, self.resolution, precision=np.inf)
-        return [clearance for clearance in results if clearance.verdict != "clear"]
+        return [clearance for clearance in results if clearance.state != "clear"]
 
 
 @dataclass(eq=False)

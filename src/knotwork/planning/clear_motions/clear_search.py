@@ -212,9 +212,9 @@ class _ClearSearch:
             k = int(beyond.argmax())
             return ClearSearchError(end, shortfall=float(beyond[k]), limit="position", joint=k)
         if unproved := self.problem.unproved_pairs(motion):
-            worst = max(unproved, key=lambda pair: pair.margin - pair.distance)
+            worst = min(unproved, key=lambda pair: pair.gap)
             names = worst.first.name, worst.second.name
-            shortfall = max(worst.margin - worst.distance, 0.0)
+            shortfall = max(-worst.gap, 0.0)
             return ClearSearchError(end, names, shortfall, moving=True)
         if (excess := exceeded_limit(self.problem.timing, motion)) is None:
             return None

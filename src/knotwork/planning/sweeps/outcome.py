@@ -63,7 +63,7 @@ def outcome_of(document: Document, edits: Edits) -> Outcome:
 def _with_motion(motion: Plan) -> Outcome:
     figures = {name: figure.value_of(motion) for name, figure in FIGURES.items()}
     if failures := motion.report.failures:
-        return Outcome(ROW_FAILED, failures[0].title, str(failures[0]), figures)
+        return Outcome(ROW_FAILED, failures[0].quantity_text, str(failures[0]), figures)
     sampled = len(motion.report.sampled)
     are = "is" if sampled == 1 else "are"
     message = f"{sampled} of its requirements {are} sampled only" if sampled else ""

@@ -93,6 +93,8 @@ def _velocity_finding(
         why, place = "for the tool's velocity", f"at {start.name!r}"
         remedy = f"{limit / speed:.3g} of that velocity is feasible"
     text, allowed = scenario.units.text, scenario.units.text(limit, unit, ".4g")
+    bare = scenario.units.number(speed, unit)
+    short_fact = f"{to_one_line(joint)} needs {bare} of {allowed} {why}"
     return Finding(
         group=Group.FEASIBILITY,
         subject="waypoint",
@@ -105,7 +107,7 @@ def _velocity_finding(
         margin=limit - speed,
         unit=unit,
         time=None if end is not None else start.time,
-        label=f"{to_one_line(joint)} needs {scenario.units.number(speed, unit)} of {allowed} {why}",
+        short_fact=short_fact,
         remedy=remedy,
         interval=None if end is None else (start.time, end.time),
     )

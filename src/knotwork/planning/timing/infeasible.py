@@ -65,7 +65,7 @@ def unsolved_errors(problem: TimingProblem) -> list[TimingError]:
             TimingError(
                 f"between {problem.names[0]!r} and {problem.names[-1]!r} {NO_MOTION}: allow longer "
                 "durations, lower speeds or higher limits",
-                waypoint=0,
+                waypoint_index=0,
                 in_interval=len(problem.position) == 2,
             )
         ]
@@ -99,7 +99,7 @@ def _overloads(problem: TimingProblem, *, certain: bool) -> Iterator[TimingError
             f"{'no motion keeps all limits' if certain else NO_MOTION}: "
             f"to hold the arm still at {name!r}, joint {problem.joint_names[k]!r} needs an effort "
             f"limit above {needed_text}; it is {limit_text}{limits.margin_note}",
-            waypoint=i,
+            waypoint_index=i,
             joint=problem.joint_names[k],
             cause="effort",
             value=float(limit),
@@ -130,7 +130,7 @@ def _infeasible_durations(problem: TimingProblem, direct: bool) -> Iterator[Timi
         yield TimingError(
             f"from {problem.names[i]!r} to {problem.names[i + 1]!r} no joint moves, so there is no "
             "minimum duration; give one, or a lower bound",
-            waypoint=i,
+            waypoint_index=i,
             in_interval=True,
             cause="duration",
         )
@@ -178,7 +178,7 @@ def _given_durations(
         yield TimingError(
             f"from {problem.names[i]!r} to {problem.names[i + 1]!r} {problem.duration[i]:.6g} s "
             f"are given; {prefix}{reason}",
-            waypoint=i,
+            waypoint_index=i,
             in_interval=True,
             cause="duration",
             value=float(problem.duration[i]),
@@ -209,11 +209,11 @@ def value_errors(problem: TimingProblem) -> list[TimingError]:
     """
     worst: dict[tuple[str, int], TimingError] = {}
     for kind, error in (*_beyond(problem), *_beyond_tool_speed(problem), *_unstoppable(problem)):
-        key = kind, error.waypoint or 0
+        key = kind, error.waypoint_index or 0
         if key not in worst or _feasible_fraction(error) < _feasible_fraction(worst[key]):
             worst[key] = error
     errors = [*_outside_limits(problem), *worst.values()]
-    return sorted(errors, key=lambda error: error.waypoint or 0)
+    return sorted(errors, key=lambda error: error.waypoint_index or 0)
 
 
 def _feasible_fraction(error: TimingError) -> float:
@@ -227,7 +227,7 @@ def _fault(
     """Make the error for a value of joint k at waypoint i; the text follows the joint's name."""
     return TimingError(
         f"{waypoint_text(problem.names[i])}: joint {problem.joint_names[k]!r} {text}",
-        waypoint=int(i),
+        waypoint_index=int(i),
         joint=problem.joint_names[k],
         cause=cause,
         value=value,
@@ -279,7 +279,7 @@ def _beyond_tool_speed(problem: TimingProblem) -> Iterator[tuple[str, TimingErro
                 f"{_advice('velocity', bound / speed)}"
             )
             data = {"cause": "tool_speed", "value": speed, "feasible_value": bound}
-            yield "tool_speed", TimingError(message, waypoint=i, **data)
+            yield "tool_speed", TimingError(message, waypoint_index=i, **data)
 
 
 def _outside_limits(problem: TimingProblem) -> Iterator[TimingError]:

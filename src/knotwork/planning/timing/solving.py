@@ -107,8 +107,8 @@ def solve_within(problem: TimingProblem, budget: Budget) -> TimedMotion:
             raise TimingError(message, cause="budget")
         else:
             for error in unsolved_errors(section):
-                if error.waypoint is not None:
-                    error.waypoint += start
+                if error.waypoint_index is not None:
+                    error.waypoint_index += start
                 causes.append(error)
     if causes:
         raise merge_errors(causes)

@@ -184,7 +184,7 @@ class TimingProblem(ReadOnlyArrays):
             raise WaypointDataError(
                 f"the duration from {self.names[i]!r} to {self.names[i + 1]!r} is "
                 f"{self.duration[i]:g} s; give a positive number, or NaN to have it chosen",
-                waypoint=i,
+                waypoint_index=i,
                 value=float(self.duration[i]),
             )
         if not (self.at_least >= 0.0).all() or not np.isfinite(self.at_least).all():

@@ -11,7 +11,7 @@ distance is at least
 
 over the whole interval. Convex bodies are also separated by the plane normal to the line between
 their nearest points at the middle, and only motion along this normal reduces their distance, to
-first order (`relative_motion`). The better of the two bounds is used. If the verdict is still
+first order (`relative_motion`). The better of the two bounds is used. If the state is still
 open, the interval is divided into three, and the middle part keeps its distance.
 """
 
@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,26 +60,31 @@ class Clearance(NamedTuple):
         first, second: The bodies.
         distance: Minimum distance found [m], negative for penetration.
         bound: Proved lower bound on the distance [m].
-        margin: Required clearance [m].
+        required_clearance: Required clearance [m].
         involves_scene: Whether one of them is an object of the scene.
         time: Time of the minimum distance found [s].
         nearest: Nearest points at that time, in the axes of the URDF's root.
-        verdict: `"clear"`, `"collides"` (the margin is violated) or `"unproved"`.
-        interval: Interval in which the margin is violated or unproved [s], or `None`.
-        contacts: Intervals in which the margin is violated [s]; `interval` is the worst.
+        state: `"clear"`, `"collides"` (the required clearance is violated) or `"unproved"`.
+        interval: Interval in which it is violated or unproved [s], or `None`.
+        contacts: Intervals in which it is violated [s]; `interval` is the worst.
     """
 
     first: Body
     second: Body
     distance: float
     bound: float
-    margin: float
+    required_clearance: float
     involves_scene: bool
     time: float
     nearest: Nearest
-    verdict: str
+    state: Literal["clear", "collides", "unproved"]
     interval: tuple[float, float] | None
     contacts: tuple[tuple[float, float], ...]
+
+    @property
+    def gap(self) -> float:
+        """The distance minus the required clearance [m]."""
+        return self.distance - self.required_clearance
 
 
 def clearances(
@@ -116,11 +121,15 @@ def least_clearance(
     rough = clearances(model, curve, resolution)
     if not rough:
         return None
-    minimum = min(pair.distance - pair.margin for pair in rough)
-    near = {(pair.first, pair.second) for pair in rough if pair.bound - pair.margin < minimum}
+    minimum = min(pair.gap for pair in rough)
+    near = {
+        (pair.first, pair.second)
+        for pair in rough
+        if pair.bound - pair.required_clearance < minimum
+    }
     pairs = [p for p in model.pairs if (model.bodies[p.first], model.bodies[p.second]) in near]
     exact = clearances(replace(model, pairs=tuple(pairs)), curve, resolution, precision)
-    return min(exact or rough, key=lambda pair: pair.distance - pair.margin)
+    return min(exact or rough, key=lambda pair: pair.gap)
 
 
 class _PairTests(NamedTuple):
@@ -320,27 +329,28 @@ class _ClearanceSearch:
             nearest = find_nearest_points(first, second, rotation[k], origin[k])
             if nearest.distance < distance - 10.0**-LENGTH_DIGITS:
                 distance = nearest.distance  # for solids that were not measured at that time
-            verdict, interval = "clear", None
+            state: Literal["clear", "collides", "unproved"] = "clear"
+            interval = None
             contacts: tuple[tuple[float, float], ...] = ()
             low, high = self.unproved_from[of_pair].min(), self.unproved_until[of_pair].max()
             if distance <= pair.margin:
                 start, end = self.windows[k].tolist()
-                verdict = "collides"
+                state = "collides"
                 contacts = contact_intervals(self.model, self.curve, k, start, end, time)
                 interval = next(span for span in contacts if span[0] <= time <= span[1])
             elif low <= high:
-                verdict, interval = "unproved", (float(low), float(high))
+                state, interval = "unproved", (float(low), float(high))
             bound = float(self.bound[of_pair].min())
             yield Clearance(
                 first,
                 second,
                 distance,
                 bound=bound,
-                margin=pair.margin,
+                required_clearance=pair.margin,
                 involves_scene=pair.involves_scene,
                 time=time,
                 nearest=nearest,
-                verdict=verdict,
+                state=state,
                 interval=interval,
                 contacts=contacts,
             )

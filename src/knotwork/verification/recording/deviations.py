@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from knotwork.curves.polynomial.two_point import raise_degree
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.joint_quantities import rate_unit
 from knotwork.units import SI, Units
-from knotwork.verification.finding import Finding, Group, Subject
+from knotwork.verification.finding import Finding, Group, Subject, Topic
 from knotwork.verification.recording.alignment import Alignment
 from knotwork.verification.recording.log_delays import delay_text
 
@@ -55,7 +55,7 @@ def deviation_findings(
     >>> np.savetxt("log.csv", log, "%.4f", ",", header="time,joint_1", comments="")
     >>> recorded = kw.recording.read_log("log.csv", ["joint_1"], ["rad"])
     >>> alignment = kw.recording.aligned(kw.recording.smoothed(recorded), plan.trajectory)
-    >>> next(deviation_findings(alignment)).brief
+    >>> next(deviation_findings(alignment)).highlight
     'joint_1 up to ... rad off at ... s; time shift ... s'
 
     Args:
@@ -73,7 +73,7 @@ def deviation_findings(
             worst[finding.unit] = max(worst.get(finding.unit, finding), finding, key=_size)
     short = [
         f"{finding.name or 'tool'} up to {units.text(_size(finding), finding.unit, '.3g')} off "
-        f"at {finding.when} s"
+        f"at {finding.time_text} s"
         for finding in (*worst.values(), *tool[:1])
     ]
     text = delay_text(alignment.delays)
@@ -81,9 +81,9 @@ def deviation_findings(
         f"the plan's time 0 is {alignment.lead:.6f} s after the log's first sample, at "
         f"{alignment.shift:.6f} s by the log's clock; standard error {alignment.shift_error:.1g} s"
     )
-    brief = "; ".join(filter(None, [text, *short, f"time shift {alignment.lead:.4g} s"]))
+    highlight = "; ".join(filter(None, [text, *short, f"time shift {alignment.lead:.4g} s"]))
     yield Finding.of_motion(
-        Group.AGAINST_PLAN, "time_shift", fact, value=alignment.lead, unit="s", brief=brief
+        Group.AGAINST_PLAN, "time_shift", fact, value=alignment.lead, unit="s", highlight=highlight
     )
     largest = max(alignment.delays, key=lambda span: abs(span.delay))
     yield _deviation(
@@ -167,8 +167,9 @@ def _deviation(
     """Make the finding on a deviation from the plan, compared with its tolerance if it has one."""
     if unit != "s":
         fact += f" by up to {units.text(abs(value), unit, '.3g')}, at {time:.4f} s"
-    numbers: dict[str, Any] = {"value": value, "unit": unit, "time": time}
     if limit is None:
-        return Finding(Group.AGAINST_PLAN, subject, name, quantity, "information", fact, **numbers)
+        topic = Topic(Group.AGAINST_PLAN, subject, name)
+        return topic.finding(quantity, fact, value=value, unit=unit, time=time)
     fact += f", tolerance {units.text(limit, unit, '.3g')}"
-    return Finding.at_most(Group.TOLERANCES, subject, name, quantity, fact, limit=limit, **numbers)
+    topic = Topic(Group.TOLERANCES, subject, name)
+    return topic.at_most(quantity, fact, value, limit, unit, time=time)

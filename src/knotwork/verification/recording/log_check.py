@@ -23,7 +23,7 @@ from knotwork.joint_quantities import MOTION_QUANTITIES
 from knotwork.units import SI, Units
 from knotwork.verification import Finding, Report, check
 from knotwork.verification.continuity import ROUNDING_QUANTITIES
-from knotwork.verification.finding import Group
+from knotwork.verification.finding import Group, Topic
 from knotwork.verification.recording.alignment import (
     PLAN_RESIDUAL_RATIO,
     STANDARD_ERRORS,
@@ -103,8 +103,8 @@ def check_log(
         fact = (
             f"{undecided} requirements are undecided: their margins are below {errors} of the log"
         )
-        brief = f"undecided: within {errors} of the limit"
-        findings.append(Finding.of_motion(Group.LOG, "undecided", fact, brief=brief))
+        highlight = f"undecided: within {errors} of the limit"
+        findings.append(Finding.of_motion(Group.LOG, "undecided", fact, highlight=highlight))
     return replace(report, findings=tuple(findings))
 
 
@@ -176,7 +176,7 @@ def _uncertainty(finding: Finding, alignment: Alignment, joints: JointRequiremen
     names, robot = joints.joint_names, joints.robot
     columns = [alignment.trajectory.joint_names.index(name) for name in names]
 
-    def errors(order: int, time: float | None = finding.at) -> FloatArray:
+    def errors(order: int, time: float | None = finding.shown_time) -> FloatArray:
         return alignment.uncertainty(order, time)[columns]
 
     quantity = finding.quantity.removeprefix("joint_")
@@ -190,7 +190,7 @@ def _uncertainty(finding: Finding, alignment: Alignment, joints: JointRequiremen
     if robot is None:
         return None
     motion = alignment.trajectory.reordered(names, joints.joint_units)
-    time = motion.start_time if finding.at is None else finding.at
+    time = motion.start_time if finding.shown_time is None else finding.shown_time
     time = min(max(time, motion.start_time), motion.end_time)
     q = motion.position(time)
     if finding.quantity == "effort" and finding.name in names:
@@ -239,10 +239,8 @@ def _residual_findings(
             fact += f", {times:.3g} times the noise: the motion jumps, or the sample is wrong"
             if not curve.noise.stated:
                 fact += f"; if such errors are expected, give a noise of {float(sizes.max()):.0e}"
-        yield Finding.at_most(
-            Group.CONTINUITY, "joint", name, "sample_off_the_curve", fact, value=value, limit=limit,
-            unit=unit, time=time,
-        )  # fmt: skip
+        topic = Topic(Group.CONTINUITY, "joint", name)
+        yield topic.at_most("sample_off_the_curve", fact, value, limit, unit, time=time)
 
 
 def _log_findings(alignment: Alignment, units: Units) -> Iterator[Finding]:
@@ -254,10 +252,8 @@ def _log_findings(alignment: Alignment, units: Units) -> Iterator[Finding]:
     for name, unit, value in joints:
         size = units.text(value, unit, ".2g")
         fact = f"joint {name!r}: the noise has a standard deviation of {size}, {origin}"
-        yield Finding(
-            Group.LOG, "joint", name, "noise", "information", fact, value=value, unit=unit,
-            proof="sampled",
-        )  # fmt: skip
+        topic = Topic(Group.LOG, "joint", name)
+        yield topic.finding("noise", fact, value=value, unit=unit, proof="sampled")
         largest[unit] = max(value, largest.get(unit, 0.0))
     sizes = ", ".join(units.text(value, unit, ".2g") for unit, value in largest.items())
     yield Finding.of_motion(
