@@ -168,7 +168,7 @@ class FreeSection:
         )
 
     def add_locations(self, errors: Iterable[TimingError]) -> None:
-        """Add locations in the file, and indices in the scenario, to errors of the timing problem."""
+        """Add locations in the file, and indices in the scenario, to errors of timing."""
         for error in errors:
             error.where = self.free_task.scenario.name
             if error.waypoint_index is not None:
