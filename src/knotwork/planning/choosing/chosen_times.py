@@ -169,10 +169,10 @@ def _find_shorter(free_task: FreeTask, motions: _Motions, budget: Budget) -> _Mo
     if not slower or budget.is_over:
         return None
     try:
-        found = _find_motions(free_task, slower, budget)
+        other = _find_motions(free_task, slower, budget)
     except InputError:
         return None
-    return found if found.chosen.duration < motions.chosen.duration else None
+    return other if other.chosen.duration < motions.chosen.duration else None
 
 
 def _choose_values(scenario: Scenario, speeds: PathSpeeds, budget: Budget) -> ChosenValues:

@@ -46,7 +46,7 @@ SMALLEST_SLOWDOWN = 0.995
 
 
 class Reason(Enum):
-    """A bound of a speed along a path that is no limit of a joint or the tool.
+    """A bound of a speed along a path other than the limits of joints and of the tool.
 
     Attributes:
         AT_MOST: The upper bound of the speed in the task.
