@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from knotwork.errors import WaypointDataError
-from knotwork.errors.plain_text import default_waypoint_name
+from knotwork.errors.plain_text import default_waypoint_name, waypoint_text
 
 FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.intp]
@@ -100,7 +100,7 @@ def known_rows(
     partly = np.flatnonzero(missing.any(axis=1) & ~missing.all(axis=1))
     if partly.size:
         i = int(partly[0])
-        where = repr(names[i]) if names else default_waypoint_name(i)
+        where = waypoint_text(names[i]) if names else default_waypoint_name(i)
         raise WaypointDataError(
             f"{subject} at {where} is known for some joints only; give all of them, or NaN for all",
             waypoint_index=i,
