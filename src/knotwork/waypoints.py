@@ -165,7 +165,7 @@ class JointWaypoints(ReadOnlyArrays):
         time: Times [s], shape (n,), n >= 2, strictly increasing.
         position: Joint positions [rad or m], shape (n, d).
         velocity: Joint velocities [rad/s or m/s], shape (n, d).
-        names: Names of the waypoints, length n; by default `waypoint 1`, `waypoint 2` and so on.
+        names: Names of the waypoints, length n; by default `"waypoint 1"` and so on.
         joint_units: `"rad"` or `"m"` for each joint; by default all `"rad"`.
         acceleration: Known joint accelerations, for example along a tool path or during a wait
             [rad/s² or m/s²], shape (n, d), NaN where unknown; or `None`.

@@ -89,6 +89,11 @@ class Robot(ChainModel):
         self.joined_links = description.urdf.joined_links
 
     @property
+    def is_redundant(self) -> bool:
+        """Whether there are more joints than the six coordinates of a pose."""
+        return self.dof > 6
+
+    @property
     def carrying_joints(self) -> dict[str, frozenset[str]]:
         """The joints that carry each joint of the URDF, including itself."""
         return carrying_joints(self._description.urdf, self.name)

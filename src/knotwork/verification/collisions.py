@@ -97,7 +97,7 @@ def motion_model(motion: Motion, scenario: Scenario, robot: Robot) -> CollisionM
 
 def _not_examined(reason: str) -> Finding:
     fact = f"collisions are not examined: {reason}"
-    return Finding.of_motion(Group.COLLISIONS, "clearances", fact, "failed")
+    return Finding.of_motion(Group.COLLISIONS, "clearance", fact, "failed")
 
 
 def _shape_findings(model: CollisionModel, scenario: Scenario, robot: Robot) -> Iterator[Finding]:

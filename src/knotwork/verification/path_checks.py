@@ -73,9 +73,9 @@ def check_curve_between_points(
                 i = int((bulges / chords).argmax())
                 fact = (
                     f"the curve through points to {last.name!r} leaves the straight line between "
-                    f"points {i} and {i + 1}, {scale * chords[i]:.4g} {unit} apart, by "
-                    f"{scale * bulges[i]:.4g} {unit}: add points there, or leave out points that "
-                    "are much nearer to one another"
+                    f"points {i + 1} and {i + 2} of {len(chords) + 1} (its start is point 1), "
+                    f"{scale * chords[i]:.4g} {unit} apart, by {scale * bulges[i]:.4g} {unit}: "
+                    "add points there, or leave out points that are much nearer to one another"
                 )
                 topic = Topic(Group.WARNINGS, "waypoint", last.name)
                 yield topic.finding("curve_between_points", fact, "warning", time=last.time)
@@ -162,7 +162,7 @@ def _follow_stretches(
 
     Args:
         motion: The motion.
-        scenario: The task.
+        scenario: The scenario.
         robot: The arm.
         paths: Adjoining paths.
         turn: Approximate turn of the tool at the beginning [rad].

@@ -125,7 +125,7 @@ class GroupSolver:
         if self.scenario.given.pull_to_middle or len({track.path.freedom for track in moving}) != 1:
             return
         chain = moving[0].chain
-        if chain.robot.dof <= 6:
+        if not chain.robot.is_redundant:
             return
         branches, rows = np.unique(first.branch, return_index=True)
         is_clear = None if self.collisions is None else self.collisions.are_clear

@@ -19,7 +19,7 @@ from knotwork.planning.task_to_joint.candidate_collisions import (
 from knotwork.planning.task_to_joint.free_poses import FreedomChain
 from knotwork.planning.task_to_joint.task_solution import PathStart
 from knotwork.robot import Robot
-from knotwork.robot.kinematics.chain.joint_ranges import whole_turns
+from knotwork.robot.kinematics.chain.joint_ranges import arm_limits, whole_turns
 from knotwork.robot.kinematics.following.continuation import Continuation, continue_along
 from knotwork.robot.kinematics.following.joint_field import Guide, Pull
 from knotwork.robot.kinematics.geometry.configuration_flags import configuration_flags
@@ -139,7 +139,7 @@ class CandidateMotions:
             candidates = start._replace(
                 q=q,
                 flags=configuration_flags(whole, q),
-                weight=1.0 + limit_nearness(whole, q),
+                weight=1.0 + limit_nearness(q, arm_limits(whole)),
                 velocity=chain.scatter(motion.velocity[step, branch]),
                 excess=np.zeros(len(q)),
                 unattainable=np.zeros(len(q)),

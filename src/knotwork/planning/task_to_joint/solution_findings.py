@@ -33,7 +33,7 @@ def describe_choices(search: SequenceSearch, chosen: ChosenSequence) -> tuple[Ch
             turns=_turns(robot, chosen.positions[i]),
             branches=candidates.branches,
             solutions=len(candidates.q),
-            sampled=candidates.redundant,
+            sampled=candidates.sampled,
         )
         for i, candidates in enumerate(chosen.candidates)
         if candidates is not None

@@ -11,7 +11,7 @@ from knotwork.arrays import FloatArray
 from knotwork.planning.task_to_joint.free_poses import FreedomChains
 from knotwork.planning.task_to_joint.task_solution import SequenceStep
 from knotwork.robot import Robot
-from knotwork.robot.kinematics.chain.joint_ranges import unbounded_joints
+from knotwork.robot.kinematics.chain.joint_ranges import arm_limits, unbounded_joints
 from knotwork.robot.kinematics.sequence.step_costs import (
     STEP_TOLERANCE,
     CollidingStep,
@@ -29,12 +29,13 @@ COLLISION_DISTANCE = 0.3
 def joint_rules(robot: Robot) -> JointRules:
     """Rules for the joints of a robot. Virtual joints move freely."""
     limit, virtual = robot.limits.velocity, robot.virtual
+    lower, upper = arm_limits(robot)
     speed = np.where(np.isfinite(limit), limit, 1.0)
     return JointRules(
         speed=np.where(virtual, np.inf, speed),
         limit=limit,
-        lower=np.where(virtual, -np.inf, robot.limits.lower),
-        upper=np.where(virtual, np.inf, robot.limits.upper),
+        lower=lower,
+        upper=upper,
         unbounded=unbounded_joints(robot) & ~virtual,
         weights=robot.weights,
         ramp=np.where(virtual, 0.0, speed / robot.limits["acceleration"]),
@@ -95,7 +96,7 @@ def _avoided_distance(chains: FreedomChains) -> FloatArray:
     It is infinite for virtual joints, and for the last joint if the turn about it is free.
     """
     robot, dof = chains.whole, chains.arm.dof
-    if robot.dof <= 6:
+    if not robot.is_redundant:
         return np.full(robot.dof, STEP_TOLERANCE)
     distance = np.where(robot.virtual, np.inf, COLLISION_DISTANCE)
     if any(joint.axis == "z" for joint in robot.virtual_joints):

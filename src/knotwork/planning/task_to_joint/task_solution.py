@@ -27,9 +27,9 @@ class Choice:
         branch: Name of the branch, for example `shoulder left, elbow up, no flip`; empty where
             branches have no names.
         turns: Whole turns of the joints that are not within half a turn of zero, by joint.
-        branches: Number of branches inside the limits; for a redundant arm, of samples.
+        branches: Number of branches inside the limits, or of samples.
         solutions: Number of solutions inside the limits, turns included.
-        sampled: The arm is redundant at the pose.
+        sampled: The pose has infinitely many solutions, or very many, and samples were compared.
     """
 
     waypoint: str

@@ -134,7 +134,7 @@ def _with_chosen_velocities(solution: TaskSolution, joints: JointRequirements) -
 
 def _check_pull(scenario: Scenario, joints: JointRequirements) -> None:
     robot = joints.robot
-    if scenario.given.pull_to_middle and robot is not None and robot.dof <= 6:
+    if scenario.given.pull_to_middle and robot is not None and not robot.is_redundant:
         raise RobotError(
             robot.name,
             f"with {robot.dof} joints the arm has no self-motion; leave out pull_to_middle, or use "

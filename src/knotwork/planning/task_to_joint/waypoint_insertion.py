@@ -162,7 +162,7 @@ class _Insertion:
         off = sampled_path_errors(self.joints.robot, self.joints.path, q, spline(times, 1), times)
         limits = np.array([allowed.path, allowed.path_orientation, allowed.path_speed])
         utilisation = (off / (SAMPLED_SHARE * limits)).max(axis=1)
-        if self.joints.robot.dof > 6:  # the tool's error does not include self-motion
+        if self.joints.robot.is_redundant:  # the tool's error does not include self-motion
             strayed = self._self_motion_error(q, times)
             utilisation = np.maximum(utilisation, strayed / SELF_MOTION_TOLERANCE)
         return np.asarray(utilisation.reshape(len(start), -1).max(axis=1))

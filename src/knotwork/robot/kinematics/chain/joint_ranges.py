@@ -30,6 +30,12 @@ def position_limits(robot: Robot) -> Limits:
     return robot.limits.lower, robot.limits.upper
 
 
+def arm_limits(robot: Robot) -> Limits:
+    """Position limits of a robot, infinite for its virtual joints."""
+    lower, upper = position_limits(robot)
+    return np.where(robot.virtual, -np.inf, lower), np.where(robot.virtual, np.inf, upper)
+
+
 def infinite_limits(robot: Robot) -> Limits:
     """Infinite limits, for a search that ignores the robot's."""
     return np.full(robot.dof, -np.inf), np.full(robot.dof, np.inf)

@@ -101,9 +101,13 @@ class PoseSearch:
         position_weight: float = 1.0,
         orientation_weight: float = 1.0,
     ) -> None:
-        self.robot, self.pose = robot, pose
-        self._model, self._data, self._frame = robot.model, robot.data, robot.require_tool()
-        self._H, self._ldlt = np.empty((robot.dof, robot.dof)), LDLT(robot.dof)
+        self.robot = robot
+        self.pose = pose
+        self._model = robot.model
+        self._data = robot.data
+        self._frame = robot.require_tool()
+        self._H = np.empty((robot.dof, robot.dof))
+        self._ldlt = LDLT(robot.dof)
         self.tolerances = position_tolerance, orientation_tolerance
         self._target = robot.base_placement * pose
         # An error of zero weight has no tolerance.
@@ -196,23 +200,25 @@ class PoseSearch:
             budget: Maximum effort; close to the pose `HASTY_BUDGET` becomes `USUAL_BUDGET`.
         """
         # For six numbers the overhead of NumPy dominates, so no array is computed or read twice.
-        lows, highs = limits[0].tolist(), limits[1].tolist()
+        lower, upper = limits[0].tolist(), limits[1].tolist()
         enough = (POLISHED_SHARE * min(self.tolerances)) ** 2
         max_position, max_orientation = self._max_position**2, self._max_orientation**2
-        q, at_limit = _clip(start, lows, highs)
+        q, at_limit = _clip(start, lower, upper)
         e, square, position, orientation = self._error(q)
         if not square < math.inf:
             return LocalSolution(q.copy(), math.inf, math.inf, 0, False)
         if budget is HASTY_BUDGET and square <= CLOSE_ERROR**2:
             budget = USUAL_BUDGET
-        iterations, patience, min_factor = budget
-        factor, checkpoint, polished, iteration, accepted = FIRST_FACTOR, square, 0, 0, True
-        while iteration < iterations:
+        factor = FIRST_FACTOR
+        checkpoint = square
+        polished = iteration = 0
+        accepted = True
+        while iteration < budget.iterations:
             if position <= max_position and orientation <= max_orientation:
                 if polished == POLISH_STEPS or square <= enough:
                     break
                 polished += 1
-            if iteration % patience == patience - 1:
+            if (iteration + 1) % budget.patience == 0:
                 if square > HALVED_SQUARE * checkpoint:
                     break
                 checkpoint = square
@@ -220,19 +226,18 @@ class PoseSearch:
             if accepted:
                 J = self._last_jacobian()
                 gradient = J.T.dot(e)
-                blocked = (
-                    np.flatnonzero(find_blocked_joints(q, gradient, limits)) if at_limit else ()
-                )
-                if len(blocked):
+                blocked = np.array([], dtype=int)
+                if at_limit:
+                    blocked = np.flatnonzero(find_blocked_joints(q, gradient, limits))
                     gradient[blocked] = 0.0
             step = self._step(J, gradient, blocked, factor * square)
-            candidate, touches = _clip(q + step, lows, highs)
-            error, trial, far, turned = self._error(candidate)
-            accepted = trial < square
+            candidate, touches = _clip(q + step, lower, upper)
+            trial = self._error(candidate)
+            accepted = trial[1] < square
             if accepted:
-                q, at_limit, e, square = candidate, touches, error, trial
-                position, orientation = far, turned
-                factor = max(0.2 * factor, min_factor)
+                q, at_limit = candidate, touches
+                e, square, position, orientation = trial
+                factor = max(0.2 * factor, budget.min_factor)
             elif polished or factor > MAX_FACTOR or not step.any():
                 break
             else:
@@ -244,8 +249,8 @@ class PoseSearch:
 
 def _clip(q: FloatArray, lower: list[float], upper: list[float]) -> tuple[FloatArray, bool]:
     """Clip joint positions to limits; also give whether a joint is at a limit."""
-    at = q.tolist()
-    for angle, low, high in zip(at, lower, upper):  # noqa: B905 (slower)
-        if not low < angle < high:
-            return np.array([min(max(a, b), c) for a, b, c in zip(at, lower, upper)]), True  # noqa: B905
+    joints = list(zip(q.tolist(), lower, upper))  # noqa: B905 (slower)
+    for position, low, high in joints:
+        if not low < position < high:
+            return np.array([min(max(x, least), most) for x, least, most in joints]), True
     return q, False

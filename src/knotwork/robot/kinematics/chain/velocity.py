@@ -258,7 +258,7 @@ def pull_to_middle(robot: Robot, q: ArrayLike, rate: float = 1.0) -> FloatArray:
 @cache_per_robot
 def joint_scales(robot: Robot) -> FloatArray:
     """Scale of each joint's velocity in the minimum norm, shape (d,); larger ones move more."""
-    if robot.dof <= 6:
+    if not robot.is_redundant:
         return np.ones(robot.dof)
     limit = robot.limits.velocity
     finite = np.isfinite(limit)

@@ -72,8 +72,9 @@ class JointField:
         self.robot, self.axes, self.scale = robot, joint_axes(robot), joint_scales(robot)
         self.speed = speed
         self.guide = pull if isinstance(pull, Guide) else None
-        limits, rate = position_limits(robot), 0.0 if isinstance(pull, Guide) else pull
-        self.pull = np.where(np.isfinite(limits).all(axis=0), rate if robot.dof > 6 else 0.0, 0.0)
+        limits = position_limits(robot)
+        rate = 0.0 if isinstance(pull, Guide) or not robot.is_redundant else pull
+        self.pull = np.where(np.isfinite(limits).all(axis=0), rate, 0.0)
         self.middle = range_middles(limits)
         span = np.full(robot.dof, np.inf)
         for joint, virtual in enumerate(

@@ -67,7 +67,7 @@ class JointsOnPath:
     ) -> None:
         self.robot, self.path, self.pull = robot, path, pull
         self.field = JointField(robot, pull, path.full_speed)
-        self._step = SELF_MOTION_STEP if robot.dof > 6 else JOINT_STEP
+        self._step = SELF_MOTION_STEP if robot.is_redundant else JOINT_STEP
         if continuation is None or not self._is_fine(continuation):
             position, rotation, _, _ = path.state([path.start_time])
             q = self.field.project(start[None], position, rotation)[0]
@@ -80,7 +80,7 @@ class JointsOnPath:
 
     def _is_fine(self, continuation: Continuation) -> bool:
         """Whether the steps of a continuation are short enough for the self-motion."""
-        if self.robot.dof <= 6:
+        if not self.robot.is_redundant:
             return True
         far = np.abs(np.diff(continuation.position[:, 0], axis=0)).max(initial=0.0)
         return self.field.guide is None and bool(far <= self._step)

@@ -25,7 +25,7 @@ from knotwork.robot.kinematics.chain.batch import Targets, solve_batch
 from knotwork.robot.kinematics.chain.joint_ranges import turning_limits, whole_turns
 from knotwork.robot.kinematics.chain.velocity import joint_scales
 from knotwork.robot.kinematics.following.joint_field import Guide
-from knotwork.robot.kinematics.sequence.nearness import LIMIT_MARGIN, singular_nearness
+from knotwork.robot.kinematics.sequence.nearness import limit_nearness, singular_nearness
 from knotwork.robot.kinematics.solutions.self_motion import (
     choose_farthest_apart,
     sample_self_motion,
@@ -116,10 +116,8 @@ class Ladder:
         """Cost of nearness to singularities and to limits that no whole turn avoids, (m,)."""
         if not len(q):
             return np.zeros(0)
-        limit_distance = np.minimum(q - self.limits[0], self.limits[1] - q).min(axis=1)
-        near = np.clip(1.0 - limit_distance / LIMIT_MARGIN, 0.0, 1.0) ** 2
         singular = singular_nearness(joint_axes(self.robot).jacobians(q))
-        return np.asarray(NEARNESS_COST * (near + singular))
+        return np.asarray(NEARNESS_COST * (limit_nearness(q, self.limits) + singular))
 
     def _project(self, rungs: IndexArray, q: FloatArray) -> tuple[FloatArray, BoolArray]:
         """Project configurations onto the poses of rungs; also give whether each one converged."""

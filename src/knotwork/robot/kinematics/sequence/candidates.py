@@ -13,6 +13,7 @@ from knotwork.robot.joint_axes import joint_axes
 from knotwork.robot.kinematics.chain.batch import Targets, solve_batch
 from knotwork.robot.kinematics.chain.joint_ranges import (
     all_turns,
+    arm_limits,
     joint_difference,
     nearest_turns,
     position_limits,
@@ -62,8 +63,8 @@ class Candidates(NamedTuple):
             limits, shape (m,).
         weight: Factor on the travel from and to each candidate, shape (m,).
         velocity: Joint velocities for the twist [rad/s or m/s], shape (m, d).
-        branches: Number of branches inside the limits.
-        redundant: The arm is redundant at the pose: the candidates are samples of its self-motion.
+        branches: Number of branches inside the limits, or of samples.
+        sampled: The candidates are samples of a self-motion, or of very many solutions.
     """
 
     q: FloatArray
@@ -74,11 +75,11 @@ class Candidates(NamedTuple):
     weight: FloatArray
     velocity: FloatArray
     branches: int
-    redundant: bool
+    sampled: bool
 
     def select(self, rows: Any) -> Candidates:
         """The candidates at row indices or a mask."""
-        columns = set(self._fields) - {"branches", "redundant"}
+        columns = set(self._fields) - {"branches", "sampled"}
         return self._replace(**{key: getattr(self, key)[rows] for key in columns})
 
 
@@ -102,21 +103,20 @@ def find_candidates(
     if not waypoints:
         return []
     targets = Targets.from_poses([waypoint.pose for waypoint in waypoints])
-    redundant = robot.dof > 6
     hopeless = np.flatnonzero(
         joint_axes(robot).distance_beyond_reach(targets.position) > CANDIDATE_ERROR
     )
     if hopeless.size:  # the reason, before the others are solved
         first = int(hopeless[0])
         _solve(robot, waypoints[first], references[first], units)
-    solve = _track_self_motion if redundant else find_branches
+    solve = _track_self_motion if robot.is_redundant else find_branches
     turns: list[tuple[list[FloatArray], bool]] = []
     previous: FloatArray | None = None
     for i, (waypoint, solutions, reference) in enumerate(
         zip(waypoints, solve(robot, targets), references, strict=True)
     ):
         search = PoseSearch(robot, waypoint.pose, CANDIDATE_ERROR, CANDIDATE_ERROR)
-        sampled = redundant or len(solutions) > MAX_BRANCHES
+        sampled = robot.is_redundant or len(solutions) > MAX_BRANCHES
         if not sampled and not (i and np.array_equal(reference, references[i - 1])):
             # The solution nearest the previous configuration must not be missing.
             local = search.solve(reference, position_limits(robot))
@@ -127,12 +127,12 @@ def find_candidates(
         if not sampled:
             # The order decides ties, so it must not depend on the order of searches.
             solutions = np.array(sorted(solutions, key=sort_key)).reshape(-1, robot.dof)
-        elif not redundant:
+        elif not robot.is_redundant:
             solutions = choose_farthest_apart(robot, solutions, SELF_MOTION_SAMPLES)
         copies = [all_turns(robot, q) for q in solutions]
         if sampled or not copies:
             for near in (reference,) if previous is None else (reference, previous):
-                if redundant and len(solutions):
+                if robot.is_redundant and len(solutions):
                     nearby = _move_nearest_samples(search, solutions, near)
                 else:
                     nearby = [_solve(robot, waypoint, near, units)]
@@ -226,8 +226,8 @@ def _evaluate(
     Args:
         robot: The robot.
         waypoints: The waypoints.
-        turns: For each waypoint its solutions, each with its turns, shape (k, d), and whether the
-            arm is redundant there.
+        turns: For each waypoint its solutions, each with its turns, shape (k, d), and whether
+            these are samples.
     """
     first = np.array([copies[0] for solutions, _ in turns for copies in solutions])
     twists = np.array([np.concatenate([w.linear, w.angular]) for w in waypoints])
@@ -241,7 +241,7 @@ def _evaluate(
     unattainable = np.where(residual > tolerance, 1.0 + residual, 0.0)
     flags, singular = configuration_flags(robot, first), singular_nearness(J)
     result, begin = [], 0
-    for solutions, redundant in turns:
+    for solutions, sampled in turns:
         branch = np.repeat(np.arange(len(solutions)), [len(copies) for copies in solutions])
         row, q = begin + branch, np.concatenate(solutions)
         begin += len(solutions)
@@ -252,10 +252,10 @@ def _evaluate(
                 flags=flags[row],
                 unattainable=unattainable[row],
                 excess=excess[row],
-                weight=1.0 + limit_nearness(robot, q) + singular[row],
+                weight=1.0 + limit_nearness(q, arm_limits(robot)) + singular[row],
                 velocity=v[row],
                 branches=len(solutions),
-                redundant=redundant,
+                sampled=sampled,
             )
         )
     return result

@@ -44,7 +44,7 @@ class CostLevel(IntEnum):
 
 
 def make_cost(*shape: int, **levels: FloatArray) -> FloatArray:
-    """Make costs of a given shape from levels by name; others are zero. Shape (7, *shape)."""
+    """Make costs of a given shape from levels by name; others are zero. A row per level."""
     cost = np.zeros((len(CostLevel), *shape))
     for name, values in levels.items():
         cost[CostLevel[name.upper()]] = values
@@ -62,7 +62,7 @@ def lexicographic_argmin(cost: FloatArray) -> Any:
 
 
 def is_within(cost: FloatArray, bound: FloatArray) -> BoolArray:
-    """Whether costs (7, m) are at most a bound (7,), within rounding."""
+    """Whether each of m costs is at most a bound, within rounding, shape (m,)."""
     result = np.ones(cost.shape[1:], dtype=bool)
     for level, max_level in zip(cost[::-1], bound[::-1].tolist(), strict=True):
         slack = 0.0 if math.isinf(max_level) else BOUND_WIDENING * (1.0 + abs(max_level))

@@ -7,6 +7,7 @@ import numpy as np
 from knotwork.arrays import FloatArray
 from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
+from knotwork.robot.kinematics.chain.joint_ranges import Limits, arm_limits
 
 # Distance from a limit [rad or m], and singular value, below which travel has a higher weight. On a
 # limit and at a singularity the weight is larger by 1.
@@ -14,14 +15,12 @@ LIMIT_MARGIN = 0.2
 SINGULAR_MARGIN = 0.05
 
 
-def limit_nearness(robot: Robot, q: FloatArray) -> FloatArray:
+def limit_nearness(q: FloatArray, limits: Limits) -> FloatArray:
     """Nearness of configurations (n, d) to position limits, shape (n,).
 
-    0 outside `LIMIT_MARGIN`, 1 on or beyond a limit, and quadratic between. Virtual joints do not
-    count.
+    0 outside `LIMIT_MARGIN`, 1 on or beyond a limit, and quadratic between.
     """
-    limit_distance = np.minimum(q - robot.limits.lower, robot.limits.upper - q)
-    nearest = limit_distance[:, ~robot.virtual].min(axis=1)
+    nearest = np.minimum(q - limits[0], limits[1] - q).min(axis=1)
     return np.asarray(np.clip(1.0 - nearest / LIMIT_MARGIN, 0.0, 1.0) ** 2)
 
 
@@ -39,4 +38,4 @@ def singular_nearness(J: FloatArray) -> FloatArray:
 def travel_weights(robot: Robot, q: FloatArray) -> FloatArray:
     """Factors on travel at configurations (n, d): above 1 near limits and singularities, (n,)."""
     jacobians = joint_axes(robot).jacobians(q)
-    return 1.0 + limit_nearness(robot, q) + singular_nearness(jacobians)
+    return 1.0 + limit_nearness(q, arm_limits(robot)) + singular_nearness(jacobians)

@@ -51,7 +51,7 @@ class Branch:
         smallest_singular_value: Smallest singular value of the Jacobian: zero at a singularity.
         position_error: Distance of the TCP from the pose, by `Robot.forward` [m].
         orientation_error: Angle of the tool from the pose, by `Robot.forward` [rad].
-        sampled: The arm is redundant at the pose, and this is a sample of its self-motion.
+        sampled: The pose has infinitely many solutions, or very many, and this is a sample.
     """
 
     q: FloatArray
@@ -111,7 +111,7 @@ def solve_pose_ik_all(
     tolerances = TOLERANCE_MARGIN * position_tolerance, TOLERANCE_MARGIN * orientation_tolerance
     search = PoseSearch(robot, pose, *tolerances)
     solutions = find_solutions_within_limits(search)
-    sampled = robot.dof > 6 or len(solutions) > MAX_BRANCHES
+    sampled = robot.is_redundant or len(solutions) > MAX_BRANCHES
     if sampled:
         solutions = choose_farthest_apart(robot, solutions, spread)
     if not len(solutions):

@@ -37,7 +37,7 @@ def find_solutions_within_limits(search: PoseSearch, near: FloatArray | None = N
         Shape (k, d).
     """
     robot, targets = search.robot, Targets.from_poses([search.pose])
-    if robot.dof <= 6:
+    if not robot.is_redundant:
         return turn_solutions_into_limits(search, find_branches(robot, targets)[0])
     return turn_solutions_into_limits(search, sample_self_motion(robot, targets, near)[0])
 

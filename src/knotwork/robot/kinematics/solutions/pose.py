@@ -126,27 +126,31 @@ def solve_pose_ik(
     goal = first if near is None else checked_array(near, (robot.dof,), "near")
     margin = TOLERANCE_MARGIN
     search = PoseSearch(robot, pose, margin * position_tolerance, margin * orientation_tolerance)
-    best = _NearestSolution(search, goal, nearest)
-    best.search_from(first, HASTY_BUDGET)
+    solution = _NearestSolution(search, goal, nearest)
+    solution.search_from(first, HASTY_BUDGET)
     hopeless = joint_axes(robot).distance_beyond_reach(pose.translation) > position_tolerance
-    if not hopeless and (best.is_nearest() if nearest else best.find_any()):
-        return best.result(f"{'nearest' if nearest else 'first'} solution")
+    if not hopeless and (solution.is_nearest() if nearest else solution.find_any()):
+        return solution.result(f"{'nearest' if nearest else 'first'} solution")
     every = np.empty((0, robot.dof)) if hopeless else find_solutions_within_limits(search, goal)
-    best.keep_nearest(every)
-    if best.best is None:
-        best.keep(find_solution_or_raise(search, goal, waypoint=waypoint, where=where, units=units))
-    return best.result(f"nearest of {max(len(every), 1)} solutions")
+    solution.keep_nearest(every)
+    if solution.q is None:
+        q = find_solution_or_raise(search, goal, waypoint=waypoint, where=where, units=units)
+        solution.keep(q)
+    return solution.result(f"nearest of {max(len(every), 1)} solutions")
 
 
 class _NearestSolution:
     """Keeps the nearest solution found so far, and counts the searches."""
 
     def __init__(self, search: PoseSearch, goal: FloatArray, nearest: bool) -> None:
-        self.search, self.goal, self.limits = search, goal, position_limits(search.robot)
-        self._follow = nearest and search.robot.dof > 6
-        self.best: FloatArray | None = None
+        self.search = search
+        self.goal = goal
+        self.limits = position_limits(search.robot)
+        self._follow = nearest and search.robot.is_redundant
+        self.q: FloatArray | None = None
         self.distance = np.inf
-        self.iterations, self.restarts = 0, -1
+        self.iterations = 0
+        self.restarts = -1
 
     def search_from(self, start: FloatArray, budget: SearchBudget) -> None:
         solution = self.search.solve(start, self.limits, budget)
@@ -158,13 +162,13 @@ class _NearestSolution:
     def find_any(self) -> bool:
         """Search from other starts until there is a solution, and give whether there is one."""
         for start in spread_starts(self.search.robot, self.limits, MAX_RESTARTS):
-            if self.best is not None:
+            if self.q is not None:
                 break
             self.search_from(start, HASTY_BUDGET)
-        return self.best is not None
+        return self.q is not None
 
     def keep(self, q: FloatArray) -> None:
-        """Keep a solution if it is nearer than the best one."""
+        """Keep a solution if it is nearer than the one before."""
         q = nearest_turns(self.search.robot, q, self.goal)
         distance = self._distance_from_goal(q)
         if self._follow and distance < FOLLOW_DISTANCE_FACTOR * self.distance:
@@ -174,14 +178,13 @@ class _NearestSolution:
             self.iterations += steps
             distance = self._distance_from_goal(q)
         if distance < self.distance:
-            self.best, self.distance = q, distance
+            self.q, self.distance = q, distance
 
     def keep_nearest(self, solutions: FloatArray) -> None:
         """Keep the nearest of some solutions, starting with the apparently nearest."""
         turned = (nearest_turns(self.search.robot, q, self.goal) for q in solutions)
-        for q in sorted(turned, key=self._distance_from_goal)[
-            : MAX_FOLLOWED if self._follow else 1
-        ]:
+        nearest_first = sorted(turned, key=self._distance_from_goal)
+        for q in nearest_first[: MAX_FOLLOWED if self._follow else 1]:
             self.keep(q)
 
     def _distance_from_goal(self, q: FloatArray) -> float:
@@ -194,25 +197,25 @@ class _NearestSolution:
         acceleration of the tool along the left-singular vector. To second order the tool moves by
         σt + κt²/2, which is zero again at t = −2σ/κ. Near that step there is a second solution.
         """
-        if self.best is None or self.distance > NEAR_DISTANCE:
+        if self.q is None or self.distance > NEAR_DISTANCE:
             return False
         if self.distance < NEAREST_TOLERANCE:
             return True
-        q, within = self.best, TWIN_DISTANCE_FACTOR * self.distance
-        U, s, Vt = np.linalg.svd(self.search.jacobian(q), full_matrices=False)
+        within = TWIN_DISTANCE_FACTOR * self.distance
+        U, s, Vt = np.linalg.svd(self.search.jacobian(self.q), full_matrices=False)
         if s[-1] < NEAR_SINGULAR_VALUE:  # the estimate is not valid
             return False
         bends = [
-            abs(float(lost @ self.search.steady_acceleration(q, along)))
+            abs(float(lost @ self.search.steady_acceleration(self.q, along)))
             for lost, along in zip(U.T, Vt, strict=True)
         ]
         return bool((2.0 * s >= within * np.array(bends)).all())
 
-    def result(self, kind: str) -> IKSolution:
+    def result(self, reason: str) -> IKSolution:
         """The nearest solution."""
-        if self.best is None:
+        if self.q is None:
             raise RuntimeError("no solution has been kept")
-        q = self.best
+        q = self.q
         if self._follow:
             q, steps = minimise_by_self_motion(self.search, q, self.goal)
             self.iterations += steps
@@ -226,5 +229,5 @@ class _NearestSolution:
             iterations=self.iterations,
             restarts=self.restarts,
             converged=self.search.is_within(*errors),
-            reason=kind,
+            reason=reason,
         )
