@@ -15,7 +15,7 @@ from knotwork.arrays import FloatArray
 from knotwork.errors import InputError
 from knotwork.scene.cells import CUBE_CORNERS, Cells, read_cells
 from knotwork.scene.hulls import make_convex_hull
-from knotwork.scene.meshes.mesh_files import read_mesh, read_points
+from knotwork.scene.meshes.mesh_files import read_corners, read_mesh
 from knotwork.task.scenario import PlacedShape
 
 
@@ -175,7 +175,7 @@ def support_values(solid: Solid, directions: FloatArray) -> FloatArray:
 @lru_cache(maxsize=256)
 def _read_hull(path: Path, changed: int, scale: tuple[float, float, float]) -> Any:
     """Make the convex hull of a mesh file; `changed`, its time of change, is a key of the cache."""
-    return make_convex_hull(read_points(path) * np.array(scale))
+    return make_convex_hull(read_corners(path) * np.array(scale))
 
 
 @lru_cache(maxsize=32)
