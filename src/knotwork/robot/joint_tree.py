@@ -71,9 +71,10 @@ class JointTree:
     @cached_property
     def _steps(self) -> FloatArray:
         """Each joint's frame at position 0 in its parent's: columns x, y, z and origin."""
-        up = self.alignment[list(self.parent)].transpose(0, 2, 1)
-        turned = (up @ self.rotation @ self.alignment).transpose(0, 2, 1)
-        return np.concatenate([turned, (up @ self.translation[:, :, None]).transpose(0, 2, 1)], 1)
+        to_aligned = self.alignment[list(self.parent)].transpose(0, 2, 1)
+        axes = to_aligned @ self.rotation @ self.alignment
+        origin = to_aligned @ self.translation[:, :, None]
+        return np.concatenate([axes, origin], axis=2).transpose(0, 2, 1)
 
     def frames(self, q: FloatArray, root: Any = None) -> FloatArray:
         """Compute frames on the axes of all joints, with z along them: a product of exponentials.
@@ -88,22 +89,24 @@ class JointTree:
             Shape (n + 1, 4, 3, k). The second index selects the x, y or z axis or the origin [m],
             the third one the component.
         """
-        k, n = len(q), len(self.parent)
         root = pin.SE3.Identity() if root is None else root
-        q, frames = np.ascontiguousarray(q.T), np.empty((n, 4, 3, k))
-        frames[0, :3], frames[0, 3] = root.rotation.T[:, :, None], root.translation[:, None]
+        q = np.ascontiguousarray(q.T)
         cosine, sine = np.cos(q), np.sin(q)
         sines = np.array((sine, -sine))[:, :, None]
-        for i in range(1, n):
-            frame, before, j = frames[i], frames[self.parent[i]], self.column[i]
-            np.matmul(self._steps[i], before[:3].reshape(3, -1), out=frame.reshape(4, -1))
-            frame[3] += before[3]
+        frames = np.empty((len(self.parent), 4, 3, q.shape[1]))
+        frames[0, :3] = root.rotation.T[:, :, None]
+        frames[0, 3] = root.translation[:, None]
+        for i in range(1, len(self.parent)):
+            frame, parent, j = frames[i], frames[self.parent[i]], self.column[i]
+            np.matmul(self._steps[i], parent[:3].reshape(3, -1), out=frame.reshape(4, -1))
+            frame[3] += parent[3]
             if self.length_per_unit[i]:
                 frame[3] += self.length_per_unit[i] * q[j] * frame[2]
-            if self.angle_per_unit[i]:
-                across, turned = frame[:2], sines[:, j] * frame[1::-1]
-                across *= cosine[j]
-                across += turned
+            if self.angle_per_unit[i]:  # x and y turn about z
+                x_and_y = frame[:2]
+                y_and_x = sines[:, j] * frame[1::-1]
+                x_and_y *= cosine[j]
+                x_and_y += y_and_x
         return frames
 
     def chain_to(self, joint: int) -> list[int]:
@@ -249,8 +252,8 @@ def place_joints(joints: JointTree, q: FloatArray) -> tuple[FloatArray, FloatArr
     """
     frames = joints.frames(q)
     columns = joints.alignment @ frames[:, :3].reshape(len(frames), 3, -1)
-    columns = columns.reshape(len(frames), 3, 3, -1)
-    return np.ascontiguousarray(columns.transpose(3, 0, 2, 1)), frames[:, 3].transpose(2, 0, 1)
+    rotation = columns.reshape(len(frames), 3, 3, -1).transpose(3, 0, 2, 1)
+    return np.ascontiguousarray(rotation), frames[:, 3].transpose(2, 0, 1)
 
 
 def frame_along(axis: FloatArray) -> FloatArray:
