@@ -66,7 +66,7 @@ class Description:
             position within the limits that is nearest to 0.
         configurations: Name to joint to position [rad or m].
         limits: Limits that override the URDF's.
-        limit_margin: Fraction of the limits of magnitudes that is used.
+        used_fraction: Fraction of the limits of magnitudes that is used.
         package_paths: Additional folders with meshes.
         ignored_pairs: Pairs of links that are not checked for collisions.
         srdf: SRDF file with more such pairs, or `None`.
@@ -89,7 +89,7 @@ class Description:
     unplanned: Mapping[str, float] = field(default_factory=dict)
     configurations: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     limits: LimitTables = field(default_factory=dict)
-    limit_margin: float = 1.0
+    used_fraction: float = 1.0
     package_paths: tuple[Path, ...] = ()
     ignored_pairs: tuple[tuple[str, str], ...] = ()
     srdf: Path | None = None

@@ -106,4 +106,4 @@ def _collect_limits(description: Description, names: Sequence[str]) -> JointLimi
                     joint=name,
                 )
     joints = (*names, *(joint.name for joint in description.virtual_joints))
-    return JointLimits.by_joint(joints, tables).scaled(description.limit_margin)
+    return JointLimits.by_joint(joints, tables).scaled(description.used_fraction)

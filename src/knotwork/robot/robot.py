@@ -189,9 +189,9 @@ class Robot(ChainModel):
         limits = {"position": position, **magnitudes}
         return Robot(self._description.with_limits(limits, self.joint_names))
 
-    def with_limit_margin(self, margin: float) -> Robot:
+    def with_limits_scaled(self, fraction: float) -> Robot:
         """Use only a fraction of every limit, except those of position."""
-        return Robot(replace(self._description, limit_margin=margin))
+        return Robot(replace(self._description, used_fraction=fraction))
 
     def with_tool(
         self, frame: str | None = None, offset: Any = None, payload: Payload | None = None

@@ -244,7 +244,7 @@ class Scenario:
     def required_free_values(self) -> FreeValues:
         """The free values, which must exist."""
         if self.free_values is None:
-            raise InputError("every time and speed of the scenario is given; none is to be chosen")
+            raise TypeError("every time and speed of the scenario is given")
         return self.free_values
 
     @property

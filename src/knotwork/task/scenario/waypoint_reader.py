@@ -230,7 +230,7 @@ def _arrival(
             "time (since 0), after (since the previous one) [s], or after: fastest",
         )
     if before is not None and time <= before:
-        earlier = "start" if i == 0 else "the previous waypoint"
+        earlier = "the start" if i == 0 else "the previous waypoint"
         raise reading.locations.error(
             location,
             f"time {time:g} s is not later than {before:g} s, the time of {earlier}",
