@@ -20,7 +20,7 @@ from knotwork.task.scenario import PlacedShape
 
 
 MAX_SIZE = 500.0
-"""Largest size of a solid along its own axes [m].
+"""Size limit of a solid along its own axes [m].
 
 Distances from solids up to this size have errors below 4e-7 m, from those of 1500 m up to 30 mm (in
 10 000 random pairs of each two kinds).
