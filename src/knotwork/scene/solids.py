@@ -18,7 +18,6 @@ from knotwork.scene.hulls import make_convex_hull
 from knotwork.scene.meshes.mesh_files import read_corners, read_mesh
 from knotwork.task.scenario import PlacedShape
 
-
 MAX_SIZE = 500.0
 """Size limit of a solid along its own axes [m].
 
