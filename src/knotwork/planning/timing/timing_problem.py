@@ -240,7 +240,7 @@ class TimingProblem(ReadOnlyArrays):
     def with_state(self, i: int, velocity: FloatArray, acceleration: FloatArray) -> TimingProblem:
         """The problem with a known velocity and acceleration at a waypoint, shape (d,) each."""
         known = {"velocity": velocity, "acceleration": acceleration, "is_direction": False}
-        arrays = {name: np.array(getattr(self, name)) for name in known}
+        arrays: dict[str, Any] = {name: np.array(getattr(self, name)) for name in known}
         for name, values in known.items():
             arrays[name][i] = values
         return replace(self, **arrays)
