@@ -18,6 +18,7 @@ from knotwork.arrays import (
     rotation_error,
 )
 from knotwork.errors import WaypointDataError
+from knotwork.errors.plain_text import default_waypoint_name
 
 if TYPE_CHECKING:
     import pinocchio as pin
@@ -164,7 +165,7 @@ class JointWaypoints(ReadOnlyArrays):
         time: Times [s], shape (n,), n >= 2, strictly increasing.
         position: Joint positions [rad or m], shape (n, d).
         velocity: Joint velocities [rad/s or m/s], shape (n, d).
-        names: Names of the waypoints, length n; by default their indices.
+        names: Names of the waypoints, length n; by default `"waypoint 1"` and so on.
         joint_units: `"rad"` or `"m"` for each joint; by default all `"rad"`.
         acceleration: Known joint accelerations, for example along a tool path or during a wait
             [rad/s² or m/s²], shape (n, d), NaN where unknown; or `None`.
@@ -199,7 +200,7 @@ class JointWaypoints(ReadOnlyArrays):
         shape = (len(self.time), len(names))
         put("position", checked_array(self.position, shape, "position"))
         put("velocity", checked_array(self.velocity, shape, "velocity"))
-        put("names", tuple(self.names) or tuple(str(i) for i in range(shape[0])))
+        put("names", tuple(self.names) or tuple(map(default_waypoint_name, range(shape[0]))))
         put("waypoint_rows", tuple(self.waypoint_rows) or tuple(range(shape[0])))
         if len(self.names) != shape[0]:
             raise WaypointDataError(f"names must have length {shape[0]}")
@@ -230,7 +231,7 @@ class ChosenSection(ReadOnlyArrays):
     velocity: Mapping[int, FloatArray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "times", checked_times(self.times))
+        object.__setattr__(self, "times", checked_times(self.times, subject="knot"))
         shape = (len(self.times), *np.shape(self.acceleration)[1:2])
         object.__setattr__(
             self, "acceleration", checked_array(self.acceleration, shape, "acceleration")

@@ -111,7 +111,7 @@ def test_keeps_speeds_and_free_turns_at_fixed_poses(folder: Path) -> None:
     assert here.translation == pytest.approx(np.array(BESIDE), abs=1e-8)
     assert here.rotation[:, 2] == pytest.approx(np.array([0, 0, -1]), abs=1e-7)
     assert speed == pytest.approx(np.array([0.05, 0.02, -0.03]), abs=1e-5)
-    assert plan.report.select(quantity="free", name="by")
+    assert plan.report.select(quantity="free_range", name="by")
 
 
 def test_frozen_times_and_speeds_give_same_motion(folder: Path, tmp_path: Path) -> None:

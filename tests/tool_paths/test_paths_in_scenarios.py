@@ -174,4 +174,4 @@ def test_warns_of_curve_bulging_between_points(y: float, warned: bool) -> None:
     found = report.select(quantity="curve_between_points")
     assert [finding.verdict for finding in found] == ["warning"] * warned
     if warned:
-        assert "leaves the straight line between points 1 and 2" in found[0].message
+        assert "between points 2 and 3 of 3 (its start is point 1), " in found[0].message

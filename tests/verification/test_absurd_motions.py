@@ -89,7 +89,7 @@ def test_unexamined_clearances_fail(monkeypatch: pytest.MonkeyPatch) -> None:
     """Also where the check that finds the broken limit is taken out."""
     plan = kw.plan(mistyped("kinova_dispense", 1e-3))
     monkeypatch.setitem(CHECKS, "joint_limits", lambda *_: ())
-    (finding,) = kw.check(plan.trajectory, plan.scenario).select(quantity="clearances")
+    (finding,) = kw.check(plan.trajectory, plan.scenario).select(quantity="clearance")
     assert not finding.ok
 
 

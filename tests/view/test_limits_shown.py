@@ -181,7 +181,7 @@ def test_a_limited_link_and_what_a_path_leaves_open_are_curves() -> None:
     assert elbow["limits"] == [pytest.approx(500.0)]
     assert len(elbow["time"]) == len(elbow["value"])
     plan = planned("ur5_dome")
-    (used,) = (one for one in plan.report.select(quantity="free") if one.subject == "path")
+    (used,) = (one for one in plan.report.select(quantity="free_range") if one.subject == "path")
     (turn,) = strip(plan)["curves"]
     assert turn["name"] == f"turn, {used.name}"
     assert turn["unit"] == "deg"

@@ -97,7 +97,7 @@ def motion_model(motion: Motion, scenario: Scenario, robot: Robot) -> CollisionM
 
 def _not_examined(reason: str) -> Finding:
     fact = f"collisions are not examined: {reason}"
-    return Finding.of_motion(Group.COLLISIONS, "clearances", fact, "failed")
+    return Finding.of_motion(Group.COLLISIONS, "clearance", fact, "failed")
 
 
 def _shape_findings(model: CollisionModel, scenario: Scenario, robot: Robot) -> Iterator[Finding]:
@@ -179,7 +179,7 @@ def _pair_fact(pair: Clearance, points: Sequence[FloatArray], scenario: Scenario
             f"it is not proved that {second} keeps clear of {first}: {distance} apart "
             f"{where}, {span} within {resolution}, the resolution"
         )
-    scale, unit = scenario.shown_length
+    scale, unit = scenario.units.per_metre, scenario.units.length
     ends = " and ".join(_vector_text(scale * point) for point in points)
     if (others := len(pair.contacts) - 1) > 0:
         span += f" and {others} more {'times' if others > 1 else 'time'}"

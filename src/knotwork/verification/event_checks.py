@@ -50,7 +50,7 @@ def check_events(
         yield from _missing_from(stored.events, requested, missing)
     elif requested:
         fact = "the motion has no events, so the switching of signals is not checked"
-        yield Topic(Group.EVENTS, "event", "events").finding("event", fact, "warning")
+        yield Topic(Group.EVENTS, "event", "events").finding("switching_time", fact, "warning")
     yield from _repeated_or_left_on(requested)
 
 
@@ -63,7 +63,7 @@ def _event_finding(
     event: Event, verdict: Verdict, fact: str, *, group: str = Group.EVENTS, highlight: str = ""
 ) -> Finding:
     topic = Topic(group, "event", event.name)
-    return topic.finding("event", fact, verdict, time=event.time, highlight=highlight)
+    return topic.finding("switching_time", fact, verdict, time=event.time, highlight=highlight)
 
 
 def _repeated_or_left_on(requested: Sequence[Event]) -> Iterator[Finding]:

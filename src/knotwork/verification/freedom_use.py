@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -134,7 +135,8 @@ def report_freedoms(
         )
         (_, unit), values = max(use.values.items(), key=lambda item: float(np.ptp(item[1])))
         size = np.ptp(values) if use.subject == "path" else np.abs(values).max()
-        yield _sampled_finding(use.subject, use.name, "free", text, float(size), unit, use.time)
+        topic = Topic(Group.FREEDOM, use.subject, use.name)
+        yield _sampled_finding(topic, "free_range", text, float(size), unit, use.time)
     yield from _external_axis_findings(motion, scenario, robot)
 
 
@@ -150,25 +152,18 @@ def _external_axis_findings(motion: Motion, scenario: Scenario, robot: Robot) ->
             f"{robot.joint_names[i]} {_size_text(moved[i], robot.joint_units[i], scenario.units)}"
             for i in axes
         )
-        yield _sampled_finding(
-            "path", _path_name(path, scenario), "external_axes", text,
-            moved[axes[0]], robot.joint_units[axes[0]], times,
-        )  # fmt: skip
+        topic = Topic(Group.FREEDOM, "path", _path_name(path, scenario))
+        unit = robot.joint_units[axes[0]]
+        yield _sampled_finding(topic, "external_axes", text, moved[axes[0]], unit, times)
 
 
 def _sampled_finding(
-    subject: Subject, name: str, quantity: str, text: str, value: float, unit: str, time: FloatArray
+    topic: Topic, quantity: str, text: str, value: float, unit: str, time: FloatArray
 ) -> Finding:
-    fact = f"{name}: {text}"
-    return Topic(Group.FREEDOM, subject, name).finding(
-        quantity,
-        fact,
-        value=value,
-        unit=unit,
-        interval=(float(time[0]), float(time[-1])),
-        proof="sampled",
-        highlight=fact,
-    )
+    fact = f"{topic.name}: {text}"
+    interval = (float(time[0]), float(time[-1]))
+    finding = topic.finding(quantity, fact, value=value, unit=unit, interval=interval)
+    return replace(finding, proof="sampled", highlight=fact)
 
 
 def _size_text(value: float, unit: str, units: Units) -> str:

@@ -24,8 +24,6 @@ from knotwork.waypoints import CartesianWaypoint, PoseFreedom
 if TYPE_CHECKING:
     from knotwork.task.scenario import ScenarioWaypoint
 
-MIN_TOLERANCE = np.finfo(float).tiny
-"""Tolerance in place of one that underflows to zero in SI, because errors are divided by it."""
 REST_TOLERANCE = 1e-9
 """Tolerance of positions [rad or m] and velocities [rad/s or m/s] at the start."""
 TIME_ROUNDING = 1e-9
@@ -203,9 +201,7 @@ def _joint_finding(
 
 def worst_joint(errors: FloatArray, tolerances: FloatArray) -> int:
     """Index of the joint with the largest error relative to its tolerance."""
-    # A tolerance may underflow to zero in SI.
-    with np.errstate(over="ignore"):
-        return int((errors / np.maximum(tolerances, MIN_TOLERANCE)).argmax())
+    return int((errors / tolerances).argmax())
 
 
 def _error_finding(

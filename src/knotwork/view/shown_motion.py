@@ -14,6 +14,7 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.tool_paths.task_frame import TaskFrame
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
+from knotwork.errors.plain_text import default_waypoint_name
 from knotwork.joint_quantities import MOTION_QUANTITIES, JointLimits
 from knotwork.robot import Robot
 from knotwork.scene.collision_model import CollisionModel, find_carrier
@@ -181,9 +182,9 @@ class ShownMotion:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the waypoints, for a stored trajectory their indices, length n."""
+        """Names of the waypoints, by default `"waypoint 1"` and so on, length n."""
         named = tuple(waypoint.name for waypoint in self.scenario.waypoints)
-        return named or tuple(str(i) for i in range(len(self.times)))
+        return named or tuple(map(default_waypoint_name, range(len(self.times))))
 
     @cached_property
     def given_values(self) -> tuple[FloatArray, FloatArray]:
@@ -220,7 +221,7 @@ class ShownMotion:
         """
         scene, link = self.scenario.scene, self.scenario.pose_frame_link
         frames = [*scene.frames.values(), *(item.frame for item in scene.objects)]
-        frames += [frame for held in scene.held for frame in held.frames]
+        frames += [frame for held in scene.held for frame in held.end_frames]
         if not scene.robots and all(frame.rests_on(link) for frame in frames):
             return None
         return motion_model(Motion(self.trajectory, self.joints), self.scenario, self.robot)
