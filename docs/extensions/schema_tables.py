@@ -59,7 +59,7 @@ TITLES = {
     "Weights": "objective",
     "ChosenSectionFields": "chosen",
     "EndAcceleration": "end_acceleration",
-    "Presets": "planner_options",
+    "PlannerOptionFields": "planner_options",
     "Tolerances": "tolerances",
     "PathOptions": "path",
     "RobotFile": "The file",

@@ -86,12 +86,12 @@ class JointLimits(ReadOnlyArrays):
         effort: Effort limits [N m or N], positive; by default infinite.
         lower: Lower position limits [rad or m]; by default -infinite.
         upper: Upper position limits [rad or m]; by default infinite.
-        margin: Factor that the limits of magnitudes already contain. Errors name it, and propose
-            limits without it.
+        used_fraction: Fraction of the full limits of magnitudes that these are, the key `margin` in
+            a file. Errors name it, and propose full limits.
 
     Raises:
         WaypointDataError: Values are not numbers, or a magnitude is not positive.
-        InputError: The margin is not a positive number.
+        InputError: The used fraction is not a positive number.
 
     >>> limits = JointLimits([2.0, 2.0], jerk=[40.0, 40.0])
     >>> limits.acceleration, limits["jerk"]
@@ -104,7 +104,7 @@ class JointLimits(ReadOnlyArrays):
     effort: FloatArray = _UNLIMITED
     lower: FloatArray = _UNLIMITED
     upper: FloatArray = _UNLIMITED
-    margin: float = 1.0
+    used_fraction: float = 1.0
 
     @classmethod
     def by_joint(cls, names: Sequence[str], tables: Mapping[str, Mapping[str, Any]]) -> JointLimits:
@@ -129,7 +129,7 @@ class JointLimits(ReadOnlyArrays):
             if name in MAGNITUDES and not (array > 0.0).all():
                 raise WaypointDataError(f"{name} limits are {array.tolist()}; give positive ones")
             object.__setattr__(self, name, array)
-        require_number(self.margin, "margin", positive=True)
+        require_number(self.used_fraction, "margin", positive=True)
 
     def __getitem__(self, quantity: str) -> FloatArray:
         if quantity not in MAGNITUDES:
@@ -142,23 +142,26 @@ class JointLimits(ReadOnlyArrays):
             return self.lower, self.upper
         return -self[quantity], self[quantity]
 
-    def scaled(self, margin: float) -> JointLimits:
-        """Multiply the limits of magnitudes by a margin, in addition to an earlier one."""
-        magnitudes: dict[str, Any] = {name: margin * self[name] for name in MAGNITUDES}
-        return replace(self, margin=margin * self.margin, **magnitudes)
-
-    def text(self, limit: float, unit: str, units: Units) -> str:
-        """Text of a limit of a magnitude, with its value before the margin.
-
-        >>> JointLimits([1.8], margin=0.9).text(1.8, "rad/s", Units())
-        '1.8 rad/s, 0.9 of 2 rad/s (margin)'
-        """
-        shown = units.text(limit, unit)
-        if self.margin == 1.0:
-            return shown
-        return f"{shown}, {self.margin:g} of {units.text(limit / self.margin, unit)} (margin)"
+    def scaled(self, fraction: float) -> JointLimits:
+        """A fraction of the limits of magnitudes; `used_fraction` is multiplied by it, too."""
+        magnitudes: dict[str, Any] = {name: fraction * self[name] for name in MAGNITUDES}
+        return replace(self, used_fraction=fraction * self.used_fraction, **magnitudes)
 
     @property
-    def margin_note(self) -> str:
-        """Clause after limits that are reported without the margin; empty if there is none."""
-        return "" if self.margin == 1.0 else f" (the margin leaves {self.margin:g} of each limit)"
+    def full_limits_note(self) -> str:
+        """Clause after full limits in messages; empty where all of them are used."""
+        if self.used_fraction == 1.0:
+            return ""
+        return f" (the margin leaves {self.used_fraction:g} of each limit)"
+
+
+def limit_text(limit: float, unit: str, units: Units, used_fraction: float) -> str:
+    """Text of a limit, with the full limit that it is a fraction of.
+
+    >>> limit_text(1.8, "rad/s", Units(), used_fraction=0.9)
+    '1.8 rad/s, 0.9 of 2 rad/s (margin)'
+    """
+    shown = units.text(limit, unit)
+    if used_fraction == 1.0:
+        return shown
+    return f"{shown}, {used_fraction:g} of {units.text(limit / used_fraction, unit)} (margin)"

@@ -221,18 +221,20 @@ def test_takes_first_speeds_with_motions_when_budget_ends(monkeypatch: pytest.Mo
     """Lower ones would give a shorter motion, but need more time."""
     task = passed(line("a", -117.9), line("b", -31.5), limits={"acceleration": 600, "jerk": 4000})
     task["waypoints"][0]["pose"]["position"][1] = -120
-    solve, speeds_tried = chosen_times.with_path_speeds, list[dict[int, float]]()
+    choose = chosen_times.maximum_path_speeds
+    tried: list[list[float]] = []
 
-    def record(task: Any, paths: Any) -> Any:
-        speeds_tried.extend(path.speeds for path in paths)
-        return solve(task, paths)
+    def record(*given: Any) -> Any:
+        found = choose(*given)
+        tried.append([speed for at in found.chosen for speed, _ in at.speeds.values()])
+        return found
 
-    monkeypatch.setattr(chosen_times, "with_path_speeds", record)
+    monkeypatch.setattr(chosen_times, "maximum_path_speeds", record)
     plan = kw.plan(task, budget=1e-3)
     plan.report.raise_if_failed()
     assert plan.chosen.status == "budget"
-    assert len(speeds_tried) == 2  # the maximum speeds have no motions
-    assert speeds(plan) == pytest.approx([1e3 * speed for speed in speeds_tried[-1].values()])
+    assert len(tried) == 2  # the maximum speeds have no motions
+    assert speeds(plan) == pytest.approx(1e3 * np.array(tried[-1]))
 
 
 def test_tolerance_bounds_speed_if_path_cannot_be_followed(monkeypatch: pytest.MonkeyPatch) -> None:

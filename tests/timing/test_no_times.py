@@ -50,7 +50,7 @@ NARROW = replace(LIMITS, lower=[-1.0], upper=[0.5])
             "229.183 deg/s; its limit is 114.592 deg/s",
         ),
         (
-            one_joint(*TOO_FAST, replace(LIMITS, margin=0.5)),
+            one_joint(*TOO_FAST, replace(LIMITS, used_fraction=0.5)),
             (1, "velocity"),
             (4.0, 2.0),
             r"its limit is 2 rad/s, 0.5 of 4 rad/s \(margin\)",

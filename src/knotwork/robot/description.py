@@ -66,11 +66,11 @@ class Description:
             position within the limits that is nearest to 0.
         configurations: Name to joint to position [rad or m].
         limits: Limits that override the URDF's.
-        limit_margin: Fraction of the limits of magnitudes that is used.
+        used_fraction: Fraction of the limits of magnitudes that is used.
         package_paths: Additional folders with meshes.
         ignored_pairs: Pairs of links that are not checked for collisions.
         srdf: SRDF file with more such pairs, or `None`.
-        virtual: Virtual joints after the TCP, in order.
+        virtual_joints: Virtual joints after the TCP, in order.
         world_frame: Link of the world frame if `base_frame` moves, or `None`.
         weights: Weights of joints, by default 1.
     """
@@ -89,18 +89,18 @@ class Description:
     unplanned: Mapping[str, float] = field(default_factory=dict)
     configurations: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     limits: LimitTables = field(default_factory=dict)
-    limit_margin: float = 1.0
+    used_fraction: float = 1.0
     package_paths: tuple[Path, ...] = ()
     ignored_pairs: tuple[tuple[str, str], ...] = ()
     srdf: Path | None = None
-    virtual: tuple[VirtualJoint, ...] = ()
+    virtual_joints: tuple[VirtualJoint, ...] = ()
     world_frame: str | None = None
     weights: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for payload in (*self.held, *([] if self.payload is None else [self.payload])):
             require_type(payload, Payload, "payload", "a kw.Payload")
-        for joint in self.virtual:
+        for joint in self.virtual_joints:
             require_type(joint, VirtualJoint, "virtual joint", "a VirtualJoint")
 
     def with_tool(self, frame: str | None, offset: Any, payload: Payload | None) -> Description:

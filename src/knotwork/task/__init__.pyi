@@ -34,7 +34,7 @@ from .task_options import Balanced as Balanced
 from .task_options import Branch as Branch
 from .task_options import EndAcceleration as EndAcceleration
 from .task_options import PathOptions as PathOptions
-from .task_options import Presets as Presets
+from .task_options import PlannerOptionFields as PlannerOptionFields
 from .task_options import Tolerances as Tolerances
 from .task_options import ToolTolerances as ToolTolerances
 from .task_part import TaskPart as TaskPart

@@ -109,7 +109,7 @@ class ClearWay(TaskPart):
     )
     room: Positive = optional(
         "Clearance to keep beyond the margins; if no such motion is found, a half of it, then a "
-        "quarter, then none; left out: none",
+        "quarter, then none",
         unit="length",
         si_default=0.0,
     )
@@ -138,7 +138,7 @@ class Weights(TaskPart):
     @model_validator(mode="after")
     def _check_weights(self) -> Weights:
         if not any(weight for _, weight in self):
-            raise ValueError(f"has no weight; give one of {', '.join(type(self).model_fields)}")
+            raise ValueError("all weights of the objective are zero; give one that is positive")
         return self
 
 
@@ -155,7 +155,7 @@ class ChosenSectionFields(TaskPart):
         "Chosen joint velocities by the name of the waypoint", {}, unit="angle/s or length/s"
     )
     tries: Annotated[int, Field(ge=0)] = optional(
-        "Number of motions tried for way: clear; else 0", 0, key="way"
+        "Number of motions tried for way: clear; else 0", 0
     )
     room: Annotated[Number, Field(ge=0)] | None = optional(
         "Extra clearance beyond the margins, for way: clear; left out where none was requested",

@@ -202,8 +202,7 @@ class Collisions(TaskPart):
         (),
     )
     resolution: Positive = optional(
-        "A clearance that exceeds the required one by less than this counts as "
-        "failed; left out: 0.1 mm",
+        "A clearance that exceeds the required one by less than this counts as failed",
         unit="length",
         si_default=1e-4,
     )

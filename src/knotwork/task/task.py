@@ -32,7 +32,7 @@ from knotwork.task.task_options import (
     Branch,
     EndAcceleration,
     PathOptions,
-    Presets,
+    PlannerOptionFields,
     Tolerances,
 )
 from knotwork.task.task_part import TaskPart
@@ -181,8 +181,8 @@ class Task(TaskPart):
         Annotated[Literal["zero"] | EndAcceleration, Forms("zero or a mapping with start and end")]
         | None
     ) = optional("Joint accelerations at the two ends; left out: chosen by the planner")
-    planner_options: Presets = optional(
-        "Further options of some planners", Presets.model_construct()
+    planner_options: PlannerOptionFields = optional(
+        "Further options of some planners", PlannerOptionFields.model_construct()
     )
     limits: Limits = optional(
         "Limits that replace those of the robot, or limit the motion of tool and links",
@@ -257,8 +257,10 @@ class ExpandedTask(Task):
         Raises:
             DocumentError: A value is unknown or wrong.
         """
-        steps = enumerate(self.waypoints)
-        return self.replace(waypoints=[step.replace(**changes.get(i, {})) for i, step in steps])
+        waypoints = [
+            waypoint.replace(**changes.get(i, {})) for i, waypoint in enumerate(self.waypoints)
+        ]
+        return self.replace(waypoints=waypoints)
 
 
 class PlacesFile(TaskPart):
@@ -297,5 +299,5 @@ class Repeat(TaskPart):
 
 TaskItem = Annotated[
     TaggedWaypoint | Annotated[Repeat, Tag("Repeat")],
-    by_key({"repeat": "Repeat"} | KINDS, "either pose or joints, or with repeat"),
+    by_key({"repeat": "Repeat"} | KINDS, "either pose or joints, not both, or with repeat"),
 ]

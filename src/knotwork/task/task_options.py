@@ -21,10 +21,10 @@ class Balanced(TaskPart):
 
 
 class EndAcceleration(TaskPart):
-    """Joint accelerations at the two ends; zero for joints left out."""
+    """Joint accelerations at the two ends of the motion; zero for joints left out."""
 
-    start: dict[str, Number] = optional("At the first waypoint", {}, unit="angle/s² or length/s²")
-    end: dict[str, Number] = optional("At the last waypoint", {}, unit="angle/s² or length/s²")
+    start: dict[str, Number] = optional("At its start", {}, unit="angle/s² or length/s²")
+    end: dict[str, Number] = optional("At its end", {}, unit="angle/s² or length/s²")
 
 
 class Branch(TaskPart):
@@ -41,7 +41,7 @@ class Branch(TaskPart):
     )
 
 
-class Presets(TaskPart):
+class PlannerOptionFields(TaskPart):
     """Further options of some planners; `knotwork planners` lists which planner takes which."""
 
     accelerations: (
@@ -68,16 +68,12 @@ class ToolTolerances(TaskPart):
     angular_velocity: Positive = optional(
         "Angular velocity of the tool", unit="angle/s", si_default=1e-6
     )
-    path: Positive = optional(
-        "Distance of the TCP from a path; left out: 0.1 mm", unit="length", si_default=1e-4
-    )
+    path: Positive = optional("Distance of the TCP from a path", unit="length", si_default=1e-4)
     path_orientation: Positive = optional(
-        "Orientation of the tool along a path; left out: 0.1 degrees",
-        unit="angle",
-        si_default=math.radians(0.1),
+        "Orientation of the tool along a path", unit="angle", si_default=math.radians(0.1)
     )
     path_speed: Annotated[float, Field(strict=True, gt=0, lt=1)] = optional(
-        "Speed along a path, as a fraction of the full speed; left out: 0.01", si_default=0.01
+        "Speed along a path, as a fraction of the full speed", 0.01
     )
 
 
@@ -106,7 +102,7 @@ class PathOptions(TaskPart):
 
     acceleration: Positive = optional(
         "Largest acceleration along the path where the speed changes, at a stop or "
-        "where two speeds meet; left out: 1 m/s²",
+        "where two speeds meet",
         unit="length/s²",
         si_default=1.0,
     )

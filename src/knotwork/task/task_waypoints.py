@@ -75,8 +75,8 @@ class _Posed(_Waypoint):
         "Frame the orientation alone is in; left out: that of the pose"
     )
     free: Free | None = optional(
-        "Freedom of the pose; with along it also applies to the path to it. none removes the "
-        "tool's freedom, which is the default"
+        "Freedom of the pose, and with along of the path to it; left out: that of the tool; "
+        "none: no freedom"
     )
 
 
@@ -251,7 +251,7 @@ TaggedWaypoint = (
     | Annotated[PathWaypoint, Tag("PathWaypoint")]
     | Annotated[JointWaypoint, Tag("JointWaypoint")]
 )
-Waypoint = Annotated[TaggedWaypoint, by_key(KINDS, "either pose or joints")]
+Waypoint = Annotated[TaggedWaypoint, by_key(KINDS, "either pose or joints, not both")]
 
 
 class Weave(TaskPart):

@@ -19,6 +19,8 @@ from pydantic import (
 )
 from pydantic.fields import FieldInfo
 
+from knotwork.units import readable
+
 # No length, angle, time or limit of a real task is larger, and no result computed from numbers of
 # this size leaves the range of floats.
 LARGEST_NUMBER = 1e12
@@ -86,7 +88,8 @@ class StrictModel(BaseModel):
             if len(keys) > 1:
                 raise ValueError(f"gives {' and '.join(keys)}; give one of them")
         if self.ONE_OR_MORE and all(getattr(self, name) is None for name in self.ONE_OR_MORE):
-            raise ValueError(f"gives none of {', '.join(self.ONE_OR_MORE)}; give one")
+            number = "one" if self.ONE_OR_MORE in self.ALTERNATIVES else "at least one"
+            raise ValueError(f"gives none of {', '.join(self.ONE_OR_MORE)}; give {number}")
         return self
 
 
@@ -115,13 +118,17 @@ def optional(
             in brackets after its first clause.
         key: Key in a file, if the field has another name in Python.
         path: Whether a text in the field is a path relative to the file.
-        si_default: Default in SI, whatever the units of the file. The schema has no default then.
+        si_default: Default in SI, whatever the units of the file. The schema has no default then,
+            but the description states it.
     """
     marks = {"unit": unit, "path": path}
     given = {name: mark for name, mark in marks.items() if mark}
     if unit:
         clause, semicolon, others = description.partition(";")
         description = f"{clause} [{unit}]{semicolon}{others}"
+    if si_default is not None:
+        si_unit = unit.replace("length", "m").replace("angle", "rad")
+        description += f"; left out: {readable(si_default)} {si_unit}"
     about: dict[str, Any] = {"description": description, "json_schema_extra": given or None}
     if key is not None:
         about |= {"validation_alias": key, "serialization_alias": key}

@@ -3,88 +3,188 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from knotwork.errors import FollowingError, InputError, PathError
 from knotwork.planning.choosing.chosen_values import solutions_near
-from knotwork.planning.choosing.free_sections import FreeTask
+from knotwork.planning.choosing.free_sections import FreeSection, FreeTask
 from knotwork.planning.choosing.path_limit_utilisation import planned_utilisation, state_limits
 from knotwork.planning.choosing.path_speed_problem import (
-    MAX_SLOWDOWN,
-    NOTHING,
-    RAMPS,
-    TOLERANCES,
+    LARGEST_SLOWDOWN,
+    ChosenSpeeds,
     NoSpeedsError,
     PathSpeedProblem,
+    Reason,
+    SpeedFault,
     round_speed,
 )
 from knotwork.planning.timing import ActiveLimit
+from knotwork.planning.timing.timed_motion import Budget
 from knotwork.task.scenario.resolve import change_task
 from knotwork.units import rounded_up
 from knotwork.verification.limits import LIMIT_SLACK
 
+MAX_MOTIONS = 10
+"""Maximum number of motions along the paths; in most cases one or two are sufficient."""
 
-def with_path_speeds(free_task: FreeTask, problems: Sequence[PathSpeedProblem]) -> FreeTask:
-    """The task with the chosen speeds along its paths, solved and found to keep the limits there.
+MIN_GAIN = 0.01
+"""Minimum expected gain of duration along the paths for another motion, as a fraction."""
+
+SLOWDOWN = 0.7
+"""Factor on the speeds along paths that can't be reached or left at these speeds."""
+
+
+@dataclass(frozen=True, eq=False)
+class PathSpeeds:
+    """Speeds along all paths of a task with chosen ones, and what the motion along them shows.
+
+    Attributes:
+        free_task: The task with these speeds, or without them where a path can't be followed.
+        chosen: The speeds along each of these paths.
+        fault: A limit that the motion exceeds, or `None`.
+    """
+
+    free_task: FreeTask
+    chosen: tuple[ChosenSpeeds, ...]
+    fault: SpeedFault | None = None
+
+    @property
+    def active_limits(self) -> tuple[ActiveLimit, ...]:
+        """Bounds of the chosen speeds."""
+        names = [waypoint.name for waypoint in self.free_task.scenario.waypoints]
+        limits = []
+        for chosen in self.chosen:
+            for stretch, (_, bound) in chosen.speeds.items():
+                i = chosen.problem.path.first + stretch
+                subject, quantity = ("", bound.value) if isinstance(bound, Reason) else bound[:2]
+                limits.append(ActiveLimit(names[i], names[i + 1], subject, quantity, None))
+        return tuple(limits)
+
+    def slowed_down(self, sections: Iterable[FreeSection] = ()) -> list[PathSpeedProblem]:
+        """The problems with lower speeds where sections without a motion begin or end.
+
+        Paths that are slow for this reason already are slowed down further.
+
+        Returns:
+            The problems; none if no path is slowed down.
+        """
+        ends = {section.waypoints[k] for section in sections for k in (0, -1)}
+        problems = [chosen.problem for chosen in self.chosen]
+        slower = [
+            chosen.slowed_down(SLOWDOWN, Reason.ADJACENT_MOTION)
+            if ends & {chosen.problem.path.first, chosen.problem.path.last}
+            or any(bound is Reason.ADJACENT_MOTION for _, bound in chosen.speeds.values())
+            else chosen.problem
+            for chosen in self.chosen
+        ]
+        return [] if slower == problems else slower
+
+
+def path_speed_problems(free_task: FreeTask) -> list[PathSpeedProblem]:
+    """The problems of all paths with chosen speeds."""
+    paths = enumerate(free_task.scenario.paths)
+    return [PathSpeedProblem.of_path(free_task, k) for k, path in paths if path.requested.at_most]
+
+
+def maximum_path_speeds(
+    free_task: FreeTask, problems: Sequence[PathSpeedProblem], budget: Budget
+) -> PathSpeeds:
+    """Find the maximum speeds with which the motion along the paths keeps all limits.
+
+    Each motion corrects the problems of the next one, as long as the speeds are infeasible, or
+    the expected gain is large and the budget lasts.
 
     Args:
         free_task: The scenario, in which these speeds are free.
-        problems: Its paths with chosen speeds; if the motion along one exceeds a limit, it is
-            corrected.
+        problems: The problems of its paths.
+        budget: Budget of all motions.
 
     Raises:
-        NoSpeedsError: A limit is exceeded along a path, or a path can't be followed.
+        InputError: No speeds are feasible.
     """
-    if not problems:
+    feasible: list[PathSpeeds] = []
+    faults: list[SpeedFault] = []
+    for _ in range(MAX_MOTIONS):
+        try:
+            chosen = tuple(problem.choose() for problem in problems)
+        except NoSpeedsError as no_speeds:
+            faults = faults or [no_speeds.fault]
+            break
+        if feasible and (budget.is_over or not _is_faster(chosen, feasible[-1].chosen)):
+            break
+        speeds = _follow(free_task, chosen)
+        problems = [at.problem for at in speeds.chosen]
+        if speeds.fault is None:
+            feasible.append(speeds)
+        else:
+            faults.append(speeds.fault)
+    if not feasible:
+        raise path_speed_error(free_task, faults[-1])
+    return feasible[-1]
+
+
+def _is_faster(chosen: Iterable[ChosenSpeeds], other: Iterable[ChosenSpeeds]) -> bool:
+    """Whether the time along all paths is shorter than with other speeds, by `MIN_GAIN` or more."""
+    time, other_time = (sum(at.timing.duration for at in speeds) for speeds in (chosen, other))
+    return time < (1.0 - MIN_GAIN) * other_time
+
+
+def _follow(free_task: FreeTask, chosen: tuple[ChosenSpeeds, ...]) -> PathSpeeds:
+    """Plan the motion along the paths with chosen speeds, and correct their problems."""
+    try:
+        timed = _with_speeds(free_task, chosen)
+    except (PathError, FollowingError) as blocked:
+        start = blocked.path_start
+        faulty = [at for at in chosen if at.problem.path.first == start] or chosen
+        slower = tuple(
+            replace(at, problem=at.slowed_down(LARGEST_SLOWDOWN, Reason.TOLERANCES))
+            if at in faulty
+            else at
+            for at in chosen
+        )
+        fault = SpeedFault(faulty[0].problem.path, 0, Reason.TOLERANCES)
+        return PathSpeeds(free_task, slower, fault)
+    paths = timed.scenario.paths
+    corrected: list[ChosenSpeeds] = []
+    faults: list[SpeedFault | None] = []
+    for at in chosen:
+        problem = at.problem
+        planned = planned_utilisation(timed, paths[problem.number], problem.utilisation.limits)
+        corrected.append(at.corrected(planned))
+        faults.append(problem.fault_of(planned))
+    return PathSpeeds(timed, tuple(corrected), next(filter(None, faults), None))
+
+
+def _with_speeds(free_task: FreeTask, chosen: Sequence[ChosenSpeeds]) -> FreeTask:
+    """The task with chosen speeds along its paths, solved."""
+    if not chosen:
         return free_task
-    scenario, unit = free_task.scenario, free_task.scenario.shown_length[0]
+    scenario = free_task.scenario
+    unit = scenario.units.per_metre
     changes: defaultdict[int, dict[str, Any]] = defaultdict(dict, solutions_near(free_task))
-    for problem in problems:
-        for stretch, speed in problem.speeds.items():
-            end = scenario.task_index[problem.path.first + 1 + stretch]
+    for at in chosen:
+        for stretch, (speed, _) in at.speeds.items():
+            end = scenario.task_index[at.problem.path.first + 1 + stretch]
             changes[end]["speed"] = round_speed(unit * speed)
     scenario = change_task(scenario, scenario.given.with_waypoints(changes))
     given = tuple(replace(at, path_speed_is_free=False) for at in free_task.free_values.waypoints)
     free = scenario.free_values or replace(free_task.free_values, waypoints=given)
-    try:
-        timed = FreeTask.solve(scenario, free)
-    except (PathError, FollowingError) as blocked:
-        faulty = [problem for problem in problems if problem.path.first == blocked.path_start]
-        for problem in faulty or problems:
-            problem.lower_caps(MAX_SLOWDOWN, TOLERANCES)
-        raise NoSpeedsError((faulty or problems)[0].path, 0, TOLERANCES) from None
-    errors = [error for problem in problems if (error := problem.correct_from_plan(timed))]
-    if errors:
-        raise errors[0]
-    return timed
+    return FreeTask.solve(scenario, free)
 
 
-def active_path_limits(
-    free_task: FreeTask, problems: Sequence[PathSpeedProblem]
-) -> tuple[ActiveLimit, ...]:
-    """Bounds of the chosen speeds along the paths of a task, as active limits."""
-    names = [waypoint.name for waypoint in free_task.scenario.waypoints]
-    return tuple(
-        ActiveLimit(names[start], names[start + 1], limit.subject, limit.quantity, None)
-        for problem in problems
-        for start, limit in ((problem.path.first + k, problem.limiting[k]) for k in problem.speeds)
-    )
-
-
-def given_speeds_beyond_limits(
-    free_task: FreeTask, problems: Sequence[PathSpeedProblem]
-) -> list[InputError]:
+def given_speeds_beyond_limits(speeds: PathSpeeds) -> list[InputError]:
     """Errors for given speeds that exceed a limit along a path.
 
     Args:
-        free_task: The scenario and its IK solutions.
-        problems: Its paths with a chosen speed, along which given speeds are feasible.
+        speeds: The chosen speeds. Along the same path given speeds are feasible.
     """
-    errors, chosen = list[InputError](), {problem.number for problem in problems}
+    errors: list[InputError] = []
+    free_task = speeds.free_task
+    chosen = {at.problem.number for at in speeds.chosen}
     for number, path in enumerate(free_task.scenario.paths):
         if number in chosen:
             continue
@@ -93,12 +193,12 @@ def given_speeds_beyond_limits(
         for stretch in np.flatnonzero((utilisations > 1.0 + LIMIT_SLACK).any(axis=1)).tolist():
             limit = limits.quantities[int(utilisations[stretch].argmax())]
             worst = float(utilisations[stretch].max())
-            errors.append(path_speed_error(free_task, NoSpeedsError(path, stretch, limit), worst))
+            errors.append(path_speed_error(free_task, SpeedFault(path, stretch, limit), worst))
     return errors
 
 
 def path_speed_error(
-    free_task: FreeTask, fault: NoSpeedsError, utilisation: float | None = None
+    free_task: FreeTask, fault: SpeedFault, utilisation: float | None = None
 ) -> InputError:
     """The error for a stretch of a path without feasible speeds, with accepted changes.
 
@@ -107,37 +207,39 @@ def path_speed_error(
         fault: The stretch and the exceeded limit.
         utilisation: Utilisation of the limit, if known.
     """
-    path, stretch, limit = fault.path, fault.stretch, fault.bound
-    scenario, i = free_task.scenario, path.first + 1 + stretch
-    if limit == NOTHING:
+    path, stretch, bound = fault
+    i = path.first + 1 + stretch
+    if bound is Reason.NOTHING:
         return InputError(
             "nothing bounds the speed along it; accepted: speed: {at_most: a speed}, or limits",
             where=free_task.where(i, "speed"),
         )
-    start, end = (scenario.waypoints[end].name for end in (i - 1, i))
-    requested, text = path.requested, scenario.units.text
-    chosen, duration = stretch in requested.at_most, requested.durations[stretch]
+    text = free_task.scenario.units.text
+    start, end = (waypoint.name for waypoint in free_task.scenario.waypoints[i - 1 : i + 1])
+    requested = path.requested
+    is_chosen = stretch in requested.at_most
+    duration = requested.durations[stretch]
     given = requested.speeds[stretch] or path.stretches[stretch].speed
     if requested.at_most and duration:  # the stretches still have the nominal speed
         given = requested.lengths[stretch] / duration
-    speed = "no speed keeps the limits" if chosen else f"at {text(given, 'm/s')}"
+    speed = "no speed keeps the limits" if is_chosen else f"at {text(given, 'm/s')}"
     if path.motion.has_own_clock:
         weave = path.stretches[stretch].weave
         accepted = "a slower frame" if weave is None else "a narrower weave, a lower frequency"
-    elif chosen:
+    elif is_chosen:
         accepted = "another path or path.acceleration"
     else:
         accepted = "speed: fastest"
-    if limit == RAMPS:
+    if bound is Reason.PATH_ACCELERATION:
         shown = text(requested.acceleration, "m/s²")
         reason = f"the stretch is too short to change speed at path.acceleration, {shown}"
         accepted += ", a higher path.acceleration"
-    elif limit == TOLERANCES:
+    elif isinstance(bound, Reason):
         reason = "the tolerances are not kept"
     else:
         excess = f"reaches {rounded_up(utilisation, 4):.4g} times" if utilisation else "exceeds"
-        joint = repr(limit.subject) if limit.subject else "the tool"
-        reason = f"{joint} {excess} its limit of {limit.quantity.replace('_', ' ')}"
+        subject = repr(bound.subject) if bound.subject else "the tool"
+        reason = f"{subject} {excess} its limit of {bound.quantity.replace('_', ' ')}"
     return InputError(
         f"{speed} along the path from {start!r} to {end!r}: {reason}; accepted: {accepted}, or a "
         "higher limit",

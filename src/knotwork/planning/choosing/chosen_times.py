@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from knotwork.errors import InputError, merge_errors
 from knotwork.planning.choosing.chosen_path_speeds import (
-    active_path_limits,
+    PathSpeeds,
     given_speeds_beyond_limits,
-    path_speed_error,
-    with_path_speeds,
+    maximum_path_speeds,
+    path_speed_problems,
 )
 from knotwork.planning.choosing.chosen_values import with_chosen_values
 from knotwork.planning.choosing.free_section_motions import SectionsUnsolvedError, solve_sections
@@ -24,25 +24,15 @@ from knotwork.planning.choosing.free_sections import (
     assumed_jerk,
     find_sections,
 )
-from knotwork.planning.choosing.path_speed_problem import (
-    ADJACENT_MOTION,
-    NoSpeedsError,
-    PathSpeedProblem,
-)
+from knotwork.planning.choosing.path_speed_problem import PathSpeedProblem
 from knotwork.planning.task_to_joint import TaskSolution
 from knotwork.planning.timing import ActiveLimit, Objective, TimedMotion
 from knotwork.planning.timing.infeasible import infeasible_values
 from knotwork.planning.timing.timed_motion import Budget, Status, worst_status
 from knotwork.task.scenario import Scenario
 
-MAX_MOTIONS = 10
-"""Maximum number of planned motions; in most cases one or two are sufficient."""
-
-SLOWDOWN = 0.7
-"""Factor on the speeds along paths that can't be reached or left at these speeds."""
-
-MIN_GAIN = 0.01
-"""Minimum expected gain of duration along the paths for another motion, as a fraction."""
+MAX_SLOWDOWNS = 9
+"""Maximum number of times that paths are slowed down until they can be reached and left."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,9 +116,9 @@ def choose_times(
 
     Constant speeds along tool paths come first: each is the maximum within the limits. Then the
     sections between tool paths and waits are solved independently, because position, velocity
-    and acceleration are known at their ends. Where a path can't be followed within the limits,
-    reached or left at these speeds, they are lowered until the motions exist. Other speeds are then
-    tried while the total duration decreases and the budget lasts.
+    and acceleration are known at their ends. Where a path can't be reached or left at its speeds,
+    they are lowered until the motions exist, and then while the total duration decreases and the
+    budget lasts.
 
     Args:
         scenario: A scenario with free values.
@@ -136,83 +126,77 @@ def choose_times(
         solution: Solutions of the poses, if not the best.
 
     Raises:
-        InputError: The task can't be free_task, or no motion within the limits was found.
+        InputError: The task can't be solved, or no motion within the limits was found.
     """
     free_task = FreeTask.solve(scenario, scenario.required_free_values, solution)
-    free_paths = [k for k, path in enumerate(scenario.paths) if path.requested.at_most]
-    paths = [PathSpeedProblem(free_task, k) for k in free_paths]
-    adjacent = set[PathSpeedProblem]()
-    best: ChosenValues | None = None
-    error: InputError | None = None
-    longest = np.inf
-    for _ in range(MAX_MOTIONS):
-        try:
-            duration = sum(path.choose() for path in paths)
-        except NoSpeedsError as no_speeds:
-            error = error or path_speed_error(free_task, no_speeds)
-            break
-        if duration >= longest:
-            break
-        try:
-            chosen = _choose_motions(scenario, with_path_speeds(free_task, paths), paths, budget)
-        except NoSpeedsError as no_speeds:
-            error = path_speed_error(free_task, no_speeds)
-            continue
-        except SectionsUnsolvedError as no_motions:
-            error = no_motions.combined_error()
-            adjacent |= _adjacent_paths(no_motions.errors, paths)
-            if not adjacent:
-                break
-        except InputError as infeasible:
-            error, longest = infeasible, (1.0 - MIN_GAIN) * duration
-            continue
-        else:
-            if best is not None and best.duration <= chosen.duration:
-                break
-            best = chosen
-            longest = np.inf if adjacent else (1.0 - MIN_GAIN) * duration
-            if budget.is_over:
-                break
-        for path in adjacent:
-            path.lower_caps(SLOWDOWN, ADJACENT_MOTION)
-    if best is None:
-        raise error or AssertionError("without a motion there is an error")
-    return best
+    motions = _find_motions(free_task, path_speed_problems(free_task), budget)
+    while (shorter := _find_shorter(free_task, motions, budget)) is not None:
+        motions = shorter
+    return motions.chosen
 
 
-def _choose_motions(
-    scenario: Scenario, free_task: FreeTask, paths: Sequence[PathSpeedProblem], budget: Budget
-) -> ChosenValues:
+class _Motions(NamedTuple):
+    """The chosen values of a task, and the speeds along its paths."""
+
+    chosen: ChosenValues
+    speeds: PathSpeeds
+
+
+def _find_motions(
+    free_task: FreeTask,
+    problems: Sequence[PathSpeedProblem],
+    budget: Budget,
+    slowdowns: int = MAX_SLOWDOWNS,
+) -> _Motions:
+    """Find motions at the maximum speeds along paths, or the next lower ones that have motions.
+
+    Raises:
+        InputError: There are none.
+    """
+    speeds = maximum_path_speeds(free_task, problems, budget)
+    try:
+        return _Motions(_choose_values(free_task.scenario, speeds, budget), speeds)
+    except SectionsUnsolvedError as unsolved:
+        slower = speeds.slowed_down(unsolved.errors)
+        if not slower or not slowdowns:
+            raise unsolved.combined_error() from None
+    return _find_motions(free_task, slower, budget, slowdowns - 1)
+
+
+def _find_shorter(free_task: FreeTask, motions: _Motions, budget: Budget) -> _Motions | None:
+    """Find motions of shorter total duration, with paths slowed down that were slowed down."""
+    slower = motions.speeds.slowed_down()
+    if not slower or budget.is_over:
+        return None
+    try:
+        other = _find_motions(free_task, slower, budget)
+    except InputError:
+        return None
+    return other if other.chosen.duration < motions.chosen.duration else None
+
+
+def _choose_values(scenario: Scenario, speeds: PathSpeeds, budget: Budget) -> ChosenValues:
     """Choose the motions of all sections, with known speeds along paths.
 
     Raises:
         SectionsUnsolvedError: Some sections have no motion.
         InputError: A given value is beyond a limit.
     """
+    free_task = speeds.free_task
     sections = find_sections(free_task)
-    _check_given(free_task, sections, paths)
+    _check_given(speeds, sections)
     motions = solve_sections(free_task, sections, budget)
     return ChosenValues(
         requested=scenario,
         scenario=with_chosen_values(free_task, motions),
         solution=free_task.solution,
         sections=tuple(motions.values()),
-        path_limits=active_path_limits(free_task, paths),
+        path_limits=speeds.active_limits,
         assumed_jerk=assumed_jerk(free_task.joints),
     )
 
 
-def _adjacent_paths(
-    sections: Iterable[FreeSection], paths: Iterable[PathSpeedProblem]
-) -> set[PathSpeedProblem]:
-    """The paths with chosen speeds that begin or end where one of some sections does."""
-    ends = {section.waypoints[k] for section in sections for k in (0, -1)}
-    return {problem for problem in paths if ends & {problem.path.first, problem.path.last}}
-
-
-def _check_given(
-    free_task: FreeTask, sections: Sequence[FreeSection], paths: Sequence[PathSpeedProblem]
-) -> None:
+def _check_given(speeds: PathSpeeds, sections: Sequence[FreeSection]) -> None:
     """Refuse given values beyond a limit, and too short times.
 
     Speeds along paths come first, because sections begin and end with them.
@@ -220,10 +204,12 @@ def _check_given(
     Raises:
         InputError: A given value is infeasible.
     """
-    if errors := given_speeds_beyond_limits(free_task, paths):
+    if errors := given_speeds_beyond_limits(speeds):
         raise merge_errors(errors)
     for section in sections:
         problem = section.timing_problem(Objective())
-        errors += section.located(infeasible_values(problem, direct=section.way is None))
+        infeasible = infeasible_values(problem, direct=section.way is None)
+        section.add_locations(infeasible)
+        errors += infeasible
     if errors:
         raise merge_errors(errors)

@@ -12,8 +12,7 @@ from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.joint_quantities import rate_unit
 from knotwork.planning.choosing.chosen_times import ChosenValues
-from knotwork.planning.choosing.path_speed_problem import ADJACENT_MOTION, RAMPS, TOLERANCES
-from knotwork.planning.timing.state_limits import TOOL_SPEED
+from knotwork.planning.choosing.path_speed_problem import Reason
 from knotwork.task import ChosenSectionFields
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_requirements import JointRequirements
@@ -25,14 +24,13 @@ from knotwork.verification.finding import Group, Verdict
 SHOWN_CLEARANCE_PRECISION = 1e-5
 """Precision of the minimum clearance [m]."""
 
-BOUND_TEXTS = {
-    RAMPS.quantity: "room for changes of speed at path.acceleration, {acceleration},",
-    ADJACENT_MOTION.quantity: "the motion before or after",
-    TOOL_SPEED.quantity: "tool speed",
-    "tool_acceleration": "tool acceleration",
-    TOLERANCES.quantity: "the tolerance of the path",
+REASON_TEXTS = {
+    Reason.AT_MOST.value: "at_most",
+    Reason.PATH_ACCELERATION.value: "room for changes of speed at path.acceleration, {},",
+    Reason.ADJACENT_MOTION.value: "the motion before or after",
+    Reason.TOLERANCES.value: "the tolerance of the path",
 }
-"""Texts of bounds of a speed along a path."""
+"""Texts of reasons that bound a speed along a path, by the quantity of the active limit."""
 
 _Shares = list[tuple[str, float | None]]
 """Texts of limiting constraints, each with its share of the time."""
@@ -144,13 +142,13 @@ def _limits_by_interval(chosen: ChosenValues) -> dict[tuple[str, str], _Shares]:
     """Limiting constraints by interval, each with its share of the time."""
     limits: defaultdict[tuple[str, str], _Shares] = defaultdict(list)
     for limit in chosen.binding:
-        quantity = BOUND_TEXTS.get(limit.quantity, limit.quantity)
+        quantity = REASON_TEXTS.get(limit.quantity, limit.quantity.replace("_", " "))
         text = f"{limit.subject} {quantity}" if limit.subject else quantity
         if limit.quantity == "jerk" and limit.subject in chosen.assumed_jerk:
             text += " (assumed)"
-        if limit.quantity == RAMPS.quantity:
+        if limit.quantity == Reason.PATH_ACCELERATION.value:
             acceleration = chosen.scenario.paths[0].requested.acceleration
-            text = text.format(acceleration=chosen.scenario.units.text(acceleration, "m/s²"))
+            text = text.format(chosen.scenario.units.text(acceleration, "m/s²"))
         limits[limit.start, limit.end].append((text, limit.share))
     return limits
 

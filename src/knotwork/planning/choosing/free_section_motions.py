@@ -39,11 +39,11 @@ class SectionsUnsolvedError(Exception):
 
     def combined_error(self) -> InputError:
         """The combined error of all sections."""
-        causes = [
-            cause
-            for section, error in self.errors.items()
-            for cause in section.located((error, *error.others))
-        ]
+        causes: list[InputError] = []
+        for section, error in self.errors.items():
+            of_section = (error, *error.others)
+            section.add_locations(of_section)
+            causes += of_section
         return merge_errors(causes)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -167,14 +167,13 @@ class FreeSection:
             or any(free.speed_kind != "given" for free in self.free)
         )
 
-    def located(self, errors: Sequence[TimingError]) -> Sequence[TimingError]:
-        """Add the locations in the file to errors of the timing problem."""
+    def add_locations(self, errors: Iterable[TimingError]) -> None:
+        """Add locations in the file, and indices in the scenario, to errors of timing."""
         for error in errors:
             error.where = self.free_task.scenario.name
             if error.waypoint_index is not None:
                 error.waypoint_index = self.waypoints[error.waypoint_index]
                 error.where = self.free_task.where(error.waypoint_index + error.in_interval)
-        return errors
 
     def timing_problem(self, objective: Objective, total: float | None = None) -> TimingProblem:
         """Make the timing problem from given and free values.
@@ -208,7 +207,7 @@ class FreeSection:
             limits,
             names=tuple(waypoints.names[row] for row in self.rows),
             joint_units=joints.joint_units,
-            along=np.array([free.speed_kind == "direction" for free in self.free]),
+            is_direction=np.array([free.speed_kind == "direction" for free in self.free]),
             max_factor=np.array([free.max_speed for free in self.free]),
             acceleration=self._accelerations(),
             duration=scenario.durations[self.waypoints[:-1]],

@@ -104,13 +104,14 @@ class PathUtilisation:
     Args:
         free_task: The scenario and its IK solutions.
         path: One of its paths.
-        limits: Its limits.
 
     Attributes:
+        limits: The limits of joint states on it, m in total.
         orders: Powers of the speed with which the limited quantities grow, shape (m,).
     """
 
-    def __init__(self, free_task: FreeTask, path: ScenarioPath, limits: StateLimits) -> None:
+    def __init__(self, free_task: FreeTask, path: ScenarioPath) -> None:
+        self.limits = limits = state_limits(free_task, path)
         self.orders = np.array([limited.order for limited in limits.quantities])
         lengths = path.requested.lengths
         # at 1 m/s time is the arc length

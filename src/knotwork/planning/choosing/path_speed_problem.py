@@ -8,7 +8,10 @@ and caps the speeds with which it exceeds a limit.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -19,8 +22,6 @@ from knotwork.planning.choosing.free_sections import FreeTask
 from knotwork.planning.choosing.path_limit_utilisation import (
     CONSTANT_SPEED_PART,
     PathUtilisation,
-    planned_utilisation,
-    state_limits,
 )
 from knotwork.planning.timing.state_limits import LimitedQuantity
 from knotwork.task.scenario import ScenarioPath
@@ -37,125 +38,160 @@ EXPECTED_UTILISATION, PLANNED_UTILISATION = 0.998, 0.9995
 SIGNIFICANT_UTILISATION = 0.3
 """Utilisation below which a limit is too far away to be corrected."""
 
-MIN_SLOWDOWN, MAX_SLOWDOWN = 0.995, 0.8
-"""Factors on a speed that is lowered in one step."""
+LARGEST_SLOWDOWN = 0.8
+"""Smallest factor on a speed that is lowered in one step."""
 
-RAMPS = LimitedQuantity("", "path acceleration")
-"""The acceleration along the path, with which speeds change."""
+SMALLEST_SLOWDOWN = 0.995
+"""Largest factor on a speed that is lowered in one step."""
 
-ADJACENT_MOTION = LimitedQuantity("", "adjacent motion")
-"""The motion before or after the path."""
 
-AT_MOST = LimitedQuantity("", "at_most")
-"""The upper bound of a speed in the task."""
+class Reason(Enum):
+    """A bound of a speed along a path other than the limits of joints and of the tool.
 
-TOLERANCES = LimitedQuantity("", "path tolerance")
-"""The tolerances of the path."""
+    Attributes:
+        AT_MOST: The upper bound of the speed in the task.
+        PATH_ACCELERATION: The acceleration along the path, with which speeds change.
+        TOLERANCES: The tolerances of the path.
+        ADJACENT_MOTION: The motion before or after the path.
+        NOTHING: Nothing bounds the speed.
+    """
 
-NOTHING = LimitedQuantity("", "nothing")
-"""Nothing bounds a speed."""
+    AT_MOST = "at_most"
+    PATH_ACCELERATION = "path acceleration"
+    TOLERANCES = "path tolerance"
+    ADJACENT_MOTION = "adjacent motion"
+    NOTHING = "nothing"
+
+
+SpeedBound: TypeAlias = LimitedQuantity | Reason
+
+
+class BoundedSpeed(NamedTuple):
+    """A speed [m/s], and the bound for which it is not higher."""
+
+    speed: float
+    bound: SpeedBound
+
+
+class SpeedFault(NamedTuple):
+    """A stretch of a path on which no speed is feasible, or a given or chosen one is not.
+
+    Attributes:
+        path: The path.
+        stretch: Index of the stretch.
+        bound: The exceeded limit, or another bound of the speed.
+    """
+
+    path: ScenarioPath
+    stretch: int
+    bound: SpeedBound
 
 
 class NoSpeedsError(Exception):
     """No speeds along a path keep the limits.
 
     Attributes:
-        path: The path.
-        stretch: A stretch without feasible speeds.
-        bound: The exceeded limit, or another bound of the speed.
+        fault: A stretch without feasible speeds.
     """
 
-    def __init__(self, path: ScenarioPath, stretch: int, bound: LimitedQuantity) -> None:
+    def __init__(self, path: ScenarioPath, stretch: int, bound: SpeedBound) -> None:
         super().__init__()
-        self.path, self.stretch, self.bound = path, stretch, bound
+        self.fault = SpeedFault(path, stretch, bound)
 
 
+@dataclass(frozen=True, eq=False)
 class PathSpeedProblem:
     """The maximum speeds along one path under caps and limits.
 
-    Planned motions correct the expected utilisation of the limits, and lower the caps.
-
-    Args:
-        free_task: The scenario and its IK solutions.
-        number: Index of the path among those of the task.
-
     Attributes:
-        number: Its index.
+        number: Index of the path among those of the task.
         path: The path at its nominal speed.
-        requested: Requirements on its speeds.
         unit: Number of the file's units of length per metre; speeds are round numbers of them.
-        limits: The limits of joint states on it.
-        along_path: Utilisation of the limits along it, at any speeds.
-        caps: Upper bounds of the free speeds [m/s] and their origins, by index of the stretch.
-        speeds: The chosen speeds [m/s], by index of the stretch.
-        limiting: The limit or other bound of each of them.
+        utilisation: Utilisation of the limits along it, at any speeds.
+        caps: Upper bounds of the free speeds, by index of the stretch.
+        correction: Ratio of the planned to the expected utilisation, shape (n, 3, m).
     """
 
-    def __init__(self, free_task: FreeTask, number: int) -> None:
-        self.number, self.path = number, free_task.scenario.paths[number]
-        self.requested = self.path.requested
-        self.caps = {k: (bound, AT_MOST) for k, bound in self.requested.at_most.items()}
-        self.unit = free_task.scenario.shown_length[0]
-        self.limits = state_limits(free_task, self.path)
-        self.along_path = PathUtilisation(free_task, self.path, self.limits)
-        self._ratio = np.ones((len(self.path.stretches), 3, len(self.limits.quantities)))
-        self.speeds: dict[int, float] = {}
-        self.limiting: dict[int, LimitedQuantity] = {}
+    number: int
+    path: ScenarioPath
+    unit: float
+    utilisation: PathUtilisation
+    caps: Mapping[int, BoundedSpeed]
+    correction: FloatArray
 
-    def choose(self) -> float:
-        """Set `speeds` and `limiting`: maximum speeds that are expected to keep the limits.
+    @classmethod
+    def of_path(cls, free_task: FreeTask, number: int) -> PathSpeedProblem:
+        """The problem of a path of a task, before anything is planned."""
+        path = free_task.scenario.paths[number]
+        utilisation = PathUtilisation(free_task, path)
+        shape = len(path.stretches), 3, len(utilisation.limits.quantities)
+        caps = {k: BoundedSpeed(v, Reason.AT_MOST) for k, v in path.requested.at_most.items()}
+        unit = free_task.scenario.units.per_metre
+        return cls(number, path, unit, utilisation, caps, correction=np.ones(shape))
 
-        Returns:
-            The duration of the path [s].
+    def choose(self) -> ChosenSpeeds:
+        """Choose the maximum speeds that are expected to keep the limits.
 
         Raises:
             NoSpeedsError: No speeds are feasible.
         """
-        allowed = EXPECTED_UTILISATION / self._ratio[:, CONSTANT_SPEED_PART]
-        bounds = self.along_path.max_speeds(allowed)
-        self.speeds = {}
-        for k, (cap, bound) in self.caps.items():
-            column = int(bounds[k].argmin())
-            speed = max(float(bounds[k, column]), MIN_SPEED)
-            self.speeds[k] = min(speed, cap)
-            self.limiting[k] = bound if cap <= speed else self.limits.quantities[column]
-            if math.isinf(self.speeds[k]):
-                raise NoSpeedsError(self.path, k, NOTHING)
+        speeds = self._constant_speeds()
         while True:
-            timing, speeds = self._fit()
-            expected = self.along_path.with_timing(timing) * self._ratio
-            utilisation = (expected / EXPECTED_UTILISATION).max(axis=1)
-            if utilisation.max() <= 1.0:
-                return timing.duration
-            self._slow_down(utilisation, speeds)
+            speeds, timing, all_speeds = self._with_ramps(speeds)
+            expected = self.utilisation.with_timing(timing) * self.correction
+            largest = (expected / EXPECTED_UTILISATION).max(axis=1)
+            if largest.max() <= 1.0:
+                return ChosenSpeeds(self, speeds, timing)
+            speeds = speeds | self._lowered(largest, all_speeds)
 
-    def _fit(self) -> tuple[Timing, tuple[float, ...]]:
+    def _constant_speeds(self) -> dict[int, BoundedSpeed]:
+        """The chosen speeds, from the limits where the speed is constant."""
+        allowed = EXPECTED_UTILISATION / self.correction[:, CONSTANT_SPEED_PART]
+        by_limit = self.utilisation.max_speeds(allowed)
+        speeds = {}
+        for k, cap in self.caps.items():
+            column = int(by_limit[k].argmin())
+            speed = max(float(by_limit[k, column]), MIN_SPEED)
+            limited = BoundedSpeed(speed, self.utilisation.limits.quantities[column])
+            speeds[k] = cap if cap.speed <= speed else limited
+            if math.isinf(speeds[k].speed):
+                raise NoSpeedsError(self.path, k, Reason.NOTHING)
+        return speeds
+
+    def _with_ramps(
+        self, speeds: Mapping[int, BoundedSpeed]
+    ) -> tuple[dict[int, BoundedSpeed], Timing, tuple[float, ...]]:
         """Round the speeds, and lower them until the stretches are long enough for their changes.
 
         Lowering one stretch never lets a neighbour go faster, so lowering them one by one gives
         the largest feasible speeds.
 
         Returns:
-            The timing of the path, and the speed of each stretch [m/s].
+            The speeds, the timing of the path, and the speed of each stretch [m/s].
 
         Raises:
             NoSpeedsError: The given speeds do not allow the changes of speed.
         """
         while True:
-            self.speeds = {
-                k: round_speed(self.unit * v) / self.unit for k, v in self.speeds.items()
+            speeds = {
+                k: BoundedSpeed(round_speed(self.unit * speed) / self.unit, bound)
+                for k, (speed, bound) in speeds.items()
             }
             try:
-                return self.requested.timed(self.speeds)
+                timing, all_speeds = self.path.requested.timed(
+                    {k: speed for k, (speed, _) in speeds.items()}
+                )
             except PathError as error:
                 k, highest = getattr(error, "stretch", 0), getattr(error, "highest_speed", None)
-                if k not in self.speeds or highest is None:
-                    raise NoSpeedsError(self.path, k, RAMPS) from error
-                lower = (1.0 - 10.0**-SPEED_DIGITS) * self.speeds[k]  # by rounding or more
-                self.speeds[k], self.limiting[k] = min(highest, lower), RAMPS
+                if k not in speeds or highest is None:
+                    raise NoSpeedsError(self.path, k, Reason.PATH_ACCELERATION) from error
+                lower = (1.0 - 10.0**-SPEED_DIGITS) * speeds[k].speed  # by rounding or more
+                speeds[k] = BoundedSpeed(min(highest, lower), Reason.PATH_ACCELERATION)
+            else:
+                return speeds, timing, all_speeds
 
-    def _slow_down(self, utilisation: FloatArray, speeds: Sequence[float]) -> None:
-        """Lower the speed where the excess over a limit is largest.
+    def _lowered(self, utilisation: FloatArray, speeds: Sequence[float]) -> dict[int, BoundedSpeed]:
+        """Lower speeds where the excess over a limit is largest.
 
         A step lowers a speed at most to that of a neighbour, because there is no ramp between equal
         speeds.
@@ -163,62 +199,85 @@ class PathSpeedProblem:
         Args:
             utilisation: Expected utilisation of the limits on each stretch, shape (n, m).
             speeds: Speeds of the stretches [m/s], length n.
+
+        Raises:
+            NoSpeedsError: No lower speed may be chosen there.
         """
         k = int(utilisation.max(axis=1).argmax())
-        factor, limit = self._required_slowdown(utilisation[k])
-        factor, stretches = min(factor, MIN_SLOWDOWN), [k]
-        if k not in self.speeds:  # the next stretches with a chosen speed
-            before, after = [j for j in self.speeds if j < k], [j for j in self.speeds if j > k]
+        factor, limit = self.required_slowdown(utilisation[k])
+        factor = min(factor, SMALLEST_SLOWDOWN)
+        stretches = [k]
+        if k not in self.caps:  # the next stretches with a chosen speed
+            before, after = [j for j in self.caps if j < k], [j for j in self.caps if j > k]
             stretches = before[-1:] + after[:1]
-        if not stretches:
+        if not stretches or factor * min(speeds[j] for j in stretches) < MIN_SPEED:
             raise NoSpeedsError(self.path, k, limit)
+        lowered = {}
         for j in stretches:
             lower = factor * speeds[j]
-            if lower < MIN_SPEED:
-                raise NoSpeedsError(self.path, k, limit)
             neighbours = (*speeds[max(j - 1, 0) : j], *speeds[j + 1 : j + 2])
-            self.speeds[j] = max((v for v in neighbours if lower <= v < speeds[j]), default=lower)
-            self.limiting[j] = limit
+            slower = max((v for v in neighbours if lower <= v < speeds[j]), default=lower)
+            lowered[j] = BoundedSpeed(slower, limit)
+        return lowered
 
-    def _required_slowdown(self, utilisation: FloatArray) -> tuple[float, LimitedQuantity]:
+    def required_slowdown(self, utilisation: FloatArray) -> tuple[float, LimitedQuantity]:
         """Factor on a speed that brings limits from their utilisation, shape (m,), to 1.
 
-        A step lowers a speed at most by `MAX_SLOWDOWN`. The limit is the one with that factor.
+        A step lowers a speed at most by `LARGEST_SLOWDOWN`. The limit is the one with that factor.
         """
-        factors = np.maximum(utilisation, 1e-9) ** (-1.0 / self.along_path.orders)
+        factors = np.maximum(utilisation, 1e-9) ** (-1.0 / self.utilisation.orders)
         column = int(factors.argmin())
-        return max(float(factors[column]), MAX_SLOWDOWN), self.limits.quantities[column]
+        return max(float(factors[column]), LARGEST_SLOWDOWN), self.utilisation.limits.quantities[
+            column
+        ]
 
-    def lower_caps(self, factor: float, reason: LimitedQuantity) -> None:
-        """Cap each speed at a fraction of its present value."""
-        self.caps = {k: (factor * speed, reason) for k, speed in self.speeds.items()}
-
-    def correct_from_plan(self, free_task: FreeTask) -> NoSpeedsError | None:
-        """Correct the expected utilisation by that of a planned motion.
-
-        Speeds with which this motion exceeds a limit are capped.
-
-        Args:
-            free_task: The scenario with the chosen speeds.
-
-        Returns:
-            The error for the limit that the motion exceeds, or `None`.
-        """
-        path = free_task.scenario.paths[self.number]
-        planned = planned_utilisation(free_task, path, self.limits)
-        expected = self.along_path.with_timing(path.motion.timing)
-        ratio = np.clip(planned / np.maximum(expected, 1e-9), 0.1, 1e3)
-        compared = np.maximum(planned, self._ratio * expected) > SIGNIFICANT_UTILISATION
-        self._ratio = np.where(compared, ratio, self._ratio)
+    def fault_of(self, planned: FloatArray) -> SpeedFault | None:
+        """The limit that a motion with a planned utilisation exceeds most, if it exceeds any."""
         largest = planned.max(axis=1)
-        for k in np.flatnonzero(largest.max(axis=1) > PLANNED_UTILISATION).tolist():
-            if k in self.speeds:
-                factor, limit = self._required_slowdown(largest[k] / EXPECTED_UTILISATION)
-                self.caps[k] = factor * self.speeds[k], limit
         k, column = divmod(int(largest.argmax()), largest.shape[1])
         if largest[k, column] <= PLANNED_UTILISATION:
             return None
-        return NoSpeedsError(self.path, k, self.limits.quantities[column])
+        return SpeedFault(self.path, k, self.utilisation.limits.quantities[column])
+
+
+@dataclass(frozen=True, eq=False)
+class ChosenSpeeds:
+    """Chosen speeds along one path.
+
+    Attributes:
+        problem: The problem that they solve, later corrected by the motion with these speeds.
+        speeds: Each speed and its bound, by index of the stretch.
+        timing: Timing of the whole path with them.
+    """
+
+    problem: PathSpeedProblem
+    speeds: Mapping[int, BoundedSpeed]
+    timing: Timing
+
+    def slowed_down(self, factor: float, reason: Reason) -> PathSpeedProblem:
+        """The problem with caps at a fraction of these speeds."""
+        caps = {k: BoundedSpeed(factor * v, reason) for k, (v, _) in self.speeds.items()}
+        return replace(self.problem, caps=caps)
+
+    def corrected(self, planned: FloatArray) -> ChosenSpeeds:
+        """The speeds, with the expected utilisation of their problem corrected by a planned motion.
+
+        The problem caps the speeds with which this motion exceeds a limit.
+
+        Args:
+            planned: Utilisation by the motion with these speeds, shape (n, 3, m).
+        """
+        problem = self.problem
+        expected = problem.utilisation.with_timing(self.timing)
+        ratio = np.clip(planned / np.maximum(expected, 1e-9), 0.1, 1e3)
+        compared = np.maximum(planned, problem.correction * expected) > SIGNIFICANT_UTILISATION
+        correction = np.where(compared, ratio, problem.correction)
+        caps = dict(problem.caps)
+        for k, largest in enumerate(planned.max(axis=1)):
+            if k in caps and largest.max() > PLANNED_UTILISATION:
+                factor, limit = problem.required_slowdown(largest / EXPECTED_UTILISATION)
+                caps[k] = BoundedSpeed(factor * self.speeds[k].speed, limit)
+        return replace(self, problem=replace(problem, caps=caps, correction=correction))
 
 
 def round_speed(speed: float) -> float:

@@ -15,7 +15,7 @@ import numpy as np
 from knotwork.arrays import BoolArray
 from knotwork.errors import TimingError
 from knotwork.errors.plain_text import waypoint_text
-from knotwork.joint_quantities import JOINT_QUANTITIES, rate_unit
+from knotwork.joint_quantities import JOINT_QUANTITIES, limit_text, rate_unit
 from knotwork.planning.timing.minimum_durations import (
     interval_bounds,
     min_durations,
@@ -92,13 +92,14 @@ def _overloads(problem: TimingProblem, *, certain: bool) -> Iterator[TimingError
     for k in np.flatnonzero(beyond.any(axis=0)).tolist():
         i, effort, limit = int(rows[efforts[:, k].argmax()]), efforts[:, k].max(), limits.effort[k]
         unit, name = JOINT_QUANTITIES["effort"].units[problem.joint_units[k]], problem.names[i]
-        needed_text, limit_text = (
-            problem.units.text(value / limits.margin, unit) for value in (rounded_up(effort), limit)
+        needed, full_limit = (
+            problem.units.text(value / limits.used_fraction, unit)
+            for value in (rounded_up(effort), limit)
         )
         yield TimingError(
             f"{'no motion keeps all limits' if certain else NO_MOTION}: "
             f"to hold the arm still at {name!r}, joint {problem.joint_names[k]!r} needs an effort "
-            f"limit above {needed_text}; it is {limit_text}{limits.margin_note}",
+            f"limit above {needed}; it is {full_limit}{limits.full_limits_note}",
             waypoint_index=i,
             joint=problem.joint_names[k],
             cause="effort",
@@ -257,7 +258,8 @@ def _beyond(problem: TimingProblem) -> Iterator[tuple[str, TimingError]]:
             bound = math.copysign(float(limit[k]), value)
             message = (
                 f"is given {article} {name} of {text(value, unit)}; its limit is "
-                f"{limits.text(float(limit[k]), unit, problem.units)}{_advice(name, bound / value)}"
+                f"{limit_text(float(limit[k]), unit, problem.units, limits.used_fraction)}"
+                f"{_advice(name, bound / value)}"
             )
             yield name, _fault(problem, i, k, name, value, bound, message)
 
@@ -275,7 +277,7 @@ def _beyond_tool_speed(problem: TimingProblem) -> Iterator[tuple[str, TimingErro
             message = (
                 f"{waypoint_text(problem.names[i])}: the given speed of the tool is "
                 f"{problem.units.text(speed, 'm/s')}, and tool_speed is "
-                f"{problem.limits.text(limit, 'm/s', problem.units)}"
+                f"{limit_text(limit, 'm/s', problem.units, problem.limits.used_fraction)}"
                 f"{_advice('velocity', bound / speed)}"
             )
             data = {"cause": "tool_speed", "value": speed, "feasible_value": bound}

@@ -42,19 +42,25 @@ class JointReader:
     units: tuple[str, ...]
     configurations: Mapping[str, FloatArray] = field(default_factory=dict)
 
-    def to_si(self, values: Any, *location: str | int, si: bool = False) -> dict[str, Any]:
-        """Values by joint [rad or m, and per second]; `si` for values that are in SI already."""
-        length, angle = (1.0, 1.0) if si else self.scenario.given.units.in_si
-        units = zip(self.names, self.units, strict=True)
-        scale = {name: angle if unit == "rad" else length for name, unit in units}
+    def by_joint(self, values: Any, *location: str | int) -> Mapping[str, Any]:
+        """Values by joint, as given; a single one is that of every joint."""
         if not isinstance(values, Mapping):
-            values = dict.fromkeys(self.names, float(values))
+            return dict.fromkeys(self.names, float(values))
         for name in values:
-            if name not in scale:
+            if name not in self.names:
                 raise self.scenario.locations.error(
                     (*location, name), f"unknown joint {name!r}", suggest_name(name, self.names)
                 )
-        return {name: np.multiply(value, scale[name]).tolist() for name, value in values.items()}
+        return values
+
+    def to_si(self, values: Any, *location: str | int) -> dict[str, Any]:
+        """Values by joint [rad or m, and per second]."""
+        length, angle = self.scenario.given.units.in_si
+        units = dict(zip(self.names, self.units, strict=True))
+        return {
+            name: np.multiply(value, angle if units[name] == "rad" else length).tolist()
+            for name, value in self.by_joint(values, *location).items()
+        }
 
     def array(self, values: Any, *location: str | int, missing: float | None = None) -> FloatArray:
         """A value for every joint, shape (d,), or a list, (d, m); `missing` for joints left out."""
@@ -76,14 +82,15 @@ class JointReader:
             )
         return np.array([values.get(name, missing or 0.0) for name in self.names])
 
-    def limits(self) -> dict[str, dict[str, Any]]:
+    def limits(self) -> dict[str, Mapping[str, Any]]:
         """Limits by quantity and joint; position limits are pairs."""
-        limits = {kind: getattr(self.scenario.given.limits, kind) for kind in JOINT_QUANTITIES}
-        return {
-            kind: self.to_si(values, "limits", kind, si=kind == "effort")
-            for kind, values in limits.items()
-            if values is not None
-        }
+        limits: dict[str, Mapping[str, Any]] = {}
+        for kind in JOINT_QUANTITIES:
+            values = getattr(self.scenario.given.limits, kind)
+            if values is not None:
+                read = self.by_joint if kind == "effort" else self.to_si  # no unit of effort
+                limits[kind] = read(values, "limits", kind)
+        return limits
 
     def targets(self) -> tuple[JointState | None, ...]:
         """Required joint values at each waypoint; `None` for a pose."""
@@ -91,20 +98,21 @@ class JointReader:
 
     def accelerations(self) -> str | FloatArray | None:
         """The planner option of this name; values have shape (n, d)."""
-        presets = self.scenario.given.planner_options.accelerations
-        if presets is None or isinstance(presets, str):
-            return presets
+        given = self.scenario.given.planner_options.accelerations
+        if given is None or isinstance(given, str):
+            return given
         location = "planner_options", "accelerations"
-        return np.array([self.array(row, *location, i) for i, row in enumerate(presets)])
+        return np.array([self.array(row, *location, i) for i, row in enumerate(given)])
 
     def near_at_waypoints(self) -> dict[int, FloatArray]:
         """Joint positions near which solutions are chosen, shape (d,), by index of the waypoint."""
-        given, near_at_waypoints = self.scenario.given.waypoints, {}
-        for i, step in enumerate(self.scenario.task_index):
-            near = getattr(given[step], "near", None) if step >= 0 else None
-            if near is not None:
-                near_at_waypoints[i] = self.array(near, "waypoints", step, "near")
-        return near_at_waypoints
+        result = {}
+        for i, task_i in enumerate(self.scenario.task_index):
+            if task_i >= 0:
+                near = getattr(self.scenario.given.waypoints[task_i], "near", None)
+                if near is not None:
+                    result[i] = self.array(near, "waypoints", task_i, "near")
+        return result
 
     def chosen_sections(self) -> tuple[ChosenSection, ...] | None:
         """Sections of waypoints with a chosen motion, or `None`."""
@@ -112,7 +120,8 @@ class JointReader:
         return tuple(self._chosen_section(motion, i) for i, motion in enumerate(motions)) or None
 
     def _chosen_section(self, motion: ChosenSectionFields, i: int) -> ChosenSection:
-        names, location = [waypoint.name for waypoint in self.scenario.waypoints], ("chosen", i)
+        names = [waypoint.name for waypoint in self.scenario.waypoints]
+        location = "chosen", i
         for name in motion.velocities:
             if name not in names:
                 raise self.scenario.locations.error(
@@ -131,10 +140,12 @@ class JointReader:
 
     def tolerance(self, quantity: str) -> FloatArray:
         """Tolerance of a quantity of the joints, shape (d,)."""
-        name, tolerances = f"joint_{quantity}", self.scenario.given.tolerances
-        is_given = name in tolerances.model_fields_set
-        values = self.to_si(getattr(tolerances, name), "tolerances", name, si=not is_given)
-        return np.array([*values.values()])
+        name = f"joint_{quantity}"
+        tolerances = self.scenario.given.tolerances
+        value = getattr(tolerances, name)
+        if name not in tolerances.model_fields_set:  # the default is in SI
+            return np.full(len(self.names), value)
+        return np.array([*self.to_si(value, "tolerances", name).values()])
 
     def end_acceleration(self) -> tuple[FloatArray, FloatArray] | None:
         """Required accelerations at the start and at the end, shape (d,) each, or `None`."""
@@ -146,11 +157,12 @@ class JointReader:
         start = self.array(accelerations[0], location, "start", missing=0.0)
         return start, self.array(accelerations[1], location, "end", missing=0.0)
 
-    def _target(self, step: int) -> JointState | None:
-        task, location = self.scenario.given, ("waypoints", step)
-        if step < 0:
+    def _target(self, task_i: int) -> JointState | None:
+        task = self.scenario.given
+        if task_i < 0:
             return JointState(self.array(task.start, "start"), np.zeros(len(self.names)))
-        waypoint = task.waypoints[step]
+        location = "waypoints", task_i
+        waypoint = task.waypoints[task_i]
         if not isinstance(waypoint, JointWaypoint):
             return None
         position = self.array(waypoint.joints, *location, "joints")

@@ -38,7 +38,7 @@ class JointRequirements:
     Attributes:
         joint_names: Names, length d.
         joint_units: `"rad"` or `"m"` for each joint.
-        limits: Their limits, with the margin of the task.
+        limits: Their limits: the fraction that the task uses.
         robot: The robot with the scenario's tool and position limits, or `None`.
         loaded_robots: The same robot with its loads over the motion, or `None`.
         targets: Required joint values at each waypoint; `None` for a pose.
@@ -114,7 +114,7 @@ def read_joint_requirements(scenario: Scenario) -> JointRequirements:
     _check_followers(scenario, robot)
     _check_motion_limits(scenario, robot)
     read = JointReader(scenario, robot.joint_names, robot.joint_units, robot.configurations)
-    robot = robot.with_limits(**read.limits()).with_limit_margin(task.limits.margin)
+    robot = robot.with_limits(**read.limits()).with_limits_scaled(task.limits.margin)
     loaded_robots = None if robot.base_moves else robots_with_loads(scenario, robot)
     return _with_requirements(read, robot.limits, robot, loaded_robots)
 
