@@ -15,7 +15,14 @@ from typing import NoReturn, cast
 import click
 
 from knotwork import __version__
-from knotwork.cli.parameters import INTERNAL_ERROR, INTERRUPTED, UNREAD, WRONG_INPUT, exit_codes
+from knotwork.cli.parameters import (
+    INTERNAL_ERROR,
+    INTERRUPTED,
+    PASSED,
+    UNREAD,
+    WRONG_INPUT,
+    exit_codes,
+)
 from knotwork.cli.terminal import echo, internal_error
 from knotwork.errors import KnotworkError
 
@@ -103,7 +110,7 @@ def main() -> NoReturn:
             code = WRONG_INPUT
     except Exception as error:
         code = _internal_error(error)
-    sys.exit(code)
+    sys.exit(code or PASSED)
 
 
 def _has_output() -> bool:
