@@ -18,8 +18,8 @@ from knotwork.files.documents.values import JointLimitFields
 from knotwork.robot.payload import Payload
 from knotwork.robot.urdf import Urdf
 
-# Limits that override the URDF's: by quantity and joint, in SI; a pair for "position".
 LimitTables = Mapping[str, Mapping[str, Any]]
+"""Limits that override the URDF's, by quantity and joint, in SI: pairs for `position`."""
 
 
 @dataclass(frozen=True)

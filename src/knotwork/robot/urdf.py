@@ -30,12 +30,12 @@ from knotwork.robot.urdf_rules import (
     reduce_to_tree,
 )
 
-# Limit of unbounded joints while the URDF is parsed; arrays have infinity instead.
 _WIDE_LIMIT = "1e9"
+"""Limit of unbounded joints while the URDF is parsed; arrays have infinity instead."""
 MAX_URDF_BYTES = 32_000_000
 MAX_URDF_ELEMENTS = 100_000
-# Other XML formats of robots, by their root element.
 _OTHER_FORMATS = {"sdf": "SDF", "mujoco": "MJCF (MuJoCo)", "COLLADA": "COLLADA"}
+"""Other XML formats of robots, by their root element."""
 
 
 class Mimic(NamedTuple):
