@@ -290,7 +290,7 @@ class _Builder:
         frame = self.robot.model.frames[self.robot.require_tool()]
         lying = []
         ends = ((hold.taken_pose, hold.start), (hold.released_pose, hold.end))
-        for lies_in, (pose, time) in zip(held.frames, ends, strict=True):
+        for lies_in, (pose, time) in zip(held.end_frames, ends, strict=True):
             joint, placement = self._carrier(lies_in, time)
             lying.append((joint, (self._solid(shape, placement * pose),)))
         (joint_before, solids_before), (joint_after, solids_after) = lying
