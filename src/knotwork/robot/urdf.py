@@ -108,15 +108,6 @@ def parse_root(text: str) -> Any:
     return parse_xml(text.encode(), MAX_URDF_ELEMENTS).documentElement
 
 
-def carrying_joints(urdf: Urdf, robot: str) -> dict[str, frozenset[str]]:
-    """Find the joints that carry each joint of a robot's URDF, including itself."""
-    tree = read_urdf(urdf.files[0].path, robot, urdf.axes).model
-    return {
-        name: frozenset(tree.names[k] for k in tree.supports[joint].tolist()[1:])
-        for joint, name in enumerate(tree.names[1:], 1)
-    }
-
-
 @lru_cache(maxsize=32)
 def _parse(texts: tuple[str, ...], path: Path, robot: str, axes: Axes, seen_from: str) -> Urdf:
     root, base = _parse_tree(texts[0], path, robot)
