@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import sys
@@ -81,6 +82,16 @@ def deburring_by_waypoints() -> Plan:
 def paper_case() -> Plan:
     """The plan of the paper's case, made once."""
     return planned("paper_case")
+
+
+def pytest_sessionstart() -> None:
+    gc.disable()
+
+
+def pytest_collection_finish() -> None:
+    """What modules define lives as long as the tests: looking for garbage in it takes seconds."""
+    gc.freeze()
+    gc.enable()
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
