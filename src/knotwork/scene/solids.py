@@ -15,7 +15,7 @@ from knotwork.arrays import FloatArray
 from knotwork.errors import InputError
 from knotwork.scene.cells import CUBE_CORNERS, Cells, read_cells
 from knotwork.scene.hulls import make_convex_hull
-from knotwork.scene.meshes.mesh_files import read_mesh, read_points
+from knotwork.scene.meshes.mesh_files import read_corners, read_mesh
 from knotwork.task.scenario import PlacedShape
 
 
@@ -100,7 +100,7 @@ def make_solid(shape: PlacedShape, axes: Any) -> Solid:
             fill too many cells.
     """
     placed = axes * shape.placement
-    turn, shift = np.array(placed.rotation), np.array(placed.translation)
+    rotation, translation = np.array(placed.rotation), np.array(placed.translation)
     plane = triangles = parts = hull = cells = None
     if shape.path is not None:
         try:
@@ -115,20 +115,20 @@ def make_solid(shape: PlacedShape, axes: Any) -> Solid:
         else:
             geometry = _read_hull(shape.path, changed, shape.scale)
     elif shape.kind == "half_space":
-        normal = turn @ np.array(shape.size[:3])
-        plane = np.array([*normal, shape.size[3] + normal @ shift])
+        normal = rotation @ np.array(shape.size[:3])
+        plane = np.array([*normal, shape.size[3] + normal @ translation])
         geometry = coal.Halfspace(np.array(shape.size[:3]), shape.size[3])
     else:
         geometry = _PRIMITIVE_SHAPES[shape.kind](*shape.size)
     corners = np.full((8, 3), np.inf)
     if plane is None:
         low, high = _find_box(geometry, cells)
-        corners = (low + CUBE_CORNERS * (high - low)) @ turn.T + shift
+        corners = (low + CUBE_CORNERS * (high - low)) @ rotation.T + translation
     return Solid(
         shape,
         geometry,
-        rotation=turn,
-        translation=shift,
+        rotation=rotation,
+        translation=translation,
         corners=corners,
         plane=plane,
         triangles=triangles,
@@ -175,7 +175,7 @@ def support_values(solid: Solid, directions: FloatArray) -> FloatArray:
 @lru_cache(maxsize=256)
 def _read_hull(path: Path, changed: int, scale: tuple[float, float, float]) -> Any:
     """Make the convex hull of a mesh file; `changed`, its time of change, is a key of the cache."""
-    return make_convex_hull(read_points(path) * np.array(scale))
+    return make_convex_hull(read_corners(path) * np.array(scale))
 
 
 @lru_cache(maxsize=32)
