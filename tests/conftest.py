@@ -66,6 +66,15 @@ def run(knotwork: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> C
     return knotwork
 
 
+@pytest.fixture
+def without_plots(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Reports have no plots, which take most of their time, where only words are read."""
+    from matplotlib.figure import Figure
+
+    for name in ("joints", "tool"):
+        monkeypatch.setattr(f"knotwork.view.html_report.plot_{name}", lambda _: Figure())
+
+
 @pytest.fixture(scope="session")
 def deburring() -> Plan:
     """The plan of the main scenario, made once."""
