@@ -145,11 +145,8 @@ def straight_points(
     """
     if isinstance(motion, StraightPoints):
         return motion
-    tolerance = (
-        LINE_TOLERANCE
-        if tolerance is None
-        else require_number(tolerance, "tolerance", "rad or m", positive=True)
-    )
+    tolerance = LINE_TOLERANCE if tolerance is None else tolerance
+    tolerance = require_number(tolerance, "tolerance", "rad or m", positive=True)
     require_rest_at_ends(motion)
     last = math.ceil(motion.duration / (cycle or TIME_TICK) * (1.0 - 1e-12))
     if cycle is not None:
