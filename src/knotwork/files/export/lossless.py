@@ -112,11 +112,8 @@ def motion_points(
             raise InputError("these points have their options already; give the trajectory")
         return motion
     order = 3 if accelerations else 2
-    tolerance = (
-        None
-        if tolerance is None
-        else require_number(tolerance, "tolerance", "rad or m", positive=True)
-    )
+    if tolerance is not None:
+        tolerance = require_number(tolerance, "tolerance", "rad or m", positive=True)
     received = _receive(motion, motion.breaks, order)
     exact = bool((largest_difference(motion, received) <= LOSSLESS * _scale(motion)).all())
     if not exact:

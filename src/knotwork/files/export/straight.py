@@ -73,10 +73,8 @@ class StraightPoints:
 
     def describe(self) -> str:
         """Describe the number of positions, and their error."""
-        return (
-            f"{self.time.size} points; straight lines between them are off the motion by at most "
-            f"{bound_text(self.error)} [rad or m]"
-        )
+        error = f"at most {bound_text(self.error)} [rad or m]"
+        return f"{self.time.size} points; straight lines between them are off the motion by {error}"
 
 
 def bound_text(value: float, digits: int = 3) -> str:
