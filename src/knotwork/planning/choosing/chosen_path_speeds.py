@@ -114,7 +114,7 @@ def maximum_path_speeds(
         except NoSpeedsError as no_speeds:
             faults = faults or [no_speeds.fault]
             break
-        if feasible and (budget.is_over or not _is_faster(chosen, feasible[-1].chosen)):
+        if feasible and (not _is_faster(chosen, feasible[-1].chosen) or budget.is_over):
             break
         speeds = _follow(free_task, chosen)
         problems = [at.problem for at in speeds.chosen]

@@ -18,6 +18,7 @@ import numpy as np
 from knotwork.arrays import FloatArray
 from knotwork.errors import FollowingError, InputError, OutOfReachError, TimingError
 from knotwork.planning.choosing.chosen_times import ChosenValues, choose_times
+from knotwork.planning.choosing.free_sections import FreeTask
 from knotwork.planning.timing.timed_motion import Budget
 from knotwork.task import ExpandedTask
 from knotwork.task.scenario import Scenario
@@ -74,7 +75,7 @@ def fix_arrival_times(scenario: Scenario, budget: Budget) -> Scenario:
         scenario = _with_fewer_free(scenario, task, by_task_index)
         if not (scenario.free_values and scenario.free_values.time_dependent):
             return scenario
-        chosen = choose_times(scenario, budget)
+        chosen = _choose(scenario, budget)
     i = max(arrivals, key=lambda k: abs(times[k] - expected[k]))
     raise TimingError(
         f"{scenario.waypoints[i].name!r} moves, and after {MAX_ARRIVAL_ROUNDS} iterations "
@@ -83,6 +84,11 @@ def fix_arrival_times(scenario: Scenario, budget: Budget) -> Scenario:
         cause="rounds",
         where=scenario.where("waypoints", scenario.task_index[i]),
     )
+
+
+def _choose(scenario: Scenario, budget: Budget) -> ChosenValues:
+    """Minimum times for the best solutions of the poses at the expected times."""
+    return choose_times(FreeTask.solve(scenario, scenario.required_free_values), budget)
 
 
 def _first_choice(scenario: Scenario, budget: Budget) -> tuple[Scenario, ChosenValues]:
@@ -102,7 +108,7 @@ def _first_choice(scenario: Scenario, budget: Budget) -> tuple[Scenario, ChosenV
     for expected in guesses:
         try:
             guessed = change_task(scenario, scenario.given, expected)
-            return guessed, choose_times(guessed, budget)
+            return guessed, _choose(guessed, budget)
         except (OutOfReachError, FollowingError) as error:
             error.hint = (
                 "frames are taken at their expected times: after: {fastest: true, "
@@ -123,7 +129,7 @@ def _with_speeds_before(scenario: Scenario, budget: Budget) -> Scenario:
         return scenario
     try:
         part = task.replace(waypoints=task.waypoints[: scenario.task_index[first]])
-        chosen = choose_times(change_task(scenario, part), budget)
+        chosen = _choose(change_task(scenario, part), budget)
     except InputError:
         return scenario
     return _with_fewer_free(scenario, task.with_waypoints(_speeds(scenario, chosen)))
