@@ -76,7 +76,7 @@ def _attempt(sequences: SequencePlanner, solution: TaskSolution) -> SequenceAtte
     """Plan a sequence of solutions.
 
     Raises:
-        InputError: It has no motion at any duration.
+        InputError: No motion exists at any duration.
     """
     try:
         plan = sequences.plan(solution)
