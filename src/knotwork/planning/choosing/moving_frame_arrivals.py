@@ -98,13 +98,13 @@ def _first_choice(scenario: Scenario, budget: Budget) -> tuple[Scenario, ChosenV
         InputError: There is no solution for any guess.
     """
     free, (first, *_) = scenario.required_free_values, scenario.required_free_values.time_dependent
-    step, failure = scenario.task_index[first], None
+    task_i, failure = scenario.task_index[first], None
     guesses: list[dict[int, float]] = [{}]
     at = free.waypoints[first]
-    if scenario.given.waypoints[step].time is None and at.duration_is_free:
+    if scenario.given.waypoints[task_i].time is None and at.duration_is_free:
         start = scenario.expected_times[first - 1]
         spans = dict.fromkeys(max(span, at.min_duration) for span in GUESSES)
-        guesses = [{step: start + span} for span in spans]
+        guesses = [{task_i: start + span} for span in spans]
     for expected in guesses:
         try:
             guessed = change_task(scenario, scenario.given, expected)
@@ -159,12 +159,12 @@ def _times(scenario: Scenario, chosen: ChosenValues) -> FloatArray:
     """
     times = np.array(chosen.scenario.times)
     for i in scenario.required_free_values.time_dependent:
-        step = scenario.task_index[i]
-        time = scenario.given.waypoints[step].time
+        task_i = scenario.task_index[i]
+        time = scenario.given.waypoints[task_i].time
         if time is None or ends_wait(scenario.task_index, i):
             continue
         if times[i] > time:
-            with scenario.error_context("waypoints", step, "time"):
+            with scenario.error_context("waypoints", task_i, "time"):
                 raise InputError(
                     f"{scenario.waypoints[i].name!r} is reached at "
                     f"{rounded_up(float(times[i])):.6g} s at the earliest that was found, "
@@ -181,12 +181,12 @@ def _with_numbers(scenario: Scenario, chosen: ChosenValues) -> Scenario:
     changes: defaultdict[int, dict[str, Any]] = defaultdict(dict)
     changes.update(_speeds(scenario, chosen))
     for i in range(1, last + 1):
-        at, step = free.waypoints[i], scenario.task_index[i]
-        if at.duration_is_free and task.waypoints[step].time is None:
+        at, task_i = free.waypoints[i], scenario.task_index[i]
+        if at.duration_is_free and task.waypoints[task_i].time is None:
             span = float(spans[i - 1])
             waits = at.min_duration > span - AGREEMENT
             after = span if waits else LONGER_TIMES * span + AGREEMENT
-            changes[step]["after"] = rounded_up(after, 6)
+            changes[task_i]["after"] = rounded_up(after, 6)
     task = task.with_waypoints(changes).with_waypoints(_solutions(scenario, chosen))
     return _with_fewer_free(scenario, task)
 
