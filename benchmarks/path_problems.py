@@ -103,7 +103,7 @@ def dome(folder: Path, *, free: bool) -> Scenario:
     given = yaml.safe_load(shipped.source.read_text(encoding="utf-8"))
     del given["tool"]["free"]
     path = shipped.paths[0].motion.path
-    frame = shipped.frames["top"]
+    frame = shipped.frame_placements["top"]
     s = np.linspace(0.0, path.length, 500)
     turns = [pin.Quaternion(frame.rotation.T @ R).coeffs() for R in path.rotation(s)]
     points = (path.position(s) - frame.translation) @ frame.rotation * 1000.0

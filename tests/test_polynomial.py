@@ -133,9 +133,10 @@ def test_arrays_are_copied_and_read_only():
         ([[1.0, 2.0]], [0, 1], {}, InputError, "2 breaks bound 1 pieces.* 2 pieces"),
         (np.empty((0, 1)), [0, 1], {}, InputError, "0 powers"),
         ([[1.0], [np.nan]], [0, 1], {}, InputError, r"coefficient \[1, 0\] is nan"),
-        ([[1.0]], [0, 0], {}, WaypointDataError, "later than"),
+        ([[1.0]], [0, 0], {}, WaypointDataError, "break 2 is 0 s; .* the previous break"),
         ([[1.0]], [0, np.inf], {}, WaypointDataError, "inf"),
-        ([[1.0]], [0], {}, WaypointDataError, "at least two"),
+        ([[1.0]], [0], {}, WaypointDataError, "at least two break times"),
+        ([[1.0]], ["a", "b"], {}, WaypointDataError, "time must be numbers"),
     ],
 )
 def test_what_is_no_piecewise_polynomial_is_refused(c, x, options, error, says):

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from knotwork.errors import WaypointDataError
-from knotwork.errors.plain_text import default_waypoint_name
+from knotwork.errors.plain_text import default_waypoint_name, waypoint_text
 
 FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.intp]
@@ -63,25 +63,31 @@ def checked_array(
     return array
 
 
-def checked_times(times: ArrayLike, names: Sequence[str] | None = None) -> FloatArray:
-    """Copy waypoint times [s], strictly increasing, shape (n,), n >= 2, into a read-only array.
+def checked_times(
+    times: ArrayLike, names: Sequence[str] | None = None, subject: str = "waypoint"
+) -> FloatArray:
+    """Copy times [s], strictly increasing, shape (n,), n >= 2, into a read-only array.
+
+    Args:
+        times: The times.
+        names: Names of the points at these times.
+        subject: Kind of the points, for the error.
 
     Raises:
         WaypointDataError: There are fewer than two times, or they are not finite or don't increase.
     """
-    array = np.array(times, dtype=float)
-    if array.ndim != 1 or array.size < 2:
-        raise WaypointDataError(
-            f"a motion needs at least two waypoint times in one dimension, not shape {array.shape}"
-        )
-    array = checked_array(array, array.shape, "time")
+    shape = np.asarray(times, dtype=object).shape
+    if len(shape) != 1 or shape[0] < 2:
+        message = f"at least two {subject} times are needed, in one dimension, not shape {shape}"
+        raise WaypointDataError(message)
+    array = checked_array(times, shape, "time")
     late = np.flatnonzero(np.diff(array) <= 0)
     if late.size:
         i = int(late[0]) + 1
         name = f" ({names[i]!r})" if names is not None else ""
         raise WaypointDataError(
-            f"time of {default_waypoint_name(i)}{name} is {array[i]:.15g} s; "
-            f"it must be later than {array[i - 1]:.15g} s, the time of the previous waypoint",
+            f"time of {subject} {i + 1}{name} is {array[i]:.15g} s; it must be later than "
+            f"{array[i - 1]:.15g} s, the time of the previous {subject}",
             waypoint_index=i,
             value=float(array[i]),
         )
@@ -100,7 +106,7 @@ def known_rows(
     partly = np.flatnonzero(missing.any(axis=1) & ~missing.all(axis=1))
     if partly.size:
         i = int(partly[0])
-        where = repr(names[i]) if names else default_waypoint_name(i)
+        where = waypoint_text(names[i]) if names else default_waypoint_name(i)
         raise WaypointDataError(
             f"{subject} at {where} is known for some joints only; give all of them, or NaN for all",
             waypoint_index=i,

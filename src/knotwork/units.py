@@ -27,6 +27,11 @@ class Units:
     length: str = "m"
     angle: str = "rad"
 
+    @property
+    def per_metre(self) -> float:
+        """Number of units of length in a metre."""
+        return _FACTORS[self.length]
+
     def shown(self, value: float, unit: str) -> tuple[float, str]:
         """Convert a value from SI, and return it with the name of its unit.
 

@@ -231,7 +231,7 @@ class ChosenSection(ReadOnlyArrays):
     velocity: Mapping[int, FloatArray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "times", checked_times(self.times))
+        object.__setattr__(self, "times", checked_times(self.times, subject="knot"))
         shape = (len(self.times), *np.shape(self.acceleration)[1:2])
         object.__setattr__(
             self, "acceleration", checked_array(self.acceleration, shape, "acceleration")

@@ -193,7 +193,7 @@ def test_an_acceleration_known_for_some_joints_only_is_refused():
     a[1, 0] = np.nan
     with pytest.raises(WaypointDataError, match="acceleration at waypoint 2 is known for some"):
         ModifiedHermiteSpline(x, y, v, acceleration=a)
-    with pytest.raises(WaypointDataError, match="acceleration at 'on' is known for some joints"):
+    with pytest.raises(WaypointDataError, match="acceleration at waypoint 'on' is known for"):
         kw.JointWaypoints(("a", "b"), x, y, v, names=("from", "on", "to"), acceleration=a)
     with pytest.raises(WaypointDataError, match="acceleration must have the shape of y"):
         ModifiedHermiteSpline(x, y, v, acceleration=a[:, :1])

@@ -52,7 +52,7 @@ def test_arm_stays_near_in_long_given_duration(long: float, along: bool) -> None
         [[0, 0], [1, 0.5], [1.5, 1.2], [1, 1.4], [2, 1]],
         velocity,
         limits,
-        along=[False, along, along, along, False],
+        is_direction=[False, along, along, along, False],
         duration=[np.nan, long, np.nan, np.nan],
     )
     motion = solve(problem)
@@ -65,7 +65,7 @@ def test_arm_stays_near_in_long_given_duration(long: float, along: bool) -> None
 
 def test_chooses_factor_along_direction(problem: TimingProblem) -> None:
     along = np.array([False, True, True, True, False])
-    other = replace(problem, along=along, max_factor=np.full(5, 0.7))
+    other = replace(problem, is_direction=along, max_factor=np.full(5, 0.7))
     motion = solve(other)
     assert_kept(other, motion)
     for i in (1, 2, 3):

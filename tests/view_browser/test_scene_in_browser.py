@@ -106,7 +106,9 @@ def test_the_first_look_shows_arm_path_and_labels(show: Any, name: str) -> None:
     assert not tab.locator("#head .warnings").count()
     resize(tab, 900, 600)
     shown = shown_labels(tab)
-    names = {waypoint.name for waypoint in plan.scenario.waypoints} | set(plan.scenario.frames)
+    names = {waypoint.name for waypoint in plan.scenario.waypoints} | set(
+        plan.scenario.frame_placements
+    )
     texts = {text for text, _ in shown}
     objects = {thing.name for thing in plan.scenario.scene.objects}
     waypoints = {waypoint.name for waypoint in plan.scenario.waypoints}

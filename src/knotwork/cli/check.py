@@ -216,7 +216,7 @@ def _require_placement(
     if one_urdf and not set(joints.joint_names) & set(other_joints.joint_names):
         return
     why = "both motions are of the same joints" if one_urdf else "their URDFs are not the same"
-    frames = ", ".join(dict.fromkeys([*scenario.frames, "base"]))
+    frames = ", ".join(dict.fromkeys([*scenario.frame_placements, "base"]))
     raise InputError(
         f"--with {other}: its robot has no placement, and {why}; accepted: --in with a "
         f"frame of {source}, one of {frames}"

@@ -240,7 +240,7 @@ def _misplaced_objects(scenario: Scenario, executed: Execution) -> Iterator[Find
     inner = {waypoint.name for waypoint in executed.kept_scenario.waypoints[1:-1]}
     for held in scenario.scene.held:
         ends = ("before", held.taken_at), ("after", held.released_at)
-        for (when, i), frame in zip(ends, held.frames, strict=True):
+        for (when, i), frame in zip(ends, held.end_frames, strict=True):
             name = scenario.waypoints[i].name
             if not frame.rests_on(scenario.pose_frame_link) and name in inner:
                 fact = (

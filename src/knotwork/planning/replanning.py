@@ -190,7 +190,7 @@ def _put_down(
         span: Time interval of the planned motion that is executed [s].
     """
     scenario, task = plan.scenario, plan.scenario.given
-    waypoint, frame = scenario.waypoints[i], held.frames[i == held.released_at]
+    waypoint, frame = scenario.waypoints[i], held.end_frames[i == held.released_at]
     near = [neighbour.time for neighbour in scenario.waypoints[max(i - 1, 0) : i + 2]]
     robot, q = plan.joints.robot, plan.trajectory(waypoint.time)
     tool = robot.tool_pose(q, in_world_frame=waypoint.in_world_frame)  # type: ignore[union-attr]
@@ -200,7 +200,7 @@ def _put_down(
         placed = frame.placement_at(waypoint.time).actInv(placed)
     elif scenario.pose_frame_link and not waypoint.in_world_frame:
         parent = _frame_of_joints(scenario) or "base"
-        placed = scenario.frames[parent].actInv(placed)
+        placed = scenario.frame_placements[parent].actInv(placed)
     given = task.tool.holds[held.name]  # type: ignore[union-attr]
     described = SceneObject.model_fields.keys() - Placement.model_fields.keys()
     shape = {key: getattr(given, key) for key in described & given.model_fields_set}

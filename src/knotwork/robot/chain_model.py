@@ -33,8 +33,8 @@ class ChainModel(PlannedJoints):
     def __init__(self, description: Description) -> None:
         chain = select_chain(description)
         super().__init__(description, chain.joint_names)
-        self.model, self.base_frame = chain.model, chain.base_frame
-        model = chain.model
+        self.model = model = chain.model
+        self.base_frame = chain.base_frame
         self.world_frame = description.world_frame or chain.base_frame
         self.base_moves = description.world_frame is not None
         self.locked = MappingProxyType(dict(chain.locked))
@@ -43,10 +43,10 @@ class ChainModel(PlannedJoints):
         self.base_placement = base.placement.copy()
         self._base_from_root = self.base_placement.inverse()
         self.tcp_frame_id = None if description.tool_frame is None else self._add_tcp(description)
-        turn = self.base_placement.rotation
+        to_root = self.base_placement.rotation
         if description.gravity is not None:
-            model.gravity.linear = turn @ description.gravity
-        self.gravity = checked_array(turn.T @ model.gravity.linear, (3,), "gravity")
+            model.gravity.linear = to_root @ description.gravity
+        self.gravity = checked_array(to_root.T @ model.gravity.linear, (3,), "gravity")
         bodies = (frame for frame in model.frames if frame.type == pin.FrameType.BODY)
         self.frame_names = tuple(str(frame.name) for frame in bodies)
         self._memory = threading.local()
@@ -62,7 +62,7 @@ class ChainModel(PlannedJoints):
         for load, axes in loads:
             body = pin.Inertia(load.mass, load.centre_of_mass, load.inertia)
             model.appendBodyToJoint(carrier, body, axes)
-        for joint in description.virtual:
+        for joint in description.virtual_joints:
             axes = pin.SE3.Identity()
             axes.rotation = axes.rotation if joint.axes is None else joint.axes
             kind = _VIRTUAL[joint.unit][joint.axis]()
@@ -121,8 +121,8 @@ class ChainModel(PlannedJoints):
         pose = self._base_from_root * pin.updateFramePlacement(self.model, self.data, tcp)
         J = pin.getFrameJacobian(self.model, self.data, tcp, pin.LOCAL_WORLD_ALIGNED)
         J = J.reshape(6, self.dof)  # a single column comes as a vector
-        base = self._base_from_root.rotation
-        return pose, np.vstack([base @ J[:3], base @ J[3:]])
+        to_base = self._base_from_root.rotation
+        return pose, np.vstack([to_base @ J[:3], to_base @ J[3:]])
 
     def twist(self, q: ArrayLike, v: ArrayLike) -> Any:
         """Velocity of the TCP in base axes (`local_world_aligned`), as `pin.Motion`."""
@@ -130,8 +130,8 @@ class ChainModel(PlannedJoints):
         pin.forwardKinematics(self.model, self.data, self._checked(q, "q"), self._checked(v, "v"))
         pin.updateFramePlacement(self.model, self.data, tcp)
         twist = pin.getFrameVelocity(self.model, self.data, tcp, pin.LOCAL_WORLD_ALIGNED)
-        turn = self._base_from_root.rotation
-        return pin.Motion(turn @ twist.linear, turn @ twist.angular)
+        to_base = self._base_from_root.rotation
+        return pin.Motion(to_base @ twist.linear, to_base @ twist.angular)
 
     def effort(self, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> FloatArray:
         """Joint efforts [N m or N] of the motion under gravity, by inverse dynamics, shape (d,).

@@ -70,7 +70,7 @@ class Description:
         package_paths: Additional folders with meshes.
         ignored_pairs: Pairs of links that are not checked for collisions.
         srdf: SRDF file with more such pairs, or `None`.
-        virtual: Virtual joints after the TCP, in order.
+        virtual_joints: Virtual joints after the TCP, in order.
         world_frame: Link of the world frame if `base_frame` moves, or `None`.
         weights: Weights of joints, by default 1.
     """
@@ -93,14 +93,14 @@ class Description:
     package_paths: tuple[Path, ...] = ()
     ignored_pairs: tuple[tuple[str, str], ...] = ()
     srdf: Path | None = None
-    virtual: tuple[VirtualJoint, ...] = ()
+    virtual_joints: tuple[VirtualJoint, ...] = ()
     world_frame: str | None = None
     weights: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for payload in (*self.held, *([] if self.payload is None else [self.payload])):
             require_type(payload, Payload, "payload", "a kw.Payload")
-        for joint in self.virtual:
+        for joint in self.virtual_joints:
             require_type(joint, VirtualJoint, "virtual joint", "a VirtualJoint")
 
     def with_tool(self, frame: str | None, offset: Any, payload: Payload | None) -> Description:

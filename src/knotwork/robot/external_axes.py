@@ -207,11 +207,13 @@ def invert_to_root(robot: Element, link: str) -> None:
 
     by_child = {read_link(joint, "child"): joint for joint in child_elements(robot, "joint")}
     while link in by_child:
-        joint, child = by_child[link], link
+        child = link
+        joint = by_child[child]
         link = read_link(joint, "parent")
-        between, axis = f"{link} from {child}", _read_numbers(joint, "axis", "xyz", "1 0 0")
-        turn = pin.rpy.rpyToMatrix(_read_numbers(joint, "origin", "rpy"))
-        inverse = pin.SE3(turn, _read_numbers(joint, "origin", "xyz")).inverse()
+        between = f"{link} from {child}"
+        axis = _read_numbers(joint, "axis", "xyz", "1 0 0")
+        rotation = pin.rpy.rpyToMatrix(_read_numbers(joint, "origin", "rpy"))
+        inverse = pin.SE3(rotation, _read_numbers(joint, "origin", "xyz")).inverse()
         for old in child_elements(joint):
             if old.tagName in ("parent", "child", "origin", "axis"):
                 joint.removeChild(old)

@@ -22,7 +22,7 @@ class JointAxes:
     Attributes:
         axes: Directions of the axes with all joints at zero, shape (d, 3).
         origins: Points on the axes at zero [m], shape (d, 3).
-        revolute: Whether each joint is revolute, shape (d,).
+        is_revolute: Whether each joint is revolute, shape (d,).
         reach: Length of the arm, from the base through all joints to the TCP [m].
 
     Raises:
@@ -30,17 +30,15 @@ class JointAxes:
     """
 
     def __init__(self, robot: Robot) -> None:
-        self._joints, tool = joint_tree(robot.model), robot.model.frames[robot.require_tool()]
-        if len(self._joints.path(int(tool.parentJoint))) < robot.dof:
+        self._joints = joint_tree(robot.model)
+        tool = robot.model.frames[robot.require_tool()]
+        if len(self._joints.chain_to(int(tool.parentJoint))) < robot.dof:
             raise RobotError(robot.name, "is not a serial chain: a joint does not move the tool")
         self._base = robot.base_placement.inverse()
-        across = self._joints.alignment[-1].T
         # Rows are the weights of the columns of the last joint's frame.
-        placement = tool.placement
-        self._tool = np.column_stack(
-            [across @ placement.rotation, across @ placement.translation]
-        ).T
-        self.revolute = self._joints.angles
+        weights = self._joints.alignment[-1].T @ tool.placement.homogeneous[:3]
+        self._tool = weights.T
+        self.is_revolute = self._joints.is_angle
         tip, _, points, axes = (values[..., 0] for values in self.forward(np.zeros((1, robot.dof))))
         self.axes, self.origins = axes.T.copy(), points.T.copy()
         links = np.diff(np.vstack([np.zeros(3), self.origins, tip]), axis=0)
@@ -54,7 +52,7 @@ class JointAxes:
         Args:
             position: Points in the base frame [m], shape (3,) or (3, n).
         """
-        if not self.revolute.all():
+        if not self.is_revolute.all():
             return np.zeros(position.shape[1:])
         with np.errstate(over="ignore"):  # an overflow is a miss as well
             away = np.linalg.norm(position, axis=0)
@@ -94,8 +92,8 @@ class JointAxes:
             np.multiply(a, b, out=J[row])
             J[row] -= c * e
         J[3:] = axes
-        if not self.revolute.all():
-            slides = ~self.revolute
+        if not self.is_revolute.all():
+            slides = ~self.is_revolute
             J[:3, slides], J[3:, slides] = axes[:, slides], 0.0
         return tip, rotation, J
 

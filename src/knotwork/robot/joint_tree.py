@@ -29,8 +29,9 @@ class JointTree:
         rotation, translation: Placement in the parent at position 0, shapes (n + 1, 3, 3) and
             (n + 1, 3) [m].
         axis: Unit vector in the joint's axes, shape (n + 1, 3).
-        turns: Angle per unit of position: 1 or, if prismatic, 0.
-        slides: Distance along the axis per unit of position: 1 if prismatic, the pitch if helical.
+        angle_per_unit: Angle per unit of position: 1 or, if prismatic, 0.
+        length_per_unit: Distance along the axis per unit of position: 1 if prismatic, the pitch if
+            helical.
     """
 
     parent: tuple[int, ...]
@@ -38,8 +39,8 @@ class JointTree:
     rotation: FloatArray
     translation: FloatArray
     axis: FloatArray
-    turns: FloatArray
-    slides: FloatArray
+    angle_per_unit: FloatArray
+    length_per_unit: FloatArray
 
     @cached_property
     def carriers(self) -> NDArray[np.bool_]:
@@ -56,10 +57,10 @@ class JointTree:
         return np.asarray(np.linalg.norm(self.translation, axis=1))
 
     @cached_property
-    def angles(self) -> NDArray[np.bool_]:
+    def is_angle(self) -> NDArray[np.bool_]:
         """Whether each joint position is an angle, shape (n,), in the order of columns."""
         result = np.zeros(len(self.parent) - 1, dtype=bool)
-        result[list(self.column[1:])] = self.turns[1:] > 0.0
+        result[list(self.column[1:])] = self.angle_per_unit[1:] > 0.0
         return result
 
     @cached_property
@@ -70,9 +71,10 @@ class JointTree:
     @cached_property
     def _steps(self) -> FloatArray:
         """Each joint's frame at position 0 in its parent's: columns x, y, z and origin."""
-        up = self.alignment[list(self.parent)].transpose(0, 2, 1)
-        turned = (up @ self.rotation @ self.alignment).transpose(0, 2, 1)
-        return np.concatenate([turned, (up @ self.translation[:, :, None]).transpose(0, 2, 1)], 1)
+        to_aligned = self.alignment[list(self.parent)].transpose(0, 2, 1)
+        axes = to_aligned @ self.rotation @ self.alignment
+        origin = to_aligned @ self.translation[:, :, None]
+        return np.concatenate([axes, origin], axis=2).transpose(0, 2, 1)
 
     def frames(self, q: FloatArray, root: Any = None) -> FloatArray:
         """Compute frames on the axes of all joints, with z along them: a product of exponentials.
@@ -87,25 +89,27 @@ class JointTree:
             Shape (n + 1, 4, 3, k). The second index selects the x, y or z axis or the origin [m],
             the third one the component.
         """
-        k, n = len(q), len(self.parent)
         root = pin.SE3.Identity() if root is None else root
-        q, frames = np.ascontiguousarray(q.T), np.empty((n, 4, 3, k))
-        frames[0, :3], frames[0, 3] = root.rotation.T[:, :, None], root.translation[:, None]
+        q = np.ascontiguousarray(q.T)
         cosine, sine = np.cos(q), np.sin(q)
         sines = np.array((sine, -sine))[:, :, None]
-        for i in range(1, n):
-            frame, before, j = frames[i], frames[self.parent[i]], self.column[i]
-            np.matmul(self._steps[i], before[:3].reshape(3, -1), out=frame.reshape(4, -1))
-            frame[3] += before[3]
-            if self.slides[i]:
-                frame[3] += self.slides[i] * q[j] * frame[2]
-            if self.turns[i]:
-                across, turned = frame[:2], sines[:, j] * frame[1::-1]
-                across *= cosine[j]
-                across += turned
+        frames = np.empty((len(self.parent), 4, 3, q.shape[1]))
+        frames[0, :3] = root.rotation.T[:, :, None]
+        frames[0, 3] = root.translation[:, None]
+        for i in range(1, len(self.parent)):
+            frame, parent, j = frames[i], frames[self.parent[i]], self.column[i]
+            np.matmul(self._steps[i], parent[:3].reshape(3, -1), out=frame.reshape(4, -1))
+            frame[3] += parent[3]
+            if self.length_per_unit[i]:
+                frame[3] += self.length_per_unit[i] * q[j] * frame[2]
+            if self.angle_per_unit[i]:  # x and y turn about z
+                x_and_y = frame[:2]
+                y_and_x = sines[:, j] * frame[1::-1]
+                x_and_y *= cosine[j]
+                x_and_y += y_and_x
         return frames
 
-    def path(self, joint: int) -> list[int]:
+    def chain_to(self, joint: int) -> list[int]:
         """Joints from the root to a joint, including it."""
         return [int(i) for i in np.flatnonzero(self.carriers[joint])]
 
@@ -136,7 +140,9 @@ def joint_tree(model: Any) -> JointTree:
     data = model.createData()
     pin.computeJointJacobians(model, data, pin.neutral(model))
     n = model.njoints
-    axis, turns, slides = np.zeros((n, 3)), np.zeros(n), np.zeros(n)
+    axis = np.zeros((n, 3))
+    angle_per_unit = np.zeros(n)
+    length_per_unit = np.zeros(n)
     for i in range(1, n):
         joint = model.joints[i]
         if joint.nv != 1:
@@ -146,17 +152,19 @@ def joint_tree(model: Any) -> JointTree:
             )
         local = pin.getJointJacobian(model, data, i, pin.LOCAL).reshape(6, -1)
         column = local[:, joint.idx_v]
-        turns[i], slides[i] = np.linalg.norm(column[3:]), np.linalg.norm(column[:3])
-        axis[i] = column[3:] / turns[i] if turns[i] else column[:3] / slides[i]
-        slides[i] *= np.sign(axis[i] @ column[:3] or 1.0)
+        linear, angular = column[:3], column[3:]
+        angle, length = np.linalg.norm(angular), np.linalg.norm(linear)
+        axis[i] = angular / angle if angle else linear / length
+        angle_per_unit[i] = angle
+        length_per_unit[i] = length * np.sign(axis[i] @ linear or 1.0)
     return JointTree(
         parent=tuple(int(parent) for parent in model.parents),
         column=(-1, *(int(model.joints[i].idx_v) for i in range(1, n))),
         rotation=np.array([placement.rotation for placement in model.jointPlacements]),
         translation=np.array([placement.translation for placement in model.jointPlacements]),
         axis=axis,
-        turns=turns,
-        slides=slides,
+        angle_per_unit=angle_per_unit,
+        length_per_unit=length_per_unit,
     )
 
 
@@ -171,15 +179,17 @@ def make_serial_chain(
         is_revolute: Whether each joint is revolute; otherwise prismatic.
     """
     n = len(placements)
-    turned = np.array([0.0, *(float(revolute) for revolute in is_revolute)])
+    angle_per_unit = np.array([0.0, *map(float, is_revolute)])
+    length_per_unit = 1.0 - angle_per_unit
+    length_per_unit[0] = 0.0
     return JointTree(
         parent=(0, *range(n)),
         column=(-1, *range(n)),
         rotation=np.array([np.eye(3), *(placement.rotation for placement in placements)]),
         translation=np.array([np.zeros(3), *(placement.translation for placement in placements)]),
         axis=np.vstack((np.zeros(3), axis)),
-        turns=turned,
-        slides=np.array([0.0, *(1.0 - turned[1:])]),
+        angle_per_unit=angle_per_unit,
+        length_per_unit=length_per_unit,
     )
 
 
@@ -195,10 +205,10 @@ def invert_chain(tree: JointTree, joint: int, placement: Any) -> tuple[JointTree
         The chain, whose joints have opposite axes, and the column of each joint in the tree. A
         further joint at the end of the chain stays at 0 and has the axes of the root.
     """
-    joints = tree.path(joint)[::-1]
+    joints = tree.chain_to(joint)[::-1]
     steps = [pin.SE3(tree.rotation[i], tree.translation[i]).inverse() for i in joints]
     axes = np.array([*(-tree.axis[i] for i in joints), [0.0, 0.0, 1.0]])
-    is_revolute = [*(bool(tree.turns[i]) for i in joints), True]
+    is_revolute = [*(bool(tree.angle_per_unit[i]) for i in joints), True]
     return make_serial_chain([placement.inverse(), *steps], axes, is_revolute), [
         tree.column[i] for i in joints
     ]
@@ -215,18 +225,18 @@ def join_trees(first: JointTree, second: JointTree, placement: Any, carrier: int
     """
     n = len(first.parent) - 1
     at_root = [parent == 0 for parent in second.parent[1:]]
-    turn, shift = np.array(second.rotation[1:]), np.array(second.translation[1:])
-    shift[at_root] = shift[at_root] @ placement.rotation.T + placement.translation
-    turn[at_root] = placement.rotation @ turn[at_root]
-    parents = [k + n if k else carrier for k in second.parent[1:]]
+    rotation, translation = np.array(second.rotation[1:]), np.array(second.translation[1:])
+    translation[at_root] = translation[at_root] @ placement.rotation.T + placement.translation
+    rotation[at_root] = placement.rotation @ rotation[at_root]
+    parents = [n + parent if parent else carrier for parent in second.parent[1:]]
     return JointTree(
         parent=(*first.parent, *parents),
-        column=(*first.column, *(k + n for k in second.column[1:])),
-        rotation=np.concatenate((first.rotation, turn)),
-        translation=np.concatenate((first.translation, shift)),
+        column=(*first.column, *(n + column for column in second.column[1:])),
+        rotation=np.concatenate((first.rotation, rotation)),
+        translation=np.concatenate((first.translation, translation)),
         axis=np.concatenate((first.axis, second.axis[1:])),
-        turns=np.concatenate((first.turns, second.turns[1:])),
-        slides=np.concatenate((first.slides, second.slides[1:])),
+        angle_per_unit=np.concatenate((first.angle_per_unit, second.angle_per_unit[1:])),
+        length_per_unit=np.concatenate((first.length_per_unit, second.length_per_unit[1:])),
     )
 
 
@@ -242,8 +252,8 @@ def place_joints(joints: JointTree, q: FloatArray) -> tuple[FloatArray, FloatArr
     """
     frames = joints.frames(q)
     columns = joints.alignment @ frames[:, :3].reshape(len(frames), 3, -1)
-    columns = columns.reshape(len(frames), 3, 3, -1)
-    return np.ascontiguousarray(columns.transpose(3, 0, 2, 1)), frames[:, 3].transpose(2, 0, 1)
+    rotation = columns.reshape(len(frames), 3, 3, -1).transpose(3, 0, 2, 1)
+    return np.ascontiguousarray(rotation), frames[:, 3].transpose(2, 0, 1)
 
 
 def frame_along(axis: FloatArray) -> FloatArray:

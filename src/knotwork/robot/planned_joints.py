@@ -23,13 +23,16 @@ class PlannedJoints:
     """
 
     def __init__(self, description: Description, names: Sequence[str]) -> None:
-        types, extra = description.urdf.types, description.virtual
+        virtual = description.virtual_joints
+        types = description.urdf.types
         units = ("m" if types[name] == "prismatic" else "rad" for name in names)
-        self._description, self.name = description, description.name
-        self.joint_names = (*names, *(joint.name for joint in extra))
-        self.joint_units = (*units, *(joint.unit for joint in extra))
-        self.dof, self.virtual_joints = len(self.joint_names), extra
-        self.virtual = np.array([False] * len(names) + [True] * len(extra))
+        self._description = description
+        self.name = description.name
+        self.joint_names = (*names, *(joint.name for joint in virtual))
+        self.joint_units = (*units, *(joint.unit for joint in virtual))
+        self.dof = len(self.joint_names)
+        self.virtual_joints = virtual
+        self.virtual = np.array([False] * len(names) + [True] * len(virtual))
         self.limits = limits = _collect_limits(description, names)
         # the same arrays by names in the style of Pinocchio
         self.lower_position_limit, self.upper_position_limit = limits.lower, limits.upper
@@ -40,7 +43,7 @@ class PlannedJoints:
         self.configurations: Mapping[str, FloatArray] = MappingProxyType(
             {
                 key: checked_array(
-                    [*(values[joint] for joint in names), *[0.0] * len(extra)], (self.dof,), key
+                    [*(values[joint] for joint in names), *[0.0] * len(virtual)], (self.dof,), key
                 )
                 for key, values in description.configurations.items()
                 if all(joint in values for joint in names)
@@ -74,15 +77,16 @@ def _collect_limits(description: Description, names: Sequence[str]) -> JointLimi
     Raises:
         RobotError: A joint's position limits have no range.
     """
-    types, full = description.urdf.types, description.urdf.model
-    ranges = {joint.name: (joint.lower, joint.upper) for joint in description.virtual}
+    types = description.urdf.types
+    model = description.urdf.model
+    ranges = {joint.name: (joint.lower, joint.upper) for joint in description.virtual_joints}
     tables: dict[str, dict[str, Any]] = {"position": ranges, "velocity": {}, "effort": {}}
     for name in names:
-        joint = full.joints[full.getJointId(name)]
+        joint = model.joints[model.getJointId(name)]
         if types[name] != "continuous":
-            lower, upper = full.lowerPositionLimit, full.upperPositionLimit
+            lower, upper = model.lowerPositionLimit, model.upperPositionLimit
             ranges[name] = lower[joint.idx_q], upper[joint.idx_q]
-        for kind, limits in (("velocity", full.velocityLimit), ("effort", full.effortLimit)):
+        for kind, limits in (("velocity", model.velocityLimit), ("effort", model.effortLimit)):
             if limits[joint.idx_v] > 0:
                 tables[kind][name] = limits[joint.idx_v]
     for kind, table in description.limits.items():
@@ -101,5 +105,5 @@ def _collect_limits(description: Description, names: Sequence[str]) -> JointLimi
                     f"`locked: {{{name}: {lower:g}}}`",
                     joint=name,
                 )
-    joints = (*names, *(joint.name for joint in description.virtual))
+    joints = (*names, *(joint.name for joint in description.virtual_joints))
     return JointLimits.by_joint(joints, tables).scaled(description.used_fraction)

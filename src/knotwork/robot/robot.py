@@ -47,9 +47,9 @@ class Robot(ChainModel):
         dof: Number of planned joints, d.
         joint_names: Names of the d joints, base first.
         joint_units: `"rad"` or `"m"` for each joint.
-        limits: `JointLimits` of the d joints.
-        lower_position_limit, upper_position_limit, velocity_limit, acceleration_limit, jerk_limit,
-            effort_limit: The arrays of `limits`, by names in the style of Pinocchio.
+        limits: Limits of the joints, `JointLimits`; its arrays also have these names:
+        lower_position_limit, upper_position_limit: `limits.lower` and `limits.upper`.
+        velocity_limit, acceleration_limit, jerk_limit, effort_limit: `limits.velocity`, and so on.
         weights: Weight of each joint's motion.
         virtual: Whether each joint is a virtual one.
         virtual_joints: The virtual joints, which are the last joints.
@@ -77,14 +77,18 @@ class Robot(ChainModel):
 
     def __init__(self, description: Description) -> None:
         super().__init__(description)
-        self.description, self.source = description.description, description.source
+        self.description = description.description
+        self.source = description.source
         self.urdf_files = description.urdf.files
         self.urdf = self.urdf_files[0].path
-        self.package_paths, self.tool_frame = description.package_paths, description.tool_frame
-        self.ignored_pairs, self.srdf = description.ignored_pairs, description.srdf
+        self.package_paths = description.package_paths
+        self.ignored_pairs = description.ignored_pairs
+        self.srdf = description.srdf
+        self.tool_frame = description.tool_frame
         self.tool_offset = description.tool_offset.copy()
         self.tool_candidates = description.urdf.leaves
-        self.payload, self.held = description.payload, description.held
+        self.payload = description.payload
+        self.held = description.held
         self.external_axes = description.urdf.added
         self.joined_links = description.urdf.joined_links
 
@@ -116,7 +120,7 @@ class Robot(ChainModel):
         They are last in all arrays, and have no mass and only position limits.
         """
         self.require_tool()
-        return Robot(replace(self._description, virtual=joints))
+        return Robot(replace(self._description, virtual_joints=joints))
 
     def with_weights(self, weights: Mapping[str, float]) -> Robot:
         """Set weights of the motion of joints.

@@ -48,6 +48,7 @@ def place_solids(body: Body, rotation: FloatArray, origin: FloatArray) -> Iterat
         rotation: Rotations of all joints, shape (n + 1, 3, 3).
         origin: Origins of all joints [m], shape (n + 1, 3).
     """
-    turn, shift = rotation[body.joint], origin[body.joint]
-    for part in body.solids:
-        yield Placed(part, turn @ part.rotation, turn @ part.translation + shift)
+    joint_rotation, joint_origin = rotation[body.joint], origin[body.joint]
+    for solid in body.solids:
+        solid_origin = joint_rotation @ solid.translation + joint_origin
+        yield Placed(solid, joint_rotation @ solid.rotation, solid_origin)

@@ -41,10 +41,8 @@ from knotwork.task.scenario import (
     Scene,
 )
 
-WRONG_UNIT_RATIO = 20.0
-"""Ratio of a mesh's size to the reach of the arm above which its unit is plausibly wrong."""
-
-SMALLEST_FLOAT = np.finfo(float).tiny
+PLAUSIBLE_SIZES = 1e-3, 20.0
+"""Sizes of a mesh relative to the reach of the arm, beyond which its unit is plausibly wrong."""
 
 TCP_TOLERANCE = 1e-6
 """Distance of TCPs [m] within which waypoints have the same position."""
@@ -156,9 +154,13 @@ class _Builder:
         holds: Mapping[str, Hold] = MappingProxyType({}),
         appearance_times: Mapping[str, float] = MappingProxyType({}),
     ) -> None:
-        self.robot, self.scene, self.locations = robot, scene, locations
-        self.joints, self.links = joint_tree(robot.model), read_link_bodies(robot)
-        self.holds, self.appearance_times = holds, appearance_times
+        self.robot = robot
+        self.scene = scene
+        self.locations = locations
+        self.holds = holds
+        self.appearance_times = appearance_times
+        self.joints = joint_tree(robot.model)
+        self.links = read_link_bodies(robot)
         self.known_motions: list[ExtendedCurve] = []
         self.carriers: dict[tuple[str, tuple[KnownJoints, ...]], tuple[int, Any]] = {}
         self.robots: dict[str, tuple[Robot, int]] = {}
@@ -178,10 +180,8 @@ class _Builder:
             bodies += self._held_bodies(held)
         for robot in scene.robots:
             bodies += self._robot_bodies(robot)
-        # if two arms share a URDF, each would also be in the model of the other: it never appears
-        bodies = [
-            replace(x, start=math.inf) if x.link in self.other_arm_links else x for x in bodies
-        ]
+        # if two arms share a URDF, the links of the other one are bodies of its own model already
+        bodies = [body for body in bodies if body.link not in self.other_arm_links]
         if scene.tool:
             bodies = [replace(x, name=x.identity) if x.link == TOOL_BODY else x for x in bodies]
         given = resolve_rules(scene, self.robot, bodies, self.locations)
@@ -209,26 +209,28 @@ class _Builder:
         robot = self.robot
         try:
             motion = load_other_motion(placed)
-            theirs = motion.robot
-            one_cell = are_in_one_cell(robot, theirs)
+            other = motion.robot
+            one_cell = are_in_one_cell(robot, other)
         except InputError as error:
             location = ("scene", "robots", placed.name, "scenario")
             raise self.locations.error(location, str(error)) from error
         carrier, placement = self._carrier(BASE_FRAME)
         if not one_cell:
             placement = placement * placed.placement
-        link = robot.world_frame if one_cell else theirs.world_frame
-        base_joint, base_placement = _joint_of_link(theirs, link)
-        inverse, columns = invert_chain(motion.model.joints, base_joint, base_placement)
+        link = robot.world_frame if one_cell else other.world_frame
+        base_joint, base_placement = _joint_of_link(other, link)
         known = [replace(curve, delay=curve.delay + placed.delay) for curve in motion.known_motions]
-        moved = known[0].curve
-        still = ExtendedCurve(PiecewisePolynomial(np.zeros((1, 1, 1)), [0.0, 1.0]))
-        turned_curve = PiecewisePolynomial(moved.c[:, :, columns], moved.x)
-        turned = [replace(known[0], curve=turned_curve)] if columns else []
-        root = self._add_joints(inverse, placement, [*turned, still], carrier)
+        # the chain from that link to the root of the other URDF, whose last joint is at rest
+        chain, columns = invert_chain(motion.model.joints, base_joint, base_placement)
+        chain_motions = [ExtendedCurve(PiecewisePolynomial(np.zeros((1, 1, 1)), [0.0, 1.0]))]
+        if columns:
+            arm = known[0].curve
+            of_chain = PiecewisePolynomial(arm.c[:, :, columns], arm.x)
+            chain_motions.insert(0, replace(known[0], curve=of_chain))
+        root = self._add_joints(chain, placement, chain_motions, carrier)
         self.joints = join_trees(self.joints, motion.model.joints, pin.SE3.Identity(), root)
         self.known_motions += known
-        self.robots[placed.name] = motion.robot, root
+        self.robots[placed.name] = other, root
         for body in motion.model.bodies:
             if one_cell and body.joint == base_joint:
                 continue
@@ -288,7 +290,7 @@ class _Builder:
         frame = self.robot.model.frames[self.robot.require_tool()]
         lying = []
         ends = ((hold.taken_pose, hold.start), (hold.released_pose, hold.end))
-        for lies_in, (pose, time) in zip(held.frames, ends, strict=True):
+        for lies_in, (pose, time) in zip(held.end_frames, ends, strict=True):
             joint, placement = self._carrier(lies_in, time)
             lying.append((joint, (self._solid(shape, placement * pose),)))
         (joint_before, solids_before), (joint_after, solids_after) = lying
@@ -309,19 +311,21 @@ class _Builder:
     def _solid(self, shape: PlacedShape, axes: Any) -> Solid:
         """Make the solid of a shape of the scenario; errors name its location in the file."""
         try:
-            placed = make_solid(shape, axes)
+            solid = make_solid(shape, axes)
             if shape.path is not None:
-                self._check_size(placed, shape)
+                self._check_size(solid, shape)
         except InputError as error:
             raise self.locations.error((*shape.location, shape.kind), str(error)) from error
-        return placed
+        return solid
 
     def _check_size(self, solid: Solid, shape: PlacedShape) -> None:
         """Refuse a file whose unit is plausibly wrong."""
-        size, reach = 2.0 * solid.radius, self._reach
-        excess, factor = max((size / reach, 1e-3), (reach / max(50.0 * size, SMALLEST_FLOAT), 1e3))
-        explains = reach / 200 <= size * factor <= WRONG_UNIT_RATIO * reach
-        if excess > WRONG_UNIT_RATIO and explains:
+        reach = self._reach
+        size = 2.0 * solid.radius
+        smallest, largest = (ratio * reach for ratio in PLAUSIBLE_SIZES)
+        factor = 1e-3 if size > largest else 1e3
+        explains = reach / 200 <= size * factor <= largest
+        if explains and not smallest <= size <= largest:
             kind = "mesh" if shape.kind == "mesh" else "point cloud"
             text = shape.units.text
             raise InputError(

@@ -101,13 +101,13 @@ class CollisionModel:
     robots: Mapping[str, tuple[Robot, int]] = field(default_factory=dict)
 
     @property
-    def windows(self) -> FloatArray:
+    def presence(self) -> FloatArray:
         """Time interval of the presence of each pair of bodies [s], shape (p, 2)."""
         bodies = [(self.bodies[pair.first], self.bodies[pair.second]) for pair in self.pairs]
-        windows = [(max(a.start, b.start), min(a.end, b.end)) for a, b in bodies]
-        return np.array(windows).reshape(-1, 2)
+        presence = [(max(a.start, b.start), min(a.end, b.end)) for a, b in bodies]
+        return np.array(presence).reshape(-1, 2)
 
-    def windows_within(self, start: float, end: float) -> FloatArray:
+    def presence_within(self, start: float, end: float) -> FloatArray:
         """Time intervals in which pairs of bodies are checked during a motion [s], shape (p, 2).
 
         An interval without length is not checked: an object that is taken at the first waypoint, or
@@ -118,15 +118,15 @@ class CollisionModel:
             start: First time of the motion [s].
             end: Last time of the motion [s].
         """
-        present, bodies = self.windows, self.bodies
+        present, bodies = self.presence, self.bodies
         held = {body.name for body in bodies if body.kind == "held"}
         released = {i for i, body in enumerate(bodies) if body.name in held and body.kind != "held"}
         is_new = np.array([not released & {pair.first, pair.second} for pair in self.pairs], bool)
         appears, disappears = present.T
         is_last = is_new & (np.abs(appears - end) <= LAST_MOMENT) & (disappears > appears)
-        windows = present.clip(start, end)
-        windows[is_last] = end - LAST_MOMENT, end
-        return windows
+        presence = present.clip(start, end)
+        presence[is_last] = end - LAST_MOMENT, end
+        return presence
 
     def all_positions(self, curve: PiecewisePolynomial) -> PiecewisePolynomial:
         """Positions of all joints over the time of a robot's motion, trailing shape (d,)."""

@@ -151,15 +151,13 @@ def _must_be_swapped(first: Placed, second: Placed) -> bool:
 
 def _express_in_axes(frame: Placed, solid: Placed) -> Placed:
     """Express a solid in the axes of another; Coal's bounds of rotated ellipsoids are too small."""
-    turn = frame.rotation.T
-    return Placed(solid.solid, turn @ solid.rotation, turn @ (solid.origin - frame.origin))
+    to_frame = frame.rotation.T
+    origin = to_frame @ (solid.origin - frame.origin)
+    return Placed(solid.solid, to_frame @ solid.rotation, origin)
 
 
 def find_nearest_points(
-    first: Body,
-    second: Body,
-    rotation: FloatArray,
-    origin: FloatArray,
+    first: Body, second: Body, rotation: FloatArray, origin: FloatArray
 ) -> Nearest:
     """Find the nearest points of two bodies.
 
@@ -175,11 +173,7 @@ def find_nearest_points(
 
 
 def are_nearer_than(
-    first: Body,
-    second: Body,
-    rotation: FloatArray,
-    origin: FloatArray,
-    margin: float,
+    first: Body, second: Body, rotation: FloatArray, origin: FloatArray, margin: float
 ) -> bool:
     """Whether two bodies are within a margin of each other, or one is inside the other.
 

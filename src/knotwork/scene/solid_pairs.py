@@ -26,7 +26,7 @@ class SolidPairs:
         margin: Required clearance [m], shape (c,).
         exact: Whether one of the two solids is an exact mesh, shape (c,).
         convex: Whether both solids are convex, shape (c,).
-        windows: Time interval of the presence of each pair of bodies [s], shape (p, 2).
+        presence: Time interval of the presence of each pair of bodies [s], shape (p, 2).
     """
 
     def __init__(self, model: CollisionModel) -> None:
@@ -47,7 +47,7 @@ class SolidPairs:
         self.exact = exact[self.first] | exact[self.second]
         convex = np.array([solid.outer_hull is None for solid in self.solids])
         self.convex = convex[self.first] & convex[self.second]
-        self.windows = model.windows
+        self.presence = model.presence
         corners = np.array([solid.corners for solid in self.solids])
         corners[~np.isfinite(corners)] = 0.0  # half spaces are fixed
         self._corners = corners.swapaxes(1, 2)
@@ -193,7 +193,7 @@ class SolidPairs:
             time: Times [s], shape (m,); bodies that are absent then are ignored.
             max_gap: Upper bound of the gaps [m]. With 0 only the sign is meaningful.
         """
-        low, high = self.windows[self.body_pair].T
+        low, high = self.presence[self.body_pair].T
         item, pair = np.nonzero((low <= time[:, None]) & (time[:, None] <= high))
         placed = self.model.joint_placements(np.asarray(q, dtype=float), time)
 

@@ -15,8 +15,15 @@ from knotwork.arrays import FloatArray
 from knotwork.errors import InputError
 from knotwork.scene.cells import CUBE_CORNERS, Cells, read_cells
 from knotwork.scene.hulls import make_convex_hull
-from knotwork.scene.meshes.mesh_files import read_mesh, read_points
+from knotwork.scene.meshes.mesh_files import read_corners, read_mesh
 from knotwork.task.scenario import PlacedShape
+
+MAX_SIZE = 500.0
+"""Size limit of a solid along its own axes [m].
+
+Distances from solids up to this size have errors below 4e-7 m, from those of 1500 m up to 30 mm (in
+10 000 random pairs of each two kinds).
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,11 +103,11 @@ def make_solid(shape: PlacedShape, axes: Any) -> Solid:
         axes: `pin.SE3` of the axes in which the shape is placed, in those of the joint.
 
     Raises:
-        InputError: A file can't be read, an exact mesh is not watertight, or points
-            fill too many cells.
+        InputError: A file can't be read, an exact mesh is not watertight, points fill too many
+            cells, or the solid is larger than `MAX_SIZE`.
     """
     placed = axes * shape.placement
-    turn, shift = np.array(placed.rotation), np.array(placed.translation)
+    rotation, translation = np.array(placed.rotation), np.array(placed.translation)
     plane = triangles = parts = hull = cells = None
     if shape.path is not None:
         try:
@@ -115,20 +122,25 @@ def make_solid(shape: PlacedShape, axes: Any) -> Solid:
         else:
             geometry = _read_hull(shape.path, changed, shape.scale)
     elif shape.kind == "half_space":
-        normal = turn @ np.array(shape.size[:3])
-        plane = np.array([*normal, shape.size[3] + normal @ shift])
+        normal = rotation @ np.array(shape.size[:3])
+        plane = np.array([*normal, shape.size[3] + normal @ translation])
         geometry = coal.Halfspace(np.array(shape.size[:3]), shape.size[3])
     else:
         geometry = _PRIMITIVE_SHAPES[shape.kind](*shape.size)
     corners = np.full((8, 3), np.inf)
     if plane is None:
         low, high = _find_box(geometry, cells)
-        corners = (low + CUBE_CORNERS * (high - low)) @ turn.T + shift
+        if (size := np.max(high - low)) > MAX_SIZE:
+            raise InputError(
+                f"is {size:.6g} m long, too long for exact distances; accepted: up to "
+                f"{MAX_SIZE:g} m, or a half_space"
+            )
+        corners = (low + CUBE_CORNERS * (high - low)) @ rotation.T + translation
     return Solid(
         shape,
         geometry,
-        rotation=turn,
-        translation=shift,
+        rotation=rotation,
+        translation=translation,
         corners=corners,
         plane=plane,
         triangles=triangles,
@@ -175,7 +187,7 @@ def support_values(solid: Solid, directions: FloatArray) -> FloatArray:
 @lru_cache(maxsize=256)
 def _read_hull(path: Path, changed: int, scale: tuple[float, float, float]) -> Any:
     """Make the convex hull of a mesh file; `changed`, its time of change, is a key of the cache."""
-    return make_convex_hull(read_points(path) * np.array(scale))
+    return make_convex_hull(read_corners(path) * np.array(scale))
 
 
 @lru_cache(maxsize=32)

@@ -257,8 +257,10 @@ class ExpandedTask(Task):
         Raises:
             DocumentError: A value is unknown or wrong.
         """
-        steps = enumerate(self.waypoints)
-        return self.replace(waypoints=[step.replace(**changes.get(i, {})) for i, step in steps])
+        waypoints = [
+            waypoint.replace(**changes.get(i, {})) for i, waypoint in enumerate(self.waypoints)
+        ]
+        return self.replace(waypoints=waypoints)
 
 
 class PlacesFile(TaskPart):

@@ -179,7 +179,7 @@ def _pair_fact(pair: Clearance, points: Sequence[FloatArray], scenario: Scenario
             f"it is not proved that {second} keeps clear of {first}: {distance} apart "
             f"{where}, {span} within {resolution}, the resolution"
         )
-    scale, unit = scenario.shown_length
+    scale, unit = scenario.units.per_metre, scenario.units.length
     ends = " and ".join(_vector_text(scale * point) for point in points)
     if (others := len(pair.contacts) - 1) > 0:
         span += f" and {others} more {'times' if others > 1 else 'time'}"

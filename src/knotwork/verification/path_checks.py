@@ -64,7 +64,7 @@ def check_curve_between_points(
 
     Its points are then too few or unevenly spaced, and the curve is hardly what the user means.
     """
-    scale, unit = scenario.shown_length
+    scale, unit = scenario.units.per_metre, scenario.units.length
     for path in scenario.paths:
         last = scenario.waypoints[path.last]
         for curve in path.motion.path.curves:
@@ -210,7 +210,7 @@ def _stretch_findings(scenario: Scenario, followed: _FollowedStretch) -> Iterato
             upper = scenario.units.text(bound.bound, unit, ".3g")
             fact += f"; this is not proved: from {low:.6g} s to {high:.6g} s it may be {upper}"
         if quantity == "path_deviation":
-            scale, length = scenario.shown_length
+            scale, length = scenario.units.per_metre, scenario.units.length
             off = f"{scale * bound.value:.3g} of {scale * bound.limit:.3g} {length} off"
             highlight = f"{begin} to {end}: {off}"
             if "path_speed" in bounds:
@@ -241,7 +241,7 @@ def _error_text(
 ) -> str:
     """Text of the error on a stretch by one criterion."""
     stretch, progress, freedom = followed.stretch, followed.result.progress, followed.path.freedom
-    scale, length = scenario.shown_length
+    scale, length = scenario.units.per_metre, scenario.units.length
     value, limit, beyond = (
         scenario.units.text(number, CRITERION_UNITS[quantity], ".3g")
         for number in (abs(bound.value), bound.limit, max(bound.value, 0.0))
@@ -285,5 +285,5 @@ def _angle_ranges_text(freedom: PoseFreedom, units: Units) -> str:
 
 def _speed_range_text(errors: PathErrors, scenario: Scenario, digits: int) -> str:
     """Text of the proved minimum and maximum speed where full speed is required."""
-    scale, length = scenario.shown_length
+    scale, length = scenario.units.per_metre, scenario.units.length
     return f"{scale * errors.slowest:.{digits}g} to {scale * errors.fastest:.{digits}g} {length}/s"

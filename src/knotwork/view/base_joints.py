@@ -32,7 +32,7 @@ def drawn_joints(joints: JointTree, names: Iterable[str], first: int = 1) -> lis
             "origin": joints.translation[i].tolist(),
             "quaternion": pin.Quaternion(joints.rotation[i]).coeffs().tolist(),
             "axis": joints.axis[i].tolist(),
-            "slides": not joints.turns[i],
+            "slides": not joints.angle_per_unit[i],
         }
         for i, name in enumerate(names, first)
     ]

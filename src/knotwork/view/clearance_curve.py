@@ -55,10 +55,10 @@ def clearance_curve(shown: ShownMotion) -> ClearanceCurve | None:
     q = motion.curve(time)
     if not (np.ptp(q, axis=0).any() or model.known_motions):
         return None
-    windows = model.windows_within(start, end)
+    presence = model.presence_within(start, end)
     pairs_with_scene = tuple(
         pair
-        for pair, (appears, disappears) in zip(model.pairs, windows, strict=True)
+        for pair, (appears, disappears) in zip(model.pairs, presence, strict=True)
         if pair.involves_scene and disappears > appears
     )
     pairs, distance = _nearest(model, pairs_with_scene, q, time)

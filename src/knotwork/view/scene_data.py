@@ -246,7 +246,7 @@ def _fixed_points(shown: ShownMotion) -> FloatArray:
     """Fixed points in the base frame [m], shape (n, 3)."""
     paths = given_path_points(shown, 1.0, at_rest=True) if tool_trace(shown) is not None else ()
     base = shown.robot.base_placement
-    frames = [(base * frame).translation for frame in shown.scenario.frames.values()]
+    frames = [(base * frame).translation for frame in shown.scenario.frame_placements.values()]
     points = [joint_origins(shown)[0], np.reshape(frames, (-1, 3))]
     return np.concatenate([*(dash for _, dashes in paths for dash in dashes), *points])
 

@@ -221,7 +221,7 @@ class ShownMotion:
         """
         scene, link = self.scenario.scene, self.scenario.pose_frame_link
         frames = [*scene.frames.values(), *(item.frame for item in scene.objects)]
-        frames += [frame for held in scene.held for frame in held.frames]
+        frames += [frame for held in scene.held for frame in held.end_frames]
         if not scene.robots and all(frame.rests_on(link) for frame in frames):
             return None
         return motion_model(Motion(self.trajectory, self.joints), self.scenario, self.robot)

@@ -125,7 +125,7 @@ def _draw_carried(
         parts.draw("held", in_tool, carrier=joint, between=[taken, released], of=held.name)
         spans = [appears, taken], [released, None]
         ends = (held.taken_at, taken), (held.released_at, released)
-        for (waypoint, time), lies_in, between in zip(ends, held.frames, spans, strict=True):
+        for (waypoint, time), lies_in, between in zip(ends, held.end_frames, spans, strict=True):
             carrier, placement = shown.carrier_of(lies_in, time)
             in_world = shown.scenario.waypoints[waypoint].in_world_frame
             tool = robot.tool_pose(curve(time), in_world_frame=in_world)

@@ -72,7 +72,7 @@ def _draw_waypoints(parts: SceneParts, shown: ShownMotion, size: float) -> None:
 def draw_frames(parts: SceneParts, shown: ShownMotion, size: float) -> None:
     """Draw the named frames of a task. Moving ones move in the scene."""
     placed: dict[int | None, list[pin.SE3]] = {}
-    for name, frame in shown.scenario.frames.items():
+    for name, frame in shown.scenario.frame_placements.items():
         carrier, base = shown.carrier_of(shown.scenario.scene.frames[name])
         pose = base * frame
         placed.setdefault(carrier, []).append(pose)

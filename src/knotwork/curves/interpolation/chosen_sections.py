@@ -25,6 +25,7 @@ from knotwork.curves.polynomial.from_accelerations import (
     cubics_from_accelerations,
 )
 from knotwork.errors import OptionError
+from knotwork.errors.plain_text import waypoint_text
 from knotwork.waypoints import ChosenSection, JointWaypoints
 
 KNOT_TIME_TOLERANCE = 1e-9
@@ -101,13 +102,13 @@ def _locate_section(
     missing = np.abs(x[knots] - t[rows]) > tolerance
     if missing.any():
         row = rows[missing][0]
-        at = f"{t[row]:.9g} s, the time of waypoint {waypoints.names[row]!r}"
+        at = f"{t[row]:.9g} s, the time of {waypoint_text(waypoints.names[row])}"
         where = f"section {i} has no knot at {at}"
         raise OptionError("chosen", f"{where}; {remedy}")
     is_sparse = np.diff(knots) < 3
     if is_sparse.any():
-        name = waypoints.names[rows[1:][is_sparse][0]]
-        message = f"section {i} has fewer than two knots between {name!r} and the one before"
+        name = waypoint_text(waypoints.names[rows[1:][is_sparse][0]])
+        message = f"section {i} has fewer than two knots between {name} and the one before"
         raise OptionError("chosen", message)
     return rows, knots
 
@@ -155,11 +156,11 @@ def _section_pieces(
         change = np.abs(corrected[0] - a[interval]).max(axis=0)
         beyond = np.flatnonzero(change > ROUNDING_CORRECTION * np.maximum(peak, 1e-9))
         if beyond.size:
+            names = " and ".join(map(waypoint_text, waypoints.names[ends]))
             raise OptionError(
                 "chosen",
-                f"section {i} is for other waypoints than {waypoints.names[k]!r} and "
-                f"{waypoints.names[k + 1]!r} are now: the acceleration of joint "
-                f"{waypoints.joint_names[int(beyond[0])]!r} would have to change by "
+                f"section {i} is for other waypoints than {names} are now: the acceleration of "
+                f"joint {waypoints.joint_names[int(beyond[0])]!r} would have to change by "
                 f"{change[beyond[0]]:.3g}; choose the times again",
             )
         pieces.append(cubics_from_accelerations(span, corrected, *states))

@@ -55,7 +55,7 @@ class PiecewisePolynomial(ReadOnlyArrays):
     _orders: dict[int, FloatArray]
 
     def __init__(self, c: ArrayLike, x: ArrayLike, *, axis: int = 0) -> None:
-        breaks = checked_times(x)
+        breaks = checked_times(x, subject="break")
         self._assign(checked_coefficients(c, breaks, axis), breaks, axis)
 
     def _assign(self, c: FloatArray, x: FloatArray, axis: int) -> None:

@@ -138,7 +138,7 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
         Raises:
             WaypointDataError: Times do not increase, shapes do not match, values are not finite.
         """
-        t = checked_times(time)
+        t = checked_times(time, subject="knot")
         shape = (t.size, len(joint_names))
         r = checked_array(position, shape, "position")
         v = checked_array(velocity, shape, "velocity")

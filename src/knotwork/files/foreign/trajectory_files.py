@@ -17,8 +17,8 @@ from knotwork.files import documents, storage
 from knotwork.files.documents import Document, Finite, StrictModel, validate
 from knotwork.files.documents.csv_rows import MAX_CSV_BYTES
 from knotwork.files.foreign.csv_file import read_csv
+from knotwork.files.foreign.mapping_file import read_mapping
 from knotwork.files.foreign.point_table import Joints, to_trajectory
-from knotwork.files.foreign.points import read_points
 from knotwork.files.storage.writing import TRAJECTORY_FORMAT
 
 TIME_RESOLUTION = 1.0000001e-9
@@ -80,7 +80,7 @@ def read_trajectory(
         stored = storage.trajectory_from_dict(document)
         fault = storage.knot_disagreement(document, stored)
         return stored, [] if fault is None else [fault]
-    table = read_points(document, joints, span[0])
+    table = read_mapping(document, joints, span[0])
     trajectory = to_trajectory(table, f"{path.name} ({kind})")
     return _extend_to_end(trajectory, span[1]) if kind == "ROS 2" else trajectory, []
 

@@ -146,7 +146,7 @@ def _with_speeds(free_task: FreeTask, chosen: Sequence[ChosenSpeeds]) -> FreeTas
     if not chosen:
         return free_task
     scenario = free_task.scenario
-    unit = scenario.shown_length[0]
+    unit = scenario.units.per_metre
     changes: defaultdict[int, dict[str, Any]] = defaultdict(dict, solutions_near(free_task))
     for at in chosen:
         for stretch, (speed, _) in at.speeds.items():

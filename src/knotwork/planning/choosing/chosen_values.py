@@ -103,7 +103,7 @@ def _chosen_speed(free_task: FreeTask, i: int, q: FloatArray, v: FloatArray) -> 
         if scenario.pose_frame_link and not waypoint.in_world_frame:
             # the base of the file moves relative to it
             axes = scenario.given.frame_of(scenario.given.waypoints[scenario.task_index[i]])
-            turn = scenario.frames[axes].rotation.T
+            turn = scenario.frame_placements[axes].rotation.T
         linear, angular = turn @ twist.linear / length, turn @ twist.angular / angle
         return {"velocity": Velocity(linear=linear, angular=angular, axes=axes)}
     speed = float(np.linalg.norm(twist.linear))

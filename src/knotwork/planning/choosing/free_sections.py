@@ -204,7 +204,7 @@ class FreeSection:
             limits,
             names=tuple(waypoints.names[row] for row in self.rows),
             joint_units=joints.joint_units,
-            along=np.array([free.speed_kind == "direction" for free in self.free]),
+            is_direction=np.array([free.speed_kind == "direction" for free in self.free]),
             max_factor=np.array([free.max_speed for free in self.free]),
             acceleration=self._accelerations(),
             duration=scenario.durations[self.waypoints[:-1]],

@@ -177,12 +177,12 @@ def _times(scenario: Scenario, chosen: ChosenValues) -> FloatArray:
     """
     times = np.array(chosen.scenario.times)
     for i in scenario.required_free_values.time_dependent:
-        step = scenario.task_index[i]
-        time = scenario.given.waypoints[step].time
+        task_i = scenario.task_index[i]
+        time = scenario.given.waypoints[task_i].time
         if time is None or ends_wait(scenario.task_index, i):
             continue
         if times[i] > time:
-            with scenario.error_context("waypoints", step, "time"):
+            with scenario.error_context("waypoints", task_i, "time"):
                 raise InputError(
                     f"{scenario.waypoints[i].name!r} is reached at "
                     f"{rounded_up(float(times[i])):.6g} s at the earliest that was found, "
@@ -200,12 +200,12 @@ def _with_numbers(scenario: Scenario, chosen: ChosenValues) -> Scenario:
     changes.update(_speeds(scenario, chosen))
     for i in range(1, last + 1):
         at = free.waypoints[i]
-        step = scenario.task_index[i]
-        if at.duration_is_free and task.waypoints[step].time is None:
+        task_i = scenario.task_index[i]
+        if at.duration_is_free and task.waypoints[task_i].time is None:
             span = float(spans[i - 1])
             waits = at.min_duration > span - AGREEMENT
             after = span if waits else LONGER_TIMES * span + AGREEMENT
-            changes[step]["after"] = rounded_up(after, 6)
+            changes[task_i]["after"] = rounded_up(after, 6)
     task = task.with_waypoints(changes).with_waypoints(_solutions(scenario, chosen))
     return _with_fewer_free(scenario, task)
 

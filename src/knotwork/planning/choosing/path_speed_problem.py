@@ -127,7 +127,7 @@ class PathSpeedProblem:
         utilisation = PathUtilisation(free_task, path)
         shape = len(path.stretches), 3, len(utilisation.limits.quantities)
         caps = {k: BoundedSpeed(v, Reason.AT_MOST) for k, v in path.requested.at_most.items()}
-        unit = free_task.scenario.shown_length[0]
+        unit = free_task.scenario.units.per_metre
         return cls(number, path, unit, utilisation, caps, correction=np.ones(shape))
 
     def choose(self) -> ChosenSpeeds:

@@ -18,8 +18,8 @@ from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.planning.clear_motions.configuration_space import ConfigurationSpace
 from knotwork.planning.timing.motion_states import States, states_of
-from knotwork.planning.timing.nonlinear_program import Block, Kernel, solve_program
-from knotwork.planning.timing.robot_limits import inner_state
+from knotwork.planning.timing.nonlinear_program import Block, Kernel, solve_program, symbols
+from knotwork.planning.timing.robot_limits import state_inside
 from knotwork.planning.timing.section_program import SectionProgram
 from knotwork.planning.timing.tightening import Tightening, tighten
 from knotwork.planning.timing.timing_problem import TimingProblem
@@ -176,16 +176,24 @@ class ExchangeSearch:
         """
         near = self._reference
         program = SectionProgram(self.problem, near, self.tightening)
-        scale, at, d = program.scale, program.layout, program.layout.joints
+        scale, layout, d = program.scale, program.layout, program.layout.joints
         low, high = program.bounds()
         nearest = (near.q - radius) / scale.unit(0), (near.q + radius) / scale.unit(0)
-        low[at.q], high[at.q] = (np.clip(bound, low[at.q], high[at.q]) for bound in nearest)
-        piece = np.vstack((at.piece[: 1 + 3 * d], at.a[1:].T))
+        low[layout.q], high[layout.q] = (
+            np.clip(bound, low[layout.q], high[layout.q]) for bound in nearest
+        )
+        # duration of each piece, the state at its start and the acceleration at its end
+        pieces = np.vstack((layout.piece[: 1 + 3 * d], layout.a[1:].T))
         plane_block = Block(
             _plane_kernel(d),
-            piece[:, [plane.piece for plane in planes]],
-            _plane_parameters(planes, scale.position, d),
-            high=np.inf,
+            pieces[:, [plane.piece for plane in planes]],
+            parameters={
+                "fraction": np.array([plane.fraction for plane in planes]),
+                "normal": scale.position[:, None]
+                * np.reshape([plane.normal for plane in planes], (-1, d)).T,
+                "offset": np.array([plane.offset for plane in planes]),
+            },
+            bounds={"distance": (0.0, np.inf)},
         )
         blocks = [*program.blocks(), plane_block]
         start = np.clip(program.variables_of(guess), low, high)
@@ -241,25 +249,14 @@ class ExchangeSearch:
 
 @lru_cache(maxsize=8)
 def _plane_kernel(d: int) -> Kernel:
-    """Normal · q(s) - offset in one piece. Parameters: s, normal, offset."""
+    """Kernel of the `distance` from a `Plane`, normal · q - offset, at a point of a piece."""
     import casadi as ca
 
-    span, state, last = ca.SX.sym("span"), ca.SX.sym("state", 3 * d), ca.SX.sym("last", d)
-    s, normal, offset = ca.SX.sym("s"), ca.SX.sym("normal", d), ca.SX.sym("offset")
-    position, _, _ = inner_state(span, (*ca.vertsplit(state, d), None, None, last), s)
-    return Kernel(
-        ca.vertcat(span, state, last),
-        ca.vertcat(s, normal, offset),
-        ca.dot(normal, position) - offset,
-    )
-
-
-def _plane_parameters(planes: Sequence[Plane], unit: FloatArray, d: int) -> FloatArray:
-    """Fractions of the pieces, normals and offsets of the planes."""
-    parameters = np.empty((d + 2, len(planes)))
-    for k, plane in enumerate(planes):
-        parameters[:, k] = np.concatenate(([plane.fraction], plane.normal * unit, [plane.offset]))
-    return parameters
+    tau, start, end_acceleration = ca.SX.sym("tau"), ca.SX.sym("start", 3 * d), ca.SX.sym("a1", d)
+    given = symbols(fraction=1, normal=d, offset=1)
+    q, _, _ = state_inside(tau, ca.vertsplit(start, d), end_acceleration, given["fraction"])
+    distance = ca.dot(given["normal"], q) - given["offset"]
+    return Kernel(ca.vertcat(tau, start, end_acceleration), given, {"distance": distance})
 
 
 class Plane(NamedTuple):

@@ -106,7 +106,7 @@ class CandidateCollisions:
             is_static = first.kind == "object" and not first.joint and first.end > start
             if distance <= -margin and is_static and second.kind != "held":
                 location = ("tool", "holds") if first.name in held else ("scene", "objects")
-                scale, unit = self.scenario.shown_length
+                scale, unit = self.scenario.units.per_metre, self.scenario.units.length
                 depth = f"{-scale * (distance + margin):.4g} {unit}"
                 raise CollisionError(
                     f"touches {second.name} where the robot starts, by {depth}; move the object, "

@@ -142,7 +142,7 @@ def _insert_waypoints(
         error.locate(scenario.waypoints[path.last].where)
         raise
     requested = np.isin(followed.time, followed.time[np.searchsorted(followed.time, path.times)])
-    scale, unit = scenario.shown_length
+    scale, unit = scenario.units.per_metre, scenario.units.length
     along = scale * path.motion.arc_length(followed.time)
     names, k = np.empty(len(along), dtype=object), path.first - 1
     for row, is_requested in enumerate(requested):

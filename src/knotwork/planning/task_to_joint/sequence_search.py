@@ -199,7 +199,7 @@ class SequenceSearch:
         if self.near is not None:
             # The nearest branch does not depend on turns. Turns are nearest at the first waypoint
             # and then follow the motion, so that joints do not unwind.
-            gap = joint_difference(q, self.near, joint_axes(self.robot).revolute)
+            gap = joint_difference(q, self.near, joint_axes(self.robot).is_revolute)
             distance = np.linalg.norm(gap / self.joint_rules.scale, axis=1)
         elif self.scenario.given.prefer == "clearance" and self.collisions is not None:
             distance = self.collisions.clearance_cost(index, candidates)[rows]

@@ -13,7 +13,7 @@ from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.two_point import two_point_coefficients
 from knotwork.planning.timing.motion_states import States, states_of
-from knotwork.planning.timing.spline import pieces_each
+from knotwork.planning.timing.spline import pieces_per_interval
 from knotwork.planning.timing.timing_problem import TimingProblem
 
 MIN_STOPS = 6.0
@@ -53,7 +53,7 @@ def guessed_states(problem: TimingProblem, duration: FloatArray, velocity: Float
         duration: Guessed durations between the waypoints [s], shape (n-1,).
         velocity: Guessed velocities at the waypoints, shape (n, d).
     """
-    pieces = pieces_each(len(duration))
+    pieces = pieces_per_interval(len(duration))
     spans, position = np.repeat(duration[:, None] / pieces, pieces, axis=1), problem.position
     time, stops = np.append(0.0, np.cumsum(duration)), stop_times(problem)
     for i in np.flatnonzero(~np.isnan(stops))[::-1].tolist():

@@ -7,7 +7,7 @@ Hessian by index. Thus the setup time does not depend on the length of the motio
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
@@ -35,24 +35,43 @@ class Kernel:
     """Constraints and cost of one unit that repeats, with their derivatives.
 
     Args:
-        z: Variables, a symbolic column.
-        p: Parameters, a symbolic column.
-        g: Constraints, a symbolic column.
+        variables: A symbolic column.
+        parameters: Symbolic columns by name.
+        constraints: Symbolic columns by name.
         cost: Term of the objective.
-        inner: Symbols in `g` and `cost` for functions of the variables, and these functions. By the
-            chain rule, derivatives by way of a few inner symbols need only a fraction of the
-            operations.
+        inner: Symbols in the constraints and the cost for functions of the variables, and these
+            functions. By the chain rule, derivatives by way of a few inner symbols need only a
+            fraction of the operations.
+
+    Attributes:
+        variables, parameter_count, constraint_count: Total numbers of rows.
+        parameters, constraints: Number of rows of each, by name.
+        value: Function of variables and parameters: cost and constraints.
+        first: The same of their first derivatives.
+        second: The second derivative of the Lagrange function, also of its weights.
     """
 
     def __init__(
-        self, z: Any, p: Any, g: Any, cost: Any = 0.0, inner: tuple[Any, Any] | None = None
+        self,
+        variables: Any,
+        parameters: Mapping[str, Any],
+        constraints: Mapping[str, Any],
+        cost: Any = 0.0,
+        inner: tuple[Any, Any] | None = None,
     ) -> None:
         import casadi as ca
 
-        cost, g = ca.densify(ca.SX(cost)), ca.densify(ca.SX(g))
-        self.variables, self.parameters, self.constraints = z.numel(), p.numel(), g.numel()
-        multipliers, weight = ca.SX.sym("l", self.constraints), ca.SX.sym("w")
-        symbols, inner_values = inner or (ca.SX(0, 1), ca.SX(0, 1))
+        empty, z = ca.SX(0, 1), variables
+        p = ca.vertcat(empty, *parameters.values())
+        g = ca.densify(ca.vertcat(empty, *constraints.values()))
+        cost = ca.densify(ca.SX(cost))
+        self.variables = z.numel()
+        self.parameter_count = p.numel()
+        self.constraint_count = g.numel()
+        self.parameters = {name: column.numel() for name, column in parameters.items()}
+        self.constraints = {name: column.numel() for name, column in constraints.items()}
+        multipliers, weight = ca.SX.sym("multipliers", g.numel()), ca.SX.sym("weight")
+        symbols, inner_values = inner or (empty, empty)
         symbolic = ca.vertcat(z, symbols)
         change = ca.vertcat(ca.SX.eye(self.variables), ca.jacobian(inner_values, z))
         curvature, slope = ca.hessian(weight * cost + ca.dot(multipliers, g), symbolic)
@@ -81,20 +100,39 @@ class Block:
         kernel: The kernel.
         index: Indices of its variables in the program, a column for each repetition, shape
             (variables, times).
-        parameters: Parameters, of a shape that broadcasts to (parameters, times).
-        low, high: Bounds of the constraints, of shapes that broadcast to (constraints, times); by
-            default 0.
+        parameters: Values of its parameters by name, which broadcast to shape (rows, times); others
+            are ignored.
+        bounds: Lower and upper bounds of its constraints by name, likewise. A constraint without
+            them is an equation: 0.
     """
 
     kernel: Kernel
     index: IndexArray
-    parameters: FloatArray = field(default_factory=lambda: np.zeros((0, 1)))
-    low: float | FloatArray = 0.0
-    high: float | FloatArray = 0.0
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    bounds: Mapping[str, tuple[Any, Any]] = field(default_factory=dict)
 
-    def column(self, values: float | FloatArray, rows: int) -> FloatArray:
-        """Parameters or bounds of all repetitions, one after the other."""
-        return np.ravel(np.broadcast_to(values, (rows, self.index.shape[1])), order="F")
+    @property
+    def parameter_values(self) -> FloatArray:
+        """Parameters of all repetitions, one repetition after the other."""
+        return self._column(self.kernel.parameters, self.parameters)
+
+    def bound_values(self, side: int) -> FloatArray:
+        """Lower (0) or upper (1) bounds of all repetitions, one repetition after the other."""
+        names = self.kernel.constraints
+        bounds = {name: self.bounds.get(name, (0.0, 0.0))[side] for name in names}
+        return self._column(names, bounds)
+
+    def _column(self, rows: Mapping[str, int], values: Mapping[str, Any]) -> FloatArray:
+        times = self.index.shape[1]
+        tables = [np.broadcast_to(values[name], (count, times)) for name, count in rows.items()]
+        return np.ravel(np.concatenate([np.zeros((0, times)), *tables]), order="F")
+
+
+def symbols(**rows: int) -> dict[str, Any]:
+    """Symbolic columns by name, with their numbers of rows."""
+    import casadi as ca
+
+    return {name: ca.SX.sym(name, count) for name, count in rows.items()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,9 +186,9 @@ def solve_program(
         **known,
         lbx=bounds[0],
         ubx=bounds[1],
-        p=np.concatenate([b.column(b.parameters, b.kernel.parameters) for b in blocks]),
-        lbg=np.concatenate([b.column(b.low, b.kernel.constraints) for b in blocks]),
-        ubg=np.concatenate([b.column(b.high, b.kernel.constraints) for b in blocks]),
+        p=np.concatenate([block.parameter_values for block in blocks]),
+        lbg=np.concatenate([block.bound_values(0) for block in blocks]),
+        ubg=np.concatenate([block.bound_values(1) for block in blocks]),
     )
     stats = solver.stats()
     return Solution(
@@ -171,25 +209,26 @@ def _solver(
     import casadi as ca
 
     x, weight = ca.MX.sym("x", size), ca.MX.sym("w")
-    p = ca.MX.sym("p", sum(kernel.parameters * times for kernel, (_, times), _ in structure))
-    count = sum(kernel.constraints * times for kernel, (_, times), _ in structure)
-    multipliers = ca.MX.sym("l", count)
+    repeated = [(kernel, times) for kernel, (_, times), _ in structure]
+    p, p_of_blocks = _by_block("p", [k.parameter_count * times for k, times in repeated])
+    multipliers, multipliers_of_blocks = _by_block(
+        "multipliers", [k.constraint_count * times for k, times in repeated]
+    )
     cost, gradient, hessian = ca.MX(0.0), ca.MX(size, 1), ca.MX(size, size)
     constraints, jacobians = [], []
-    start, dual = 0, 0
-    for kernel, (_, times), content in structure:
+    for (kernel, (_, times), content), p_of_block, multipliers_of_block in zip(
+        structure, p_of_blocks, multipliers_of_blocks, strict=True
+    ):
         # selects the variables of the kernel, repetition by repetition
         columns = np.frombuffer(content, dtype=np.intp).reshape(-1, times).T.ravel().tolist()
         rows = list(range(len(columns)))
         select = ca.DM.ones(ca.Sparsity.triplet(len(columns), size, rows, columns))
         z = ca.reshape(ca.mtimes(select, x), kernel.variables, times)
-        q = ca.reshape(p[start : start + kernel.parameters * times], kernel.parameters, times)
-        end = dual + kernel.constraints * times
-        factors = ca.reshape(multipliers[dual:end], kernel.constraints, times)
-        start, dual = start + q.numel(), end
-        costs, g = kernel.value.map(times)(z, q)
-        slope, jacobian = kernel.first.map(times)(z, q)
-        curvature = kernel.second.map(times)(z, q, ca.repmat(weight, 1, times), factors)
+        values = ca.reshape(p_of_block, kernel.parameter_count, times)
+        factors = ca.reshape(multipliers_of_block, kernel.constraint_count, times)
+        costs, g = kernel.value.map(times)(z, values)
+        slope, jacobian = kernel.first.map(times)(z, values)
+        curvature = kernel.second.map(times)(z, values, ca.repmat(weight, 1, times), factors)
         cost += ca.sum2(costs)
         gradient += ca.mtimes(select.T, ca.vec(slope))
         constraints.append(ca.vec(g))
@@ -211,6 +250,14 @@ def _solver(
     }
     problem = {"x": x, "p": p, "f": cost, "g": g}
     return ca.nlpsol("minimise", "ipopt", problem, derivatives | IPOPT_OPTIONS | dict(options))
+
+
+def _by_block(name: str, sizes: Sequence[int]) -> tuple[Any, Any]:
+    """A symbolic column, and its range for each block."""
+    import casadi as ca
+
+    column = ca.MX.sym(name, sum(sizes))
+    return column, ca.vertsplit(column, np.cumsum([0, *sizes]).tolist())
 
 
 def _diagonal(parts: Any, times: int) -> Any:

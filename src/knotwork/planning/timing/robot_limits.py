@@ -15,7 +15,7 @@ import numpy as np
 from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.trajectory import JointTrajectory
-from knotwork.planning.timing.nonlinear_program import Block, Kernel
+from knotwork.planning.timing.nonlinear_program import Block, Kernel, symbols
 from knotwork.planning.timing.spline import Layout, Scale
 from knotwork.planning.timing.state_limits import limits_of
 from knotwork.planning.timing.timing_problem import TimingProblem
@@ -36,65 +36,83 @@ Tool speed may vary much faster than effort.
 """
 
 
-def inner_state(tau: Any, states: Any, part: Any) -> tuple[Any, Any, Any]:
-    """State after a fraction of a piece, from its duration and the states at its ends."""
-    q0, v0, a0, _, _, a1 = states
-    t = part * tau
+def state_inside(tau: Any, start: Sequence[Any], end_acceleration: Any, fraction: Any) -> Any:
+    """Position, velocity and acceleration of the joints in a cubic piece.
+
+    Args:
+        tau: Duration of the piece.
+        start: Position, velocity and acceleration at its start.
+        end_acceleration: Acceleration at its end.
+        fraction: The fraction of its duration after which the state is wanted.
+    """
+    q, v, a = start
+    t = fraction * tau
     return (
-        q0 + t * v0 + t**2 * ((3 - part) * a0 + part * a1) / 6,
-        v0 + t * ((2 - part) * a0 + part * a1) / 2,
-        (1 - part) * a0 + part * a1,
+        q + t * v + t**2 * ((3 - fraction) * a + fraction * end_acceleration) / 6,
+        v + t * ((2 - fraction) * a + fraction * end_acceleration) / 2,
+        (1 - fraction) * a + fraction * end_acceleration,
     )
 
 
 def _inside_kernel(
-    d: int, parts: Sequence[float], parameters: Any, terms: Callable[[Any, list[Any]], Any]
+    d: int,
+    fractions: Sequence[float],
+    parameters: Mapping[str, Any],
+    terms: Callable[[Any, list[Any]], tuple[Mapping[str, Any], Any]],
 ) -> Kernel:
-    """Kernel of a piece for terms of the states inside it.
+    """Kernel of a piece for terms of the states inside it; its variables are `Layout.piece`.
 
     Args:
         d: Number of joints.
-        parts: Positions of the states in the piece, as fractions.
-        parameters: Parameters after the units of a state, a symbolic column.
-        terms: Gives constraints and cost, from the duration of the piece and the positions,
+        fractions: Positions of the states in the piece, as fractions of its duration.
+        parameters: Parameters in addition to `units` of a state.
+        terms: Gives constraints by name and cost, from the duration of the piece and the positions,
             velocities and accelerations of the states in SI units.
     """
     import casadi as ca
 
-    tau, ends, units = ca.SX.sym("tau"), ca.SX.sym("ends", 6 * d), ca.SX.sym("units", 3 * d)
-    split = ca.vertsplit(ends, d)
-    values = [ca.vertcat(*inner_state(tau, split, part)) * units for part in parts]
-    states = [ca.SX.sym(f"state{k}", 3 * d) for k in range(len(parts))]
-    rows, cost = terms(tau, [ca.vertsplit(state, d) for state in states])
+    tau, ends, given = ca.SX.sym("tau"), ca.SX.sym("ends", 6 * d), symbols(units=3 * d)
+    q0, v0, a0, _, _, a1 = ca.vertsplit(ends, d)
+    values = [
+        ca.vertcat(*state_inside(tau, (q0, v0, a0), a1, fraction)) * given["units"]
+        for fraction in fractions
+    ]
+    states = [ca.SX.sym(f"state{k}", 3 * d) for k in range(len(fractions))]
+    constraints, cost = terms(tau, [ca.vertsplit(state, d) for state in states])
     inner = ca.vertcat(*states), ca.vertcat(*values)
-    return Kernel(ca.vertcat(tau, ends), ca.vertcat(units, parameters), rows, cost, inner)
+    return Kernel(ca.vertcat(tau, ends), {**given, **parameters}, constraints, cost, inner)
 
 
 @lru_cache(maxsize=32)
 def limit_kernel(dynamics: Dynamics, name: str, *, inside: bool) -> Kernel:
-    """Utilisation of a limit at a break, or at its positions inside a piece, relative to the limit.
+    """Kernel of the `utilisation` of a limit; that of the tool speed is squared.
 
-    Efforts, or the squared tool speed. Parameters: units of the state, inverse limits.
+    Its parameters are the `units` of a state, and the `inverse_limit`.
+
+    Args:
+        dynamics: The dynamics of the robot.
+        name: Name of the limit in `ROBOT_LIMITS`.
+        inside: Whether the limit applies at its positions inside a piece, `Layout.piece`; otherwise
+            at a break, whose variables are a column of `Layout.state`.
     """
     import casadi as ca
 
     d = dynamics.robot.dof
-    inverse = ca.SX.sym("inverse", d if name == "effort" else 1)
+    given = symbols(inverse_limit=d if name == "effort" else 1)
 
-    def ratio(q: Any, v: Any, a: Any) -> Any:
+    def utilisation(q: Any, v: Any, a: Any) -> Any:
         if name == "effort":
-            return dynamics.symbolic_effort(q, v, a) * inverse
-        return ca.sumsqr(dynamics.symbolic_tool_velocity(q, v) * inverse)
+            return dynamics.symbolic_effort(q, v, a) * given["inverse_limit"]
+        return ca.sumsqr(dynamics.symbolic_tool_velocity(q, v) * given["inverse_limit"])
+
+    def terms(tau: Any, states: list[Any]) -> tuple[Mapping[str, Any], Any]:
+        return {"utilisation": ca.vertcat(*(utilisation(*state) for state in states))}, 0.0
 
     if inside:
-        return _inside_kernel(
-            d,
-            ROBOT_LIMITS[name],
-            inverse,
-            lambda tau, states: (ca.vertcat(*(ratio(*state) for state in states)), 0.0),
-        )
-    state, units = ca.SX.sym("state", 3 * d), ca.SX.sym("units", 3 * d)
-    return Kernel(state, ca.vertcat(units, inverse), ratio(*ca.vertsplit(state * units, d)))
+        return _inside_kernel(d, ROBOT_LIMITS[name], given, terms)
+    state, given = ca.SX.sym("state", 3 * d), {**symbols(units=3 * d), **given}
+    at_break = utilisation(*ca.vertsplit(state * given["units"], d))
+    return Kernel(state, given, {"utilisation": at_break})
 
 
 def robot_limit_blocks(
@@ -120,27 +138,36 @@ def robot_limit_blocks(
         if name == "effort":
             known = known & problem.acceleration_known
         unknown = np.full(layout.pieces + 1, True)
-        unknown[:: layout.each][known] = False
+        unknown[:: layout.interval_pieces][known] = False
         at_breaks = layout.state[:, unknown], allowed[::2][unknown]
-        for inside, (columns, part) in enumerate((at_breaks, (layout.piece, allowed[1::2]))):
-            inverse = 1.0 / (part * problem.limit(name)).T
-            units = np.repeat(scale.state[:, None], inverse.shape[1], axis=1)
-            kernel = limit_kernel(problem.required_dynamics, name, inside=bool(inside))
-            yield Block(kernel, columns, np.vstack((units, inverse)), -bound, bound)
+        inside_pieces = layout.piece, allowed[1::2]
+        for inside, (columns, fraction) in ((False, at_breaks), (True, inside_pieces)):
+            yield Block(
+                limit_kernel(problem.required_dynamics, name, inside=inside),
+                columns,
+                parameters={
+                    "units": scale.state[:, None],
+                    "inverse_limit": 1.0 / (fraction * problem.limit(name)).T,
+                },
+                bounds={"utilisation": (-bound, bound)},
+            )
 
 
 @lru_cache(maxsize=8)
 def work_kernel(dynamics: Dynamics) -> Kernel:
-    """Integral of effort squared over a piece (Simpson's rule). Parameters: units, weight."""
-    import casadi as ca
+    """Kernel of the integral of effort squared over a piece (Simpson's rule), as a cost.
 
-    weight = ca.SX.sym("weight")
+    Its parameters are the `units` of a state, and the `weight`.
+    """
+    given = symbols(weight=1)
 
-    def cost(tau: Any, states: list[Any]) -> Any:
+    def terms(tau: Any, states: list[Any]) -> tuple[Mapping[str, Any], Any]:
+        import casadi as ca
+
         start, middle, end = (ca.sumsqr(dynamics.symbolic_effort(*state)) for state in states)
-        return ca.SX(0, 1), weight * tau * (start + 4 * middle + end) / 6
+        return {}, given["weight"] * tau * (start + 4 * middle + end) / 6
 
-    return _inside_kernel(dynamics.robot.dof, (0.0, 0.5, 1.0), weight, cost)
+    return _inside_kernel(dynamics.robot.dof, (0.0, 0.5, 1.0), given, terms)
 
 
 def sampled_utilisation(

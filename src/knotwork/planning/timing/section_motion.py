@@ -171,7 +171,7 @@ def first_velocities(problem: TimingProblem) -> FloatArray:
     cap = 0.8 * problem.limits.velocity
     guess = np.clip(guess, -cap, cap)
     for i in np.flatnonzero(~known):
-        if not problem.along[i]:
+        if not problem.is_direction[i]:
             v[i] = guess[i]
             continue
         direction = v[i]

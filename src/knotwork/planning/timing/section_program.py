@@ -57,25 +57,33 @@ WARM_START_OPTIONS: dict[str, Any] = {
 
 
 class SectionProgram:
-    """The nonlinear program of a problem; IPOPT solves it.
+    """The nonlinear program of a section; IPOPT solves it.
 
     Args:
-        problem: The problem.
+        problem: The section.
         guess: Initial guess, which also sets the pieces and the units.
         tightening: Margins of the limits.
+
+    Attributes:
+        layout: Indices of the variables.
+        scale: Units of the variables.
+        margin: Relative margin to each limit.
+        durations: Durations of the intervals in the guess [s], shape (n-1,).
+        directed: Indices of the waypoints whose velocity is a direction with a free factor.
     """
 
     def __init__(self, problem: TimingProblem, guess: States, tightening: Tightening) -> None:
-        self.problem, self.guess, self.tightening = problem, guess, tightening
+        self.problem = problem
+        self.guess = guess
+        self.tightening = tightening
         self.margin = tightening.margin
-        self.along = np.flatnonzero(problem.along)
-        intervals, joints = len(problem.duration), len(problem.joint_names)
-        each = len(guess.span) // intervals
-        self.layout = Layout(intervals, each, joints, len(self.along))
-        # of the intervals in the guess
-        self.duration = guess.span.reshape(intervals, each).sum(axis=1)
+        self.directed = np.flatnonzero(problem.is_direction)
+        intervals = len(problem.duration)
+        pieces = len(guess.span) // intervals
+        self.layout = Layout(intervals, pieces, len(problem.joint_names), len(self.directed))
+        self.durations = guess.span.reshape(intervals, pieces).sum(axis=1)
         usual = np.isnan(stop_times(problem))
-        self.scale = _scale(problem, guess, float(np.median(self.duration[usual])))
+        self.scale = _scale(problem, guess, float(np.median(self.durations[usual])))
 
     def solve(self, start: Solution | None = None, seconds: float = np.inf) -> Solution:
         """Run the solver from an earlier solution or the guess, with a time limit [s]."""
@@ -88,48 +96,48 @@ class SectionProgram:
 
     def variables_of(self, states: States) -> FloatArray:
         """Variables of the program at a motion with the pieces of the guess."""
-        at, scale = self.layout, self.scale
-        x = np.zeros(at.size)
+        layout, scale = self.layout, self.scale
+        x = np.zeros(layout.size)
         limit = self.problem.limits.acceleration
-        x[at.tau] = states.span / scale.time
-        x[at.q] = states.q / scale.unit(0)
-        x[at.v] = states.v / scale.unit(1)
-        x[at.a] = np.clip(states.a, -limit, limit) / scale.unit(2)
-        for column, i in zip(at.factor, self.along, strict=True):
+        x[layout.tau] = states.span / scale.time
+        x[layout.q] = states.q / scale.unit(0)
+        x[layout.v] = states.v / scale.unit(1)
+        x[layout.a] = np.clip(states.a, -limit, limit) / scale.unit(2)
+        at_waypoints = states.v[layout.waypoints]
+        for column, i in zip(layout.factor, self.directed, strict=True):
             direction = self.problem.velocity[i]
             length = float(direction @ direction)
-            x[column] = float(states.v[at.each * i] @ direction) / length if length else 0.0
+            x[column] = float(at_waypoints[i] @ direction) / length if length else 0.0
         return x
 
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Lower and upper bounds of the variables, equal where a variable is known."""
-        at, problem, scale = self.layout, self.problem, self.scale
-        each = at.each
-        low, high = np.full(at.size, -np.inf), np.full(at.size, np.inf)
-        low[at.tau] = MIN_PIECE_SHARE * self.guess.span / scale.time
-        inner = 1.0 - self.margin
-        V, A = (inner * problem.limits[name] for name in ("velocity", "acceleration"))
-        V = np.tile(V, (at.pieces + 1, 1))
+        layout, problem, scale = self.layout, self.problem, self.scale
+        low, high = np.full(layout.size, -np.inf), np.full(layout.size, np.inf)
+        low[layout.tau] = MIN_PIECE_SHARE * self.guess.span / scale.time
+        low[layout.factor] = 0.0
+        high[layout.factor] = problem.max_factor[self.directed]
+        for side, edge in zip((low, high), self._position_range(), strict=True):
+            at_breaks = np.repeat(edge, layout.interval_pieces, axis=0)
+            side[layout.q[:-1]] = at_breaks / scale.unit(0)
+        max_velocity = np.tile(problem.limits.velocity, (layout.pieces + 1, 1))
+        max_velocity *= 1.0 - self.margin
         for k in MIDDLE_BREAKS:
-            V[k::each] = np.minimum(V[k::each], max_middle_velocities(problem))
-        low[at.v], high[at.v] = -V / scale.unit(1), V / scale.unit(1)
-        low[at.a], high[at.a] = -A / scale.unit(2), A / scale.unit(2)
-        lower, upper = self._position_range()
-        of_intervals = (slice(each * i, each * (i + 1)) for i in range(at.intervals))
-        for breaks, lowest, highest in zip(of_intervals, lower, upper, strict=True):
-            low[at.q[breaks]], high[at.q[breaks]] = lowest / scale.unit(0), highest / scale.unit(0)
-        waypoints = slice(None, None, each)
-        low[at.q[waypoints]] = high[at.q[waypoints]] = problem.position / scale.unit(0)
+            middle = max_velocity[k :: layout.interval_pieces]
+            np.minimum(middle, max_middle_velocities(problem), out=middle)
+        high[layout.v] = max_velocity / scale.unit(1)
+        high[layout.a] = (1.0 - self.margin) * problem.limits.acceleration / scale.unit(2)
+        for columns in (layout.v, layout.a):
+            low[columns] = -high[columns]
         for columns, values, known, order in (
-            (at.v, problem.velocity, problem.velocity_known, 1),
-            (at.a, problem.acceleration, problem.acceleration_known, 2),
+            (layout.q, problem.position, np.full(len(problem.position), True), 0),
+            (layout.v, problem.velocity, problem.velocity_known, 1),
+            (layout.a, problem.acceleration, problem.acceleration_known, 2),
         ):
-            fixed = columns[waypoints][known]
+            fixed = columns[layout.waypoints][known]
             low[fixed] = high[fixed] = values[known] / scale.unit(order)
-        unaccelerated = at.a[waypoints][self._has_zero_acceleration()]
+        unaccelerated = layout.a[layout.waypoints][self._has_zero_acceleration()]
         low[unaccelerated] = high[unaccelerated] = 0.0
-        low[at.factor] = 0.0
-        high[at.factor] = problem.max_factor[self.along]
         return low, high
 
     def _position_range(self) -> tuple[FloatArray, FloatArray]:
@@ -148,112 +156,118 @@ class SectionProgram:
         )
 
     def _positions_between(self) -> tuple[FloatArray, FloatArray]:
-        """Lower and upper bounds of positions at four points of each piece, shape (4, d, pieces).
+        """Lower and upper bounds of positions at the four Bézier points, shape (4 d, pieces).
 
         Two bounds are relaxed, because IPOPT cannot satisfy them strictly: of a piece that ends on
         a position limit, and of points that are constant because the waypoint is at rest.
         """
-        problem, each = self.problem, self.layout.each
-        q, at_rest = problem.position, ~problem.along & (problem.velocity == 0.0).all(axis=1)
+        problem, layout = self.problem, self.layout
+        shape = (4, layout.intervals, layout.interval_pieces, layout.joints)
+        q = problem.position
+        at_rest = ~problem.is_direction & (problem.velocity == 0.0).all(axis=1)
         still = at_rest & (problem.acceleration == 0.0).all(axis=1)
         ranges = []
-        for edge, extreme, none in zip(
+        for edge, farther, unbounded in zip(
             self._position_range(), (np.minimum, np.maximum), (-np.inf, np.inf), strict=True
         ):
-            points = np.broadcast_to(edge[:, None], (4, len(edge), each, self.layout.joints)).copy()
-            points[:, :, 0] = extreme(points[:, :, 0], q[:-1])
-            points[:, :, -1] = extreme(points[:, :, -1], q[1:])
-            for k, constant in enumerate((at_rest, still)):
-                points[k, constant[:-1], 0] = none
-                points[3 - k, constant[1:], -1] = none
-            ranges.append(points.reshape(4, self.layout.pieces, -1).transpose(0, 2, 1))
+            points = np.broadcast_to(edge[:, None], shape).copy()
+            points[:, :, 0] = farther(points[:, :, 0], q[:-1])
+            points[:, :, -1] = farther(points[:, :, -1], q[1:])
+            for k, is_constant in enumerate((at_rest, still)):
+                points[k, is_constant[:-1], 0] = unbounded
+                points[3 - k, is_constant[1:], -1] = unbounded
+            points /= self.scale.unit(0)
+            ranges.append(points.transpose(0, 3, 1, 2).reshape(-1, layout.pieces))
         return ranges[0], ranges[1]
 
     def blocks(self) -> list[Block]:
         """Constraints and costs of the program."""
-        problem, scale, at = self.problem, self.scale, self.layout
-        timed = np.flatnonzero(~problem.free | (problem.at_least > 0.0))
-        free = problem.free[timed]
-        bound = np.where(free, problem.at_least[timed], problem.duration[timed]) / scale.time
-        durations = at.tau.reshape(at.intervals, at.each)[timed].T
-        directed = np.concatenate((at.v[at.each * self.along], at.factor[:, None]), axis=1).T
-        directions = problem.velocity[self.along].T / scale.unit(1)[:, None]
-        empty = np.zeros((0, 1))
-        blocks = [
-            self._piece_block(),
-            Block(sum_kernel(at.each), durations, empty, bound, np.where(free, np.inf, bound)),
-            Block(direction_kernel(at.joints), directed, directions),
-        ]
+        problem, scale, layout = self.problem, self.scale, self.layout
+        blocks = [self._piece_block(), self._duration_block(), self._direction_block()]
         if problem.total is not None:
             total = problem.total / scale.time
-            blocks.append(Block(sum_kernel(at.pieces), at.tau[:, None], empty, total, total))
+            all_pieces = layout.tau[:, None]
+            blocks.append(
+                Block(sum_kernel(layout.pieces), all_pieces, bounds={"sum": (total, total)})
+            )
         if problem.objective.effort:
             weight = problem.objective.effort * scale.time / self.typical_cost()
-            parameters = np.append(scale.state, weight)[:, None]
-            blocks.append(Block(work_kernel(problem.required_dynamics), at.piece, parameters))
+            parameters = {"units": scale.state[:, None], "weight": weight}
+            kernel = work_kernel(problem.required_dynamics)
+            blocks.append(Block(kernel, layout.piece, parameters))
         fractions = self.tightening.fractions
-        return [*blocks, *robot_limit_blocks(problem, fractions, self.margin, scale, at)]
+        return [*blocks, *robot_limit_blocks(problem, fractions, self.margin, scale, layout)]
+
+    def _duration_block(self) -> Block:
+        """Given durations of intervals, and lower bounds of free ones."""
+        problem, layout = self.problem, self.layout
+        bounded = ~problem.free | (problem.at_least > 0.0)
+        lower = np.where(problem.free, problem.at_least, problem.duration)[bounded]
+        lower = lower / self.scale.time
+        upper = np.where(problem.free[bounded], np.inf, lower)
+        pieces = layout.tau.reshape(layout.intervals, -1)[bounded].T
+        return Block(sum_kernel(layout.interval_pieces), pieces, bounds={"sum": (lower, upper)})
+
+    def _direction_block(self) -> Block:
+        """Velocities that are a direction with a free factor."""
+        layout = self.layout
+        v = layout.v[layout.waypoints][self.directed]
+        directions = self.problem.velocity[self.directed] / self.scale.unit(1)
+        columns = np.concatenate((v, layout.factor[:, None]), axis=1).T
+        return Block(direction_kernel(layout.joints), columns, {"direction": directions.T})
 
     def _piece_block(self) -> Block:
-        """Constraints and costs of the pieces."""
-        problem, scale, at = self.problem, self.scale, self.layout
-        d, row = at.joints, np.ones(at.pieces)
-        jerk = bool(np.isfinite(problem.limits.jerk).any())
-        position, smooth = self.tightening.position, problem.objective.jerk > 0.0
-        h = at.each * self.guess.span / scale.time
-        rows, max_velocities = [1.0 / h, 1.0 / (h * h)], self._velocity_bounds()
-        low = [np.zeros((2 * d, at.pieces)), *(-limit for limit in max_velocities)]
-        high = [np.zeros((2 * d, at.pieces)), *max_velocities]
-        if jerk:
-            limit = (1.0 - self.margin) * problem.limits.jerk / scale.unit(3)
-            rows.append(row / limit[:, None])
-            low.append(np.full((2 * d, at.pieces), -np.inf))
-            high.append(np.zeros((2 * d, at.pieces)))
-        if position:
-            lower, upper = self._positions_between()
-            low += list(lower / scale.unit(0)[:, None])
-            high += list(upper / scale.unit(0)[:, None])
-        weights = self._weights()[:, None] * row
-        weights[1] = EVENNESS_WEIGHT * scale.time**2 / (self.guess.span * self.duration.sum())
-        kernel = piece_kernel(d, jerk, position, smooth)
-        return Block(kernel, at.piece, np.vstack((*rows, weights)), np.vstack(low), np.vstack(high))
-
-    def _weights(self) -> FloatArray:
-        objective, scale = self.problem.objective, self.scale
-        cost = self.typical_cost()
-        limit = np.minimum(self.problem.limits.acceleration, scale.unit(2))
-        calm = CALMNESS_WEIGHT * cost / (limit**2 * self.duration.sum() * len(limit))
-        weights = [np.array([objective.time * scale.time, 0.0])]
-        weights.append((objective.acceleration + calm) * scale.unit(2) ** 2 * scale.time)
-        if objective.jerk:
-            weights.append(objective.jerk * scale.unit(3) ** 2 * scale.time)
-        return np.asarray(np.concatenate(weights) / cost)
+        """Equations, limits and costs of the pieces."""
+        problem, scale, layout = self.problem, self.scale, self.layout
+        objective, cost, total = problem.objective, self.typical_cost(), self.durations.sum()
+        span = layout.interval_pieces * self.guess.span / scale.time
+        max_jerk = (1.0 - self.margin) * problem.limits.jerk / scale.unit(3)
+        usual_acceleration = np.minimum(problem.limits.acceleration, scale.unit(2))
+        calmness = CALMNESS_WEIGHT * cost / (usual_acceleration**2 * total * layout.joints)
+        weights = {
+            "time_weight": objective.time * np.ones(1),
+            "acceleration_weight": (objective.acceleration + calmness) * scale.unit(2) ** 2,
+            "jerk_weight": objective.jerk * scale.unit(3) ** 2,
+        }
+        parameters = {
+            "velocity_scale": 1.0 / span,
+            "position_scale": 1.0 / span**2,
+            "inverse_jerk": 1.0 / max_jerk[:, None],
+            "evenness_weight": EVENNESS_WEIGHT * scale.time**2 / (self.guess.span * total),
+            **{name: (weight * scale.time / cost)[:, None] for name, weight in weights.items()},
+        }
+        max_velocity = self._max_velocities()
+        bounds = {"velocity_points": (-max_velocity, max_velocity), "jerk": (-np.inf, 0.0)}
+        if self.tightening.position:
+            bounds["position_points"] = self._positions_between()
+        limits_jerk = bool(np.isfinite(problem.limits.jerk).any())
+        kernel = piece_kernel(layout.joints, limits_jerk, self.tightening.position)
+        return Block(kernel, layout.piece, parameters, bounds)
 
     def typical_cost(self) -> float:
         """Typical value of the objective, by which it is divided to be of order one."""
-        objective, scale = self.problem.objective, self.scale
-        h = self.duration
-        cost = objective.time * float(h.sum())
+        objective, total = self.problem.objective, float(self.durations.sum())
+        cost = objective.time * total
         for weight, order in ((objective.jerk, 3), (objective.acceleration, 2)):
-            cost += weight * float(np.sum((scale.unit(order)) ** 2) * h.sum())
+            cost += weight * float(np.sum((self.scale.unit(order)) ** 2) * total)
         if objective.effort:
             q = self.problem.position
             still = np.zeros_like(q)
             squares = self.problem.required_dynamics.effort(q, still, still) ** 2
-            cost += objective.effort * float(squares.sum(axis=1).mean() * h.sum())
+            cost += objective.effort * float(squares.sum(axis=1).mean() * total)
         return cost or 1.0
 
-    def _velocity_bounds(self) -> list[FloatArray]:
-        """Maximum velocities at two points of each piece, scaled, shape (d, pieces) each."""
-        limit = (1.0 - self.margin) * self.problem.limits.velocity
-        shape = (self.layout.intervals, self.layout.each, self.layout.joints)
-        start, end = (np.broadcast_to(limit, shape).copy() for _ in range(2))
+    def _max_velocities(self) -> FloatArray:
+        """Maximum velocities at two Bézier points of each piece, scaled, shape (2 d, pieces)."""
+        layout, limit = self.layout, self.problem.limits.velocity
+        shape = (2, layout.intervals, layout.interval_pieces, layout.joints)
+        points = np.broadcast_to((1.0 - self.margin) * limit, shape).copy()
         # with zero acceleration, the point next to the waypoint has its velocity
-        passed = np.where(self._passes_at_limit(), 1.001 * self.problem.limits.velocity, 0.0)
-        start[:, 0] = np.maximum(start[:, 0], passed[:-1])
-        end[:, -1] = np.maximum(end[:, -1], passed[1:])
-        unit = self.scale.unit(1)
-        return [(v.reshape(self.layout.pieces, -1) / unit).T for v in (start, end)]
+        passed = np.where(self._passes_at_limit(), 1.001 * limit, 0.0)
+        points[0, :, 0] = np.maximum(points[0, :, 0], passed[:-1])
+        points[1, :, -1] = np.maximum(points[1, :, -1], passed[1:])
+        points /= self.scale.unit(1)
+        return points.transpose(0, 3, 1, 2).reshape(-1, layout.pieces)
 
     def _passes_at_limit(self) -> BoolArray:
         """Whether each joint passes each waypoint at its velocity limit, without acceleration."""
@@ -273,25 +287,30 @@ class SectionProgram:
 
     def motion_of(self, x: FloatArray) -> tuple[FloatArray, PiecewisePolynomial]:
         """Times of the waypoints from 0 on [s], and the curve, from the variables."""
-        problem, at, scale = self.problem, self.layout, self.scale
-        v, a = x[at.v] * scale.unit(1), x[at.a] * scale.unit(2)
-        spans = (x[at.tau] * scale.time).reshape(at.intervals, at.each)
-        duration = np.where(problem.free, spans.sum(axis=1), problem.duration)
-        if problem.total is not None:
-            free = problem.free
-            free_time = problem.total - duration[~free].sum()
-            duration[free] *= free_time / duration[free].sum()
-        duration = np.where(problem.free, np.maximum(duration, problem.at_least), duration)
-        velocity = np.where(problem.velocity_known[:, None], problem.velocity, v[:: at.each])
-        for column, i in zip(at.factor, self.along, strict=True):
-            velocity[i] = max(float(x[column]), 0.0) * problem.velocity[i]
-        known = problem.acceleration_known
-        a[:: at.each][known] = problem.acceleration[known]
-        a[:: at.each][self._has_zero_acceleration()] = 0.0
-        ends = np.arange(at.intervals)[:, None] * at.each + np.arange(at.each + 1)
-        time = np.concatenate(([0.0], np.cumsum(duration)))
+        problem, layout, scale = self.problem, self.layout, self.scale
+        v, a = x[layout.v] * scale.unit(1), x[layout.a] * scale.unit(2)
+        spans = (x[layout.tau] * scale.time).reshape(layout.intervals, -1)
+        time = np.append(0.0, np.cumsum(self._exact_durations(spans.sum(axis=1))))
         share = spans / spans.sum(axis=1)[:, None]
-        return time, exact_curve(time, share, problem.position, velocity, a[ends])
+        known = problem.velocity_known[:, None]
+        velocity = np.where(known, problem.velocity, v[layout.waypoints])
+        for column, i in zip(layout.factor, self.directed, strict=True):
+            velocity[i] = max(float(x[column]), 0.0) * problem.velocity[i]
+        at_waypoints, known = a[layout.waypoints], problem.acceleration_known
+        at_waypoints[known] = problem.acceleration[known]
+        at_waypoints[self._has_zero_acceleration()] = 0.0
+        starts = np.arange(layout.intervals)[:, None] * layout.interval_pieces
+        acceleration = a[starts + np.arange(layout.interval_pieces + 1)]
+        return time, exact_curve(time, share, problem.position, velocity, acceleration)
+
+    def _exact_durations(self, durations: FloatArray) -> FloatArray:
+        """Durations of the intervals [s] that meet the given ones to rounding, shape (n-1,)."""
+        problem, free = self.problem, self.problem.free
+        durations = np.where(free, durations, problem.duration)
+        if problem.total is not None:
+            free_time = problem.total - durations[~free].sum()
+            durations[free] *= free_time / durations[free].sum()
+        return np.where(free, np.maximum(durations, problem.at_least), durations)
 
 
 def _scale(problem: TimingProblem, guess: States, time: float) -> Scale:

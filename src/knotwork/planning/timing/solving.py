@@ -183,14 +183,12 @@ def solve_windows(problem: TimingProblem, budget: Budget) -> SectionMotion | Non
         motion = solve_section(problem, budget)
         budget.finish(last)
         return motion
-    velocity, acceleration = np.array(problem.velocity), np.array(problem.acceleration)
-    along = np.array(problem.along)
     windows: list[SectionMotion] = []
+    start_known = problem
     first = 0
     while first < last:
         is_last = last - first <= WINDOW_INTERVALS + 2 * INTERVALS_AHEAD
         end = last if is_last else first + WINDOW_INTERVALS + INTERVALS_AHEAD
-        start_known = replace(problem, velocity=velocity, acceleration=acceleration, along=along)
         count = end - first if is_last else WINDOW_INTERVALS
         motion = solve_section(start_known.between(first, end), budget)
         if motion is None or motion.status == "resting":  # the start state may be the reason
@@ -199,8 +197,7 @@ def solve_windows(problem: TimingProblem, budget: Budget) -> SectionMotion | Non
         budget.finish(count)
         first += count
         seam = motion.time[count]
-        velocity[first], acceleration[first] = motion.curve(seam, 1), motion.curve(seam, 2)
-        along[first] = False
+        start_known = start_known.with_state(first, motion.curve(seam, 1), motion.curve(seam, 2))
         windows.append(_first_intervals(motion, count))
     return _consecutive(windows)
 

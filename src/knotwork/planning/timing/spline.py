@@ -20,7 +20,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from knotwork.arrays import FloatArray, IndexArray
-from knotwork.planning.timing.nonlinear_program import Kernel
+from knotwork.planning.timing.nonlinear_program import Kernel, symbols
 
 INTERVAL_PIECES = 5
 """Cubic pieces per interval. More pieces gain less than 1 % of the duration."""
@@ -33,8 +33,8 @@ pieces, six joints are as fast as the slowest of them alone.
 """
 
 
-def pieces_each(intervals: int) -> int:
-    """Number of cubic pieces for each of the intervals of a section."""
+def pieces_per_interval(intervals: int) -> int:
+    """Number of cubic pieces in each interval of a section."""
     return SINGLE_INTERVAL_PIECES if intervals == 1 else INTERVAL_PIECES
 
 
@@ -44,25 +44,30 @@ class Layout:
 
     Attributes:
         intervals: Number of intervals.
-        each: Number of pieces of each interval.
+        interval_pieces: Number of pieces of each interval.
         joints: Number of joints.
         factors: Number of velocities along directions.
     """
 
     intervals: int
-    each: int
+    interval_pieces: int
     joints: int
     factors: int
 
     @property
     def pieces(self) -> int:
         """Number of pieces of the whole motion."""
-        return self.each * self.intervals
+        return self.interval_pieces * self.intervals
 
     @property
     def size(self) -> int:
         """Number of variables."""
         return (3 * self.joints + 1) * self.pieces + 3 * self.joints + self.factors
+
+    @property
+    def waypoints(self) -> slice:
+        """The waypoints among the breaks."""
+        return slice(None, None, self.interval_pieces)
 
     @property
     def factor(self) -> IndexArray:
@@ -102,57 +107,58 @@ class Layout:
 
 
 @lru_cache(maxsize=64)
-def piece_kernel(d: int, jerk: bool, position: bool, smooth: bool) -> Kernel:
-    """Kernel of one piece. Parameters: scales of the equations, inverse jerk limits, weights.
+def piece_kernel(d: int, jerk: bool, position: bool) -> Kernel:
+    """Kernel of the equations, limits and costs of one piece; its variables are `Layout.piece`.
 
-    The constraints, d of each, are in this order: the equations of velocity and position; the
-    velocity at two Bézier points; the increase and the decrease of the acceleration within the jerk
-    limit; four Bézier points of the position.
+    Args:
+        d: Number of joints.
+        jerk: Whether jerks are limited.
+        position: Whether positions are limited between the breaks.
     """
     import casadi as ca
 
-    tau, state = ca.SX.sym("tau"), ca.SX.sym("state", 6 * d)
-    q0, v0, a0, q1, v1, a1 = ca.vertsplit(state, d)
-    scale, inverse_jerk = ca.SX.sym("scale", 2), ca.SX.sym("jerk", d if jerk else 0)
-    weight = ca.SX.sym("weight", 2 + d + (d if smooth else 0))
-    rows = [
-        (v1 - v0 - tau * (a0 + a1) / 2) * scale[0],
-        (q1 - q0 - tau * v0 - tau**2 * (2 * a0 + a1) / 6) * scale[1],
-        v0 + tau * a0 / 4,  # the point between the two is their mean
-        v1 - tau * a1 / 4,
-    ]
+    tau, states = ca.SX.sym("tau"), ca.SX.sym("states", 6 * d)
+    q0, v0, a0, q1, v1, a1 = ca.vertsplit(states, d)
+    given = symbols(velocity_scale=1, position_scale=1, inverse_jerk=d)
+    weights = symbols(time_weight=1, evenness_weight=1, acceleration_weight=d, jerk_weight=d)
+    constraints = {
+        "velocity_equation": (v1 - v0 - tau * (a0 + a1) / 2) * given["velocity_scale"],
+        "position_equation": (q1 - q0 - tau * v0 - tau**2 * (2 * a0 + a1) / 6)
+        * given["position_scale"],
+        # Bézier points; the one between the two is their mean
+        "velocity_points": ca.vertcat(v0 + tau * a0 / 4, v1 - tau * a1 / 4),
+    }
     if jerk:
-        change = (a1 - a0) * inverse_jerk
-        rows += [change - tau, -change - tau]
+        change = (a1 - a0) * given["inverse_jerk"]
+        constraints["jerk"] = ca.vertcat(change - tau, -change - tau)
     if position:
         half = q0 + tau * v0 / 2 + tau**2 * (5 * a0 + a1) / 48
         bend = tau * (v0 + tau * (3 * a0 + a1) / 8) / 6
-        rows += [q0 + tau * v0 / 6, half - bend, half + bend, q1 - tau * v1 / 6]
-    cost = weight[0] * tau + weight[1] * tau**2
-    cost += ca.dot(weight[2 : 2 + d], a0**2 + a0 * a1 + a1**2) * tau / 3
-    if smooth:
-        cost += ca.dot(weight[2 + d :], (a1 - a0) ** 2) / tau
-    return Kernel(
-        ca.vertcat(tau, state), ca.vertcat(scale, inverse_jerk, weight), ca.vertcat(*rows), cost
-    )
+        constraints["position_points"] = ca.vertcat(
+            q0 + tau * v0 / 6, half - bend, half + bend, q1 - tau * v1 / 6
+        )
+    cost = weights["time_weight"] * tau + weights["evenness_weight"] * tau**2
+    cost += ca.dot(weights["acceleration_weight"], a0**2 + a0 * a1 + a1**2) * tau / 3
+    cost += ca.dot(weights["jerk_weight"], (a1 - a0) ** 2) / tau
+    return Kernel(ca.vertcat(tau, states), {**given, **weights}, constraints, cost)
 
 
 @lru_cache(maxsize=64)
 def sum_kernel(count: int) -> Kernel:
-    """Kernel for the sum of durations."""
+    """Kernel of the sum of a number of durations."""
     import casadi as ca
 
     tau = ca.SX.sym("tau", count)
-    return Kernel(tau, ca.SX(0, 1), ca.sum1(tau))
+    return Kernel(tau, {}, {"sum": ca.sum1(tau)})
 
 
 @lru_cache(maxsize=64)
 def direction_kernel(d: int) -> Kernel:
-    """Kernel for the velocity of a waypoint that is a factor times a direction."""
+    """Kernel of the equation of a velocity that is a factor times a direction."""
     import casadi as ca
 
-    v, factor, direction = ca.SX.sym("v", d), ca.SX.sym("s"), ca.SX.sym("u", d)
-    return Kernel(ca.vertcat(v, factor), direction, v - factor * direction)
+    v, factor, given = ca.SX.sym("v", d), ca.SX.sym("factor"), symbols(direction=d)
+    return Kernel(ca.vertcat(v, factor), given, {"equation": v - factor * given["direction"]})
 
 
 @dataclass(frozen=True, eq=False)

@@ -62,7 +62,7 @@ class Dynamics:
         )
         for i in reversed(range(1, len(moving))):
             link, parent, k = moving[i], joints.parent[i], joints.column[i]
-            along = joints.turns[i] * moments[i] + joints.slides[i] * forces[i]
+            along = joints.angle_per_unit[i] * moments[i] + joints.length_per_unit[i] * forces[i]
             effort[k] = ca.dot(_sparse(joints.axis[i]), along)
             effort[k] += float(self.robot.model.armature[k]) * a[k]
             if parent:
@@ -95,9 +95,12 @@ class Dynamics:
         links = [_Moving(ca.SX.eye(3), none, none, none, none, lift, none, none)]
         for i in range(1, len(joints.parent)):
             k, parent, axis = joints.column[i], links[joints.parent[i]], joints.axis[i]
-            turn, slide = _sparse(joints.turns[i] * axis), _sparse(joints.slides[i] * axis)
+            turn, slide = (
+                _sparse(joints.angle_per_unit[i] * axis),
+                _sparse(joints.length_per_unit[i] * axis),
+            )
             fixed = _sparse(joints.rotation[i])
-            rotation = ca.mtimes(fixed, _rotation(joints.turns[i] * axis, q[k]))
+            rotation = ca.mtimes(fixed, _rotation(joints.angle_per_unit[i] * axis, q[k]))
             offset = _sparse(joints.translation[i]) + ca.mtimes(fixed, slide * q[k])
             spin, spin_rate = parent.spin, parent.spin_rate
             velocity = parent.velocity + ca.cross(spin, offset)

@@ -11,7 +11,7 @@ from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.joint_quantities import RATE_QUANTITIES
 from knotwork.planning.timing.robot_limits import sampled_utilisation, unproved_utilisation
-from knotwork.planning.timing.spline import pieces_each
+from knotwork.planning.timing.spline import pieces_per_interval
 from knotwork.planning.timing.timing_problem import TimingProblem
 
 SAMPLE_MARGIN = 1e-4
@@ -54,7 +54,7 @@ def first_tightening(problem: TimingProblem) -> Tightening:
     unlimited = np.isinf(limits.acceleration) & np.isinf(limits.jerk) & np.isfinite(limits.effort)
     if problem.objective.time and problem.free.any() and unlimited.any():
         intervals = len(problem.position) - 1
-        utilisation = np.zeros((pieces_each(intervals) * intervals, len(unlimited)))
+        utilisation = np.zeros((pieces_per_interval(intervals) * intervals, len(unlimited)))
         return Tightening(fractions={"effort": _allowed_fractions(None, utilisation)})
     return Tightening()
 

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 _NOT_GIVEN: Any = None
 
+_OF_WAYPOINTS = ("position", "velocity", "acceleration", "names", "is_direction", "max_factor")
+
 
 @dataclass(frozen=True)
 class Objective:
@@ -82,7 +84,7 @@ class TimingProblem(ReadOnlyArrays):
         limits: The limits; those of effort need dynamics.
         names: Names of the waypoints, length n; by default their indices.
         joint_units: `"rad"` or `"m"` for each joint; by default all `"rad"`.
-        along: Whether each row of `velocity` is a direction with a free factor >= 0, shape
+        is_direction: Whether each row of `velocity` is a direction with a free factor >= 0, shape
             (n,); by default false.
         max_factor: Upper bound of that factor, shape (n,); by default infinite.
         acceleration: Joint accelerations at the waypoints [rad/s² or m/s²], shape (n, d); a row of
@@ -110,7 +112,7 @@ class TimingProblem(ReadOnlyArrays):
     limits: JointLimits
     names: tuple[str, ...] = field(default=(), kw_only=True)
     joint_units: tuple[str, ...] = field(default=(), kw_only=True)
-    along: BoolArray = field(default=_NOT_GIVEN, kw_only=True)
+    is_direction: BoolArray = field(default=_NOT_GIVEN, kw_only=True)
     max_factor: FloatArray = field(default=_NOT_GIVEN, kw_only=True)
     acceleration: FloatArray = field(default=_NOT_GIVEN, kw_only=True)
     duration: FloatArray = field(default=_NOT_GIVEN, kw_only=True)
@@ -138,7 +140,7 @@ class TimingProblem(ReadOnlyArrays):
         put("velocity", checked_array(self.velocity, (n, d), "velocity", unknown=True))
         for name, shape, default in (
             ("acceleration", (n, d), np.nan),
-            ("along", (n,), False),
+            ("is_direction", (n,), False),
             ("max_factor", (n,), np.inf),
             ("duration", (n - 1,), np.nan),
             ("at_least", (n - 1,), 0.0),
@@ -194,7 +196,7 @@ class TimingProblem(ReadOnlyArrays):
         if self.total is not None:
             total = require_number(self.total, "total", "s", positive=True)
             object.__setattr__(self, "total", total)
-        lost = self.along & ~known_rows(self.velocity)
+        lost = self.is_direction & ~known_rows(self.velocity)
         if lost.any():
             i = int(np.argmax(lost))
             raise WaypointDataError(f"{self.names[i]!r} has no direction along which to move")
@@ -228,21 +230,23 @@ class TimingProblem(ReadOnlyArrays):
     @property
     def velocity_known(self) -> BoolArray:
         """Whether the velocity at each waypoint is given, shape (n,)."""
-        return ~self.along & known_rows(self.velocity)
+        return ~self.is_direction & known_rows(self.velocity)
 
     @property
     def acceleration_known(self) -> BoolArray:
         """Whether the acceleration at each waypoint is given, shape (n,)."""
         return known_rows(self.acceleration)
 
+    def with_state(self, i: int, velocity: FloatArray, acceleration: FloatArray) -> TimingProblem:
+        """The problem with a known velocity and acceleration at a waypoint, shape (d,) each."""
+        known = {"velocity": velocity, "acceleration": acceleration, "is_direction": False}
+        arrays: dict[str, Any] = {name: np.array(getattr(self, name)) for name in known}
+        for name, values in known.items():
+            arrays[name][i] = values
+        return replace(self, **arrays)
+
     def between(self, first: int, last: int) -> TimingProblem:
         """The problem from one waypoint to another."""
-        points, between = slice(first, last + 1), slice(first, last)
-        return replace(
-            self,
-            **{
-                name: getattr(self, name)[points]
-                for name in ("position", "velocity", "names", "along", "max_factor", "acceleration")
-            },
-            **{name: getattr(self, name)[between] for name in ("duration", "at_least")},
-        )
+        rows = dict.fromkeys(("duration", "at_least"), slice(first, last))
+        rows |= dict.fromkeys(_OF_WAYPOINTS, slice(first, last + 1))
+        return replace(self, **{name: getattr(self, name)[kept] for name, kept in rows.items()})

@@ -47,11 +47,11 @@ def read_mesh(path: Path) -> tuple[MeshPart, ...]:
     return parts
 
 
-def read_points(path: Path) -> FloatArray:
+def read_corners(path: Path) -> FloatArray:
     """Read the corners of a mesh file's triangles [m], shape (n, 3), including repeated ones.
 
     >>> meshes = kw.load_robot("ur5").urdf.parents[1] / "meshes"
-    >>> len(np.unique(read_points(meshes / "ur5/collision/base.stl"), axis=0))
+    >>> len(np.unique(read_corners(meshes / "ur5/collision/base.stl"), axis=0))
     283
 
     Raises:

@@ -155,12 +155,12 @@ def read_free_values(
     """
     waypoints: list[FreeWaypoint] = []
     time_dependent: list[int] = []
-    for i, step in enumerate(task_index):
+    for i, task_i in enumerate(task_index):
         free = FreeWaypoint()
-        if step >= 0 and not ends_wait(task_index, i):  # otherwise the start, or after a wait
-            free = _free_waypoint(task, step)
+        if task_i >= 0 and not ends_wait(task_index, i):  # otherwise the start, or after a wait
+            free = _free_waypoint(task, task_i)
             is_unknown = any(before.duration_is_unknown for before in waypoints)
-            if task.waypoints[step].time is not None and is_unknown:
+            if task.waypoints[task_i].time is not None and is_unknown:
                 time_dependent.append(i)
                 free = replace(free, duration_is_free=True)
         waypoints.append(free)

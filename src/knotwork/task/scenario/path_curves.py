@@ -94,7 +94,7 @@ class PathCurves:
     def _point_text(self, i: int, point: FloatArray) -> str:
         """Format a point as in the file: in the frame of the path to waypoint i."""
         local = (
-            self.reading.frames[i].rest_placement.actInv(np.array(point))
+            self.reading.pose_frames[i].rest_placement.actInv(np.array(point))
             / self.reading.metres_per_unit
         )
         values = np.round(local, MESSAGE_DECIMALS) + 0.0
@@ -196,7 +196,7 @@ class PathCurves:
 
     def _arc(self, i: int, arc: Arc) -> Curve:
         start, end = self.poses[i - 1].translation, self.poses[i].translation
-        frame, normal = self.reading.frames[i].rest_placement, None
+        frame, normal = self.reading.pose_frames[i].rest_placement, None
         if arc.normal is not None:
             normal = frame.rotation @ np.array(arc.normal)
         if arc.through is not None:
@@ -237,7 +237,7 @@ class PathCurves:
         self, i: int, along: AlongPoints
     ) -> tuple[FloatArray, FloatArray | None, FloatArray | None]:
         """Points in the base frame, and the tool's rotations or z axes there, if any."""
-        frame, axes = self.reading.frames[i].rest_placement, self.reading.frames.axes(i)
+        frame, axes = self.reading.pose_frames[i].rest_placement, self.reading.pose_frames.axes(i)
         rotations = z_axes = None
         if isinstance(along.points, str):
             file = self.reading.locations.file
@@ -265,7 +265,7 @@ class PathCurves:
             )
         with self.errors(i, "orientation"):
             if axes is None:
-                s, normals = np.zeros(1), self.reading.frames.axes(i) @ np.array(torch.normal)
+                s, normals = np.zeros(1), self.reading.pose_frames.axes(i) @ np.array(torch.normal)
             else:
                 s, normals = cast(tool_paths.ThroughPoints, curve).arc_lengths, -axes
             turned = torch_rotation(torch.work_angle, torch.travel_angle, torch.tangent)
@@ -287,13 +287,13 @@ class PathCurves:
                 )
 
     def round_corners(
-        self, first: int, curves: Sequence[Curve], steps: Sequence[PathWaypoint]
+        self, first: int, curves: Sequence[Curve], waypoints: Sequence[PathWaypoint]
     ) -> tuple[list[Curve], FloatArray]:
         """The curves with corners rounded, and the arc lengths at the ends of stretches."""
         pieces: list[Curve] = []
         ends, length = [], 0.0
         begin: FloatArray | None = None  # start of a line after a rounded corner
-        for k, (curve, waypoint) in enumerate(zip(curves, steps, strict=True)):
+        for k, (curve, waypoint) in enumerate(zip(curves, waypoints, strict=True)):
             if begin is not None and isinstance(curve, tool_paths.Line):
                 curve = tool_paths.Line(begin, curve.end)
             if waypoint.blend is None:

@@ -62,7 +62,7 @@ def read_path(
     Raises:
         DocumentError: The path is infeasible as given.
     """
-    steps = reading.task.waypoints
+    waypoints = reading.task.waypoints
     if first not in poses:
         raise reading.locations.error(
             ("waypoints", first + 1, "along"),
@@ -70,7 +70,7 @@ def read_path(
             "a waypoint with a pose before this one, not with joints",
         )
     for key in ("velocity", "speed"):
-        waypoint = steps[first]
+        waypoint = waypoints[first]
         if not isinstance(waypoint, PathWaypoint) and getattr(waypoint, key, None) is not None:
             raise reading.locations.error(
                 ("waypoints", first, key),
@@ -79,11 +79,11 @@ def read_path(
             )
     last = first + 1
     # the tool stops at the last waypoint of all
-    while not reading.stops(last) and isinstance(steps[last + 1], PathWaypoint):
+    while not reading.stops(last) and isinstance(waypoints[last + 1], PathWaypoint):
         last += 1
     curves = PathCurves(reading, poses)
-    path_steps = [curves.waypoint(i) for i in range(first + 1, last + 1)]
-    return _PathReader(reading, curves, first, path_steps, start).read()
+    ends = [curves.waypoint(i) for i in range(first + 1, last + 1)]
+    return _PathReader(reading, curves, first, ends, start).read()
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,33 +94,33 @@ class _PathReader:
         reading: The task in SI, with its frames.
         curves: Its curves.
         first: Index in the task of the waypoint at the start.
-        steps: The other waypoints. `k` counts them, and the stretches that end there.
+        waypoints: The other waypoints. `k` counts them, and the stretches that end there.
         start: Start time [s].
     """
 
     reading: TaskReading
     curves: PathCurves
     first: int
-    steps: Sequence[PathWaypoint]
+    waypoints: Sequence[PathWaypoint]
     start: float
 
     @property
     def last(self) -> int:
         """Index in the task of the waypoint at the end."""
-        return self.first + len(self.steps)
+        return self.first + len(self.waypoints)
 
     def _location(self, k: int, *key: str) -> Location:
         return ("waypoints", self.first + 1 + k, *key)
 
     def read(self) -> PathResult:
-        frame = self.reading.frames.of_path(self.first, self.last)
+        frame = self.reading.pose_frames.of_path(self.first, self.last)
         stretches: list[StretchGeometry] = []
         rotation = np.array(self.curves.poses[self.first].rotation)
         for i in range(self.first + 1, self.last + 1):
             stretches.append(self.curves.stretch(i, rotation))
             rotation = stretches[-1].orientation.rotations[-1]
         pieces, ends = self.curves.round_corners(
-            self.first + 1, [stretch.curve for stretch in stretches], self.steps
+            self.first + 1, [stretch.curve for stretch in stretches], self.waypoints
         )
         lengths = np.diff(ends, prepend=0.0)
         with self.curves.errors(self.last):
@@ -132,27 +132,27 @@ class _PathReader:
         path = self._tool_path(pieces, ends, orientation)
         requested = self._requested_timing(lengths)
         timing, speeds = self._solve_timing(requested)
-        self.reading.frames.check_smooth(self.last, self.start, self.start + timing.duration)
-        weaves: list[WeavePattern | None] = [None] * len(self.steps)
+        self.reading.pose_frames.check_smooth(self.last, self.start, self.start + timing.duration)
+        weaves: list[WeavePattern | None] = [None] * len(self.waypoints)
         weave_offset, weave_breaks = None, np.zeros(0)
-        if any(step.weave is not None for step in self.steps):
+        if any(waypoint.weave is not None for waypoint in self.waypoints):
             from knotwork.task.scenario.weave_reader import WeaveReader
 
-            reader = WeaveReader(self.curves, self.first, self.steps)
+            reader = WeaveReader(self.curves, self.first, self.waypoints)
             weaves, weave_offset, weave_breaks = reader.read(path, timing, self.start)
         motion = TimedPath(path, timing, self.start, frame, weave_offset, weave_breaks)
         times, full = self.start + timing.times, self.start + timing.full_speed_intervals
         parts = tuple(
             Stretch(
-                kind=("woven " if step.weave else "") + kind_of(step),
+                kind=("woven " if waypoint.weave else "") + kind_of(waypoint),
                 start=float(begin),
                 end=float(end),
                 speed=speed,
                 full_speed_interval=(float(low), float(high)),
                 weave=weave,
             )
-            for step, speed, (begin, end), (low, high), weave in zip(
-                self.steps, speeds, pairwise(times), full, weaves, strict=True
+            for waypoint, speed, (begin, end), (low, high), weave in zip(
+                self.waypoints, speeds, pairwise(times), full, weaves, strict=True
             )
         )
         return PathResult(
@@ -170,7 +170,7 @@ class _PathReader:
         except CornerError as error:
             where = sum(piece.length for piece in pieces[: error.junction + 1])
             k = int(np.abs(ends - where).argmin())
-            name = self.steps[k].name or default_waypoint_name(self.first + 1 + k)
+            name = self.waypoints[k].name or default_waypoint_name(self.first + 1 + k)
             angle = self.reading.units.text(error.angle, "rad")
             raise self.reading.locations.error(
                 self._location(k),
@@ -185,9 +185,9 @@ class _PathReader:
         """Given durations of the stretches [s]."""
         durations: list[float | None] = []
         before: float | None = self.start
-        for k, step in enumerate(self.steps):
-            duration = step.after if isinstance(step.after, float) else None
-            if step.time is not None:
+        for k, waypoint in enumerate(self.waypoints):
+            duration = waypoint.after if isinstance(waypoint.after, float) else None
+            if waypoint.time is not None:
                 if before is None:
                     raise self.reading.locations.error(
                         self._location(k, "time"),
@@ -195,14 +195,14 @@ class _PathReader:
                         "waypoint follows from a speed",
                         "after: its duration [s], or speed",
                     )
-                duration = step.time - before
+                duration = waypoint.time - before
                 if duration <= 0.0:
                     raise self.reading.locations.error(
                         self._location(k, "time"),
                         f"is not later than {before:g} s, the time of the previous waypoint",
                         f"a time greater than {before:g} s",
                     )
-            if duration is None and step.speed is None:
+            if duration is None and waypoint.speed is None:
                 raise self.reading.locations.error(
                     self._location(k),
                     "has neither speed nor after, so the speed of the tool is undefined",
@@ -213,11 +213,12 @@ class _PathReader:
         return durations
 
     def _requested_timing(self, lengths: FloatArray) -> RequestedTiming:
-        upper_bounds = [max_speed(step.speed) for step in self.steps]
+        upper_bounds = [max_speed(waypoint.speed) for waypoint in self.waypoints]
         return RequestedTiming(
             lengths=tuple(lengths.tolist()),
             speeds=tuple(
-                step.speed if isinstance(step.speed, float) else None for step in self.steps
+                waypoint.speed if isinstance(waypoint.speed, float) else None
+                for waypoint in self.waypoints
             ),
             durations=tuple(self._durations()),
             ends=(
@@ -236,7 +237,7 @@ class _PathReader:
             return requested.timed()
         except RampError as error:
             k, fits = error.stretch, error.highest_speed
-            key = "speed" if requested.speeds[k] is not None else _time_key(self.steps[k])
+            key = "speed" if requested.speeds[k] is not None else _time_key(self.waypoints[k])
             lowest_acceleration, _ = units.shown(error.lowest_acceleration, "m/s²")
             raise self.reading.locations.error(
                 self._location(k, key),
@@ -249,7 +250,7 @@ class _PathReader:
             k, upper = error.stretch, f" and at most {error.longest:.6g} s"
             length = units.text(requested.lengths[k], "m")
             raise self.reading.locations.error(
-                self._location(k, _time_key(self.steps[k])),
+                self._location(k, _time_key(self.waypoints[k])),
                 f"leaves {durations[k]:.6g} s, but the path is {length} long "
                 f"here, and with its changes of speed takes at least {error.shortest:.6g} s"
                 f"{'' if error.longest == np.inf else upper} at {units.text(limit, 'm/s²')}",

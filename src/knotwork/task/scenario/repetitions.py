@@ -54,8 +54,8 @@ def expand_repeats(
 def repetition_starts(scenario: Scenario) -> list[list[int]]:
     """The first waypoint of each repetition of each block, by index in the scenario."""
     starts: dict[Location, list[int]] = {}
-    for i, step in enumerate(scenario.task_index):
-        location = scenario.locations.in_file(("waypoints", step))
+    for i, task_i in enumerate(scenario.task_index):
+        location = scenario.locations.in_file(("waypoints", task_i))
         if location[2:] == ("repeat", 0) and not ends_wait(scenario.task_index, i):
             starts.setdefault(location[:2], []).append(i)
     return list(starts.values())

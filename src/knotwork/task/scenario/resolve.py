@@ -71,7 +71,7 @@ def resolve_task(
     waypoints, paths, task_index = read_waypoints(reading, expected or {})
     free = read_free_values(task_in_si, locations, task_index)
     if task_in_si.frames and free is not None:
-        free = reading.frames.with_time_dependent(free, task_index)
+        free = reading.pose_frames.with_time_dependent(free, task_index)
     events = EventReader(reading, waypoints, paths, task_index)
     file_name = "scenario" if locations.file is None else locations.file.stem
     return Scenario(
@@ -87,7 +87,7 @@ def resolve_task(
         units=reading.units,
         events=events.events(timed=free is None),
         free_values=free,
-        pose_frame_link=reading.frames.link,
+        pose_frame_link=reading.pose_frames.link,
         motion_limits=_motion_limits(task_in_si.limits),
         scene=read_scene(reading, waypoints, task_index),
         locations=locations,
@@ -138,7 +138,7 @@ def _check_keys(reading: TaskReading, given: ExpandedTask) -> None:
                     "a robot file of its own, units m and rad, or the scenario's own limits",
                 )
     if task.frame is not None or task.frames:
-        reading.frames.named.find(task.frame or "base", ("frame",))
+        reading.pose_frames.named.find(task.frame or "base", ("frame",))
     for name in ("path", "path_orientation", "path_speed"):
         value, given_value = getattr(task.tolerances, name), getattr(given.tolerances, name)
         if value < SMALLEST_PATH_TOLERANCE:

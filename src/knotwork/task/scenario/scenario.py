@@ -231,14 +231,9 @@ class Scenario:
         return "paper" if isinstance(knots, str) and knots == "optimal" else knots
 
     @property
-    def frames(self) -> dict[str, pin.SE3]:
+    def frame_placements(self) -> dict[str, pin.SE3]:
         """Named frames of the file, each at rest in the base frame."""
         return {name: frame.rest_placement for name, frame in self.scene.frames.items()}
-
-    @property
-    def shown_length(self) -> tuple[float, str]:
-        """Number of the file's length units per metre, and the unit's name, for messages."""
-        return self.units.shown(1.0, "m")
 
     @property
     def required_free_values(self) -> FreeValues:

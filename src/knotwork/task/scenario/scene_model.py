@@ -76,7 +76,7 @@ class PlacedHeldObject:
         shape: Its shape, placed in the axes of the TCP.
         taken_at, released_at: Indices in the scenario of the waypoints where it is taken and
             released.
-        frames: Its frames before it is taken and after its release.
+        end_frames: Its frames before it is taken and after its release.
         allow: Names of bodies that it may touch; the tool may touch it in any case.
         appears: Index in the scenario of the waypoint at which it appears, or `None`.
         payload: Its mass, in the axes of the TCP, or `None`.
@@ -86,7 +86,7 @@ class PlacedHeldObject:
     shape: PlacedShape
     taken_at: int
     released_at: int
-    frames: tuple[TaskFrame, TaskFrame]
+    end_frames: tuple[TaskFrame, TaskFrame]
     allow: tuple[str, ...] = ()
     appears: int | None = None
     payload: Payload | None = None
@@ -137,7 +137,7 @@ class Scene:
     def has_moving_bodies(self) -> bool:
         """Whether any body that may collide moves independently of the robot."""
         frames = [item.frame for item in self.objects if not item.visual]
-        frames += [frame for held in self.held for frame in held.frames]
+        frames += [frame for held in self.held for frame in held.end_frames]
         return bool(self.robots) or any(frame.is_moving for frame in frames)
 
     @property

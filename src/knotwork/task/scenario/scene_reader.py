@@ -83,7 +83,7 @@ class _SceneReader:
             robots=tuple(self._robot(name, robot) for name, robot in scene.robots.items()),
             collisions=task.collisions,
             margin=scene.margin,
-            frames={name: self.reading.frames.named[name] for name in task.frames},
+            frames={name: self.reading.pose_frames.named[name] for name in task.frames},
         )
 
     def _error(self, location: Location, fault: str, accepted: str) -> DocumentError:
@@ -105,8 +105,8 @@ class _SceneReader:
     def _object(self, name: str, item: SceneObject) -> PlacedObject:
         location: Location = ("scene", "objects", name)
         shape = self._shape(item, location)
-        frame = self.reading.frames.named[item.parent]
-        if item.half_space is not None and not frame.rests_on(self.reading.frames.link):
+        frame = self.reading.pose_frames.named[item.parent]
+        if item.half_space is not None and not frame.rests_on(self.reading.pose_frames.link):
             raise self._error(
                 (*location, "half_space"),
                 f"moves with frame {item.parent!r} relative to the poses, which is not supported",
@@ -142,13 +142,13 @@ class _SceneReader:
                 f"{held.appears!r} is after {held.taken_at!r}",
                 "a waypoint before",
             )
-        frames = self.reading.frames
+        frames = self.reading.pose_frames
         return PlacedHeldObject(
             name=name,
             shape=self._shape(held, location),
             taken_at=taken_at,
             released_at=released_at,
-            frames=(frames[self.task_index[taken_at]], frames[self.task_index[released_at]]),
+            end_frames=(frames[self.task_index[taken_at]], frames[self.task_index[released_at]]),
             allow=tuple(held.allow),
             appears=appears,
             payload=read_payload(held, self.reading.locations, location),
@@ -156,7 +156,7 @@ class _SceneReader:
 
     def _robot(self, name: str, robot: OtherRobot) -> PlacedRobot:
         location: Location = ("scene", "robots", name)
-        locations, frames = self.reading.locations, self.reading.frames.named
+        locations, frames = self.reading.locations, self.reading.pose_frames.named
         base = frames[frames.find(robot.parent, (*location, "in"))]
         if not base.rests_on(""):
             raise self._error(
@@ -179,7 +179,7 @@ class _SceneReader:
         """A shape, placed in the axes of the tool, or in the base frame if it is an object."""
         locations, placement = self.reading.locations, self.reading.placement(item, *location)
         if isinstance(item, SceneObject):
-            frames = self.reading.frames.named
+            frames = self.reading.pose_frames.named
             parent = frames[frames.find(item.parent, (*location, "in"))]
             placement = parent.rest_placement * placement
         kind = next(name for name in FIXED_SHAPES if getattr(item, name, None) is not None)

@@ -40,7 +40,7 @@ class TaskReading:
         return self.file_units.in_si[0]
 
     @cached_property
-    def frames(self) -> PoseFrames:
+    def pose_frames(self) -> PoseFrames:
         """The frames of its poses."""
         return PoseFrames(self.task, self.locations, self.units)
 

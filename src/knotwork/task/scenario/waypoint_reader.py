@@ -89,18 +89,18 @@ def read_waypoints(reading: TaskReading, expected: Mapping[int, float]) -> Waypo
             continue
         end = waypoint.time + wait
         departure = replace(waypoint, name=WAITED.format(name), time=end)
-        if isinstance(waypoint, CartesianWaypoint) and reading.frames[i].is_moving:
+        if isinstance(waypoint, CartesianWaypoint) and reading.pose_frames[i].is_moving:
             from knotwork.task.scenario.path_reader import wait_in_moving_frame
 
-            reading.frames.check_smooth(i, waypoint.time, end)
+            reading.pose_frames.check_smooth(i, waypoint.time, end)
             path = wait_in_moving_frame(
-                reading.frames[i], arrivals.poses[i], len(waypoints) - 1, waypoint, end
+                reading.pose_frames[i], arrivals.poses[i], len(waypoints) - 1, waypoint, end
             )
             waits.append(path)
             departure = replace(departure, pose=path.motion.pose(end), twist=path.motion.twist(end))
         waypoints.append(departure)
         task_index.append(i)
-    departures = {step: i for i, step in enumerate(task_index)}
+    departures = {task_i: i for i, task_i in enumerate(task_index)}
     paths = [*waits, *(replace(path, first=departures[path.first]) for path in paths)]
     paths.sort(key=lambda path: path.first)
     return WaypointsResult(tuple(waypoints), tuple(paths), tuple(task_index))
@@ -133,12 +133,12 @@ def _rest_poses(reading: TaskReading) -> dict[int, pin.SE3]:
     for i, waypoint in enumerate(reading.task.waypoints):
         if isinstance(waypoint, JointWaypoint):
             continue
-        reading.frames.refuse_unsupported_keys(i, waypoint)
+        reading.pose_frames.refuse_unsupported_keys(i, waypoint)
         if isinstance(waypoint, PoseWaypoint):
             _require_orientation(reading, i, waypoint)
         placed = reading.placement(waypoint.pose, "waypoints", i, "pose")
-        poses[i] = reading.frames[i].rest_placement * placed
-        poses[i].rotation = reading.frames.axes(i) @ placed.rotation
+        poses[i] = reading.pose_frames[i].rest_placement * placed
+        poses[i].rotation = reading.pose_frames.axes(i) @ placed.rotation
     return poses
 
 
@@ -265,21 +265,25 @@ class _WaypointReader:
                 self._check_stop(i, "velocity: by joint name")
             return JointTarget(name, time, where)
         pose, twist = self._state(i, given)
-        moves = given.dwell is not None and self.reading.frames[i].is_moving
+        moves = given.dwell is not None and self.reading.pose_frames[i].is_moving
         if freedom is not None and freedom.position_is_free and (moves or twist.vector.any()):
             raise self.reading.locations.error(
                 ("waypoints", i, "free"),
                 "leaves the position open where the tool moves",
                 "position where it stops: stop: true",
             )
-        in_world_frame = self.reading.frames.in_world_frame(i)
+        in_world_frame = self.reading.pose_frames.in_world_frame(i)
         return CartesianWaypoint(name, time, pose, twist, where, freedom, in_world_frame)
 
     def _state(self, i: int, given: PoseWaypoint | PathWaypoint) -> tuple[pin.SE3, pin.Motion]:
         """Pose and velocity of a waypoint in the base, including the motion of its frame."""
         import pinocchio as pin
 
-        frame, time, motion = self.reading.frames[i], self.arrivals.times[i], self.motions.get(i)
+        frame, time, motion = (
+            self.reading.pose_frames[i],
+            self.arrivals.times[i],
+            self.motions.get(i),
+        )
         if motion is not None and not self.reading.stops(i):
             return motion.pose(time), motion.twist(time)
         pose = self.arrivals.poses[i]
@@ -290,7 +294,7 @@ class _WaypointReader:
         """Velocity of a waypoint relative to its frame."""
         import pinocchio as pin
 
-        reading, frames, times = self.reading, self.reading.frames, self.arrivals.times
+        reading, frames, times = self.reading, self.reading.pose_frames, self.arrivals.times
         poses = frames.neighbours(i, self.arrivals.poses, times)
         velocity, speed = waypoint.velocity, waypoint.speed
         if isinstance(velocity, Velocity):

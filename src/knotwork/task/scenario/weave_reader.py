@@ -38,12 +38,12 @@ class WeaveReader:
     Attributes:
         curves: The task, and the curves of its paths.
         first: Index in the task of the waypoint at the start of the path.
-        steps: The other waypoints of the path.
+        waypoints: The other waypoints of the path.
     """
 
     curves: PathCurves
     first: int
-    steps: Sequence[PathWaypoint]
+    waypoints: Sequence[PathWaypoint]
 
     def read(
         self, path: ToolPath, timing: Timing, start: float
@@ -60,13 +60,13 @@ class WeaveReader:
         Raises:
             DocumentError: A weave is too short, fast or narrow, or along the seam.
         """
-        for k, step in enumerate(self.steps):
-            if max_speed(step.speed) is not None:
+        for k, waypoint in enumerate(self.waypoints):
+            if max_speed(waypoint.speed) is not None:
                 raise self._error(k, "is chosen on a path with a weave", "a speed", "speed")
         weaves: list[WeavePattern | None] = []
         times, states, breaks = [np.zeros(1)], [np.zeros((3, 1, 3))], []
-        for requested, steps in groupby(step.weave for step in self.steps):
-            low, high = len(weaves), len(weaves) + len([*steps])
+        for requested, same in groupby(waypoint.weave for waypoint in self.waypoints):
+            low, high = len(weaves), len(weaves) + len([*same])
             weave = None
             if requested is not None:
                 begin, end = (float(timing.times[k]) for k in (low, high))
@@ -125,5 +125,5 @@ class WeaveReader:
         )
         if requested.normal is None:
             return weave, None
-        frame = self.curves.reading.frames[self.first + 1 + k].rest_placement
+        frame = self.curves.reading.pose_frames[self.first + 1 + k].rest_placement
         return weave, frame.rotation @ np.array(requested.normal)

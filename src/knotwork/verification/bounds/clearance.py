@@ -176,7 +176,7 @@ class _ClearanceSearch:
         self.curve = curve = model.all_positions(curve)
         self.table = SolidPairs(model)
         self.body_pair, self.margin = self.table.body_pair, self.table.margin
-        self.windows = model.windows_within(*curve.x[[0, -1]].tolist())
+        self.presence = model.presence_within(*curve.x[[0, -1]].tolist())
         self.precision = CLEARANCE_PRECISION if precision is None else precision
         self.relative_precision = RELATIVE_PRECISION if precision is None else 0.0
         self.distance = np.full(len(self.body_pair), np.inf)
@@ -187,7 +187,7 @@ class _ClearanceSearch:
         self.unproved_until = np.full(len(self.body_pair), -np.inf)
 
     def result(self) -> tuple[Clearance, ...]:
-        first = first_intervals(self.curve.x, CLEARANCE_INTERVALS, self.windows)
+        first = first_intervals(self.curve.x, CLEARANCE_INTERVALS, self.presence)
         for low in range(0, len(first.piece), INTERVAL_BLOCK):
             intervals = first[low : low + INTERVAL_BLOCK]
             tests = self._first_tests(intervals)
@@ -199,8 +199,8 @@ class _ClearanceSearch:
     def _first_tests(self, intervals: Intervals) -> _PairTests:
         """Tests of the pairs of solids that exist together in each interval."""
         middle = self.curve.x[intervals.piece] + intervals.middle
-        windows = self.windows[self.body_pair]
-        exist = (middle[:, None] > windows[:, 0]) & (middle[:, None] < windows[:, 1])
+        presence = self.presence[self.body_pair]
+        exist = (middle[:, None] > presence[:, 0]) & (middle[:, None] < presence[:, 1])
         interval, solid_pair = np.nonzero(exist)
         unmeasured = np.full(len(solid_pair), np.nan)
         return _PairTests(interval, solid_pair, unmeasured, np.zeros((len(solid_pair), 3)))
@@ -306,7 +306,7 @@ class _ClearanceSearch:
     def _find_enclosed(self) -> None:
         """Find solids inside meshes. If the surfaces never touch, one test decides for all time."""
         for c in np.flatnonzero((self.distance > 0.0) & self.table.exact).tolist():
-            start = float(self.windows[self.body_pair[c]][0])
+            start = float(self.presence[self.body_pair[c]][0])
             turn, shift = (x[0] for x in self.table.axes(*self._place([start])))
             if is_one_inside_other(*self.table.placed_pair(c, turn, shift)):
                 self.distance[c], self.time[c] = -self.distance[c], start
@@ -334,7 +334,7 @@ class _ClearanceSearch:
             contacts: tuple[tuple[float, float], ...] = ()
             low, high = self.unproved_from[of_pair].min(), self.unproved_until[of_pair].max()
             if distance <= pair.margin:
-                start, end = self.windows[k].tolist()
+                start, end = self.presence[k].tolist()
                 state = "collides"
                 contacts = contact_intervals(self.model, self.curve, k, start, end, time)
                 interval = next(span for span in contacts if span[0] <= time <= span[1])

@@ -78,10 +78,10 @@ def tree_motion(joints: JointTree, rates: FloatArray) -> TreeMotion:
         q = rates[:, joints.column[i]]
         axis = unit[parent]
         step = joints.offset[i] * axis
-        if joints.slides[i]:
-            step = step + abs(joints.slides[i]) * product(q, axis)
-        if joints.turns[i]:
-            angular.append(angular[parent] + joints.turns[i] * product(q[1:], axis))
+        if joints.length_per_unit[i]:
+            step = step + abs(joints.length_per_unit[i]) * product(q, axis)
+        if joints.angle_per_unit[i]:
+            angular.append(angular[parent] + joints.angle_per_unit[i] * product(q[1:], axis))
             unit.append(unit_bounds(angular[i]))
         else:
             angular.append(angular[parent])

@@ -145,7 +145,7 @@ class PathStretch:
         moved = tree_motion(self.joints, rates.bounds)
         point, rotation = moved.point(self.joint, self.lever), moved.rotation(self.joint)[1]
         spin = moved.angular[self.joint][0]
-        turned = 1.0 + rates.size[self.joints.angles].sum(axis=0)
+        turned = 1.0 + rates.size[self.joints.is_angle].sum(axis=0)
         rounding = VALUE_ROUNDING * turned * (point[0] + point[1] + 1.0)
         return PathSizes(point[2], point[3], spin, rotation, rounding)
 

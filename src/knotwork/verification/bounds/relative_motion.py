@@ -69,7 +69,7 @@ class RelativeMotion:
             along = (self.axis[:, j, None, None, :] @ arm)[:, :, 0]
             square = (arm * arm).sum(axis=2) - along * along
             off = np.sqrt(np.maximum(square.max(axis=2), 0.0))
-            levers[:, j, carried] = joints.turns[j] * off + abs(joints.slides[j])
+            levers[:, j, carried] = joints.angle_per_unit[j] * off + abs(joints.length_per_unit[j])
         return levers
 
     def largest(self, row: IndexArray, pair: IndexArray) -> FloatArray:
@@ -109,7 +109,11 @@ class RelativeMotion:
             moved: 1 for the joints that move the solid relative to the other, else 0; (m, n + 1).
             normal: Unit vectors, shape (m, 3).
         """
-        turns, slides, axis = self.joints.turns, self.joints.slides, self.axis[row]
+        turns, slides, axis = (
+            self.joints.angle_per_unit,
+            self.joints.length_per_unit,
+            self.axis[row],
+        )
         rate = self.rate[row] * moved
         turning = np.cross(normal[:, None], axis) * (rate * turns)[:, :, None]
         sliding = rate * (slides * np.einsum("mij,mj->mi", axis, normal))

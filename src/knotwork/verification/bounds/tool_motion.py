@@ -98,7 +98,7 @@ def speed_quantity(model: Any, frame: int, order: int) -> Quantity:
     def bounds(rates: FloatArray) -> FloatArray:
         return tree_motion(joints, rates).point(joint, lever)[order : order + 3, None]
 
-    return Quantity(values, bounds, joints.angles)
+    return Quantity(values, bounds, joints.is_angle)
 
 
 def _point_bound(
@@ -163,7 +163,7 @@ def _singularity(robot: Robot) -> Quantity:
     frame = robot.require_tool()
     joints = joint_tree(model)
     carrier, distance = carrier_of(model, frame)
-    first = joints.column[joints.path(carrier)[0]]
+    first = joints.column[joints.chain_to(carrier)[0]]
 
     def values(q: FloatArray, _v: FloatArray, _a: FloatArray) -> FloatArray:
         jacobians = np.empty((len(q), 6, q.shape[1]))
@@ -179,7 +179,7 @@ def _singularity(robot: Robot) -> Quantity:
         J = jacobian_sizes(tree_motion(joints, rates), carrier, distance)
         return product(J, J)[:, None]
 
-    return Quantity(values, sizes, joints.angles)
+    return Quantity(values, sizes, joints.is_angle)
 
 
 def jacobian_sizes(motion: TreeMotion, carrier: int, distance: float) -> FloatArray:
@@ -198,11 +198,11 @@ def jacobian_sizes(motion: TreeMotion, carrier: int, distance: float) -> FloatAr
     joints: JointTree = motion.tree
     reach = distance * motion.unit[carrier][:3]
     total = np.zeros_like(reach)
-    for i in reversed(joints.path(carrier)):
+    for i in reversed(joints.chain_to(carrier)):
         axis = motion.unit[joints.parent[i]][:3]
-        angular = joints.turns[i] * axis
-        linear = abs(joints.slides[i]) * axis
-        if joints.turns[i]:
+        angular = joints.angle_per_unit[i] * axis
+        linear = abs(joints.length_per_unit[i]) * axis
+        if joints.angle_per_unit[i]:
             linear = linear + product(angular, reach)
         total += linear**2 + angular**2
         reach = reach + motion.offset[i][:3]

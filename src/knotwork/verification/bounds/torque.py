@@ -88,10 +88,10 @@ def torque_sizes(motion: TreeMotion, model: Any, rates: FloatArray) -> FloatArra
             moment[i] += product(lever * unit[:3], inertial)
             moment[i] += _spin(motion.angular[i], moments)
         axis, column = motion.unit[parent][:3], joints.column[i]
-        if joints.turns[i]:
-            result[:, column] += joints.turns[i] * product(axis, moment[i])
-        if joints.slides[i]:
-            result[:, column] += abs(joints.slides[i]) * product(axis, force[i])
+        if joints.angle_per_unit[i]:
+            result[:, column] += joints.angle_per_unit[i] * product(axis, moment[i])
+        if joints.length_per_unit[i]:
+            result[:, column] += abs(joints.length_per_unit[i]) * product(axis, force[i])
         force[parent] += force[i]
         moment[parent] += moment[i] + product(motion.offset[i][:3], force[i])
     return result
@@ -121,4 +121,4 @@ def torque_quantity(model: Any) -> Quantity:
     def sizes(rates: FloatArray) -> FloatArray:
         return torque_sizes(tree_motion(joints, rates), model, rates)
 
-    return Quantity(values, sizes, joints.angles, absolute=True)
+    return Quantity(values, sizes, joints.is_angle, absolute=True)

@@ -72,7 +72,7 @@ def waypoint_here(
         parent_name = task.frame_of(neighbour_waypoint)
         if task.is_moving_frame(parent_name):
             frame = parent_name = "base"
-        parent = scenario.frames.get(parent_name, pin.SE3.Identity())
+        parent = scenario.frame_placements.get(parent_name, pin.SE3.Identity())
         pose = robot.forward(q)
         if line:
             _snap(scenario, after, pose)

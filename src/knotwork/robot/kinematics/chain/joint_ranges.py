@@ -47,7 +47,7 @@ def turning_limits(robot: Robot) -> Limits:
     `turn_into_limits` then turns such a joint by whole turns into its limits.
     """
     lower, upper = position_limits(robot)
-    can_turn = joint_axes(robot).revolute & (upper - lower >= FULL_TURN)
+    can_turn = joint_axes(robot).is_revolute & (upper - lower >= FULL_TURN)
     return np.where(can_turn, -np.inf, lower), np.where(can_turn, np.inf, upper)
 
 
@@ -61,7 +61,7 @@ def range_middles(limits: Limits) -> FloatArray:
 def unbounded_joints(robot: Robot) -> BoolArray:
     """Whether each joint turns without limit, shape (d,)."""
     lower, upper = position_limits(robot)
-    return joint_axes(robot).revolute & ~(np.isfinite(lower) & np.isfinite(upper))
+    return joint_axes(robot).is_revolute & ~(np.isfinite(lower) & np.isfinite(upper))
 
 
 def clip_to_limits(q: FloatArray, limits: Limits) -> FloatArray:
@@ -185,7 +185,7 @@ def spread_starts(
     """
     lower, upper = limits
     chain = joint_axes(robot)
-    half = np.minimum(np.where(chain.revolute, np.pi, max(chain.reach, np.pi)), radius)
+    half = np.minimum(np.where(chain.is_revolute, np.pi, max(chain.reach, np.pi)), radius)
     low = np.maximum((np.zeros(robot.dof) if centre is None else centre) - half, lower)
     low = np.minimum(low, np.maximum(upper - 2.0 * half, lower))
     high = np.minimum(low + 2.0 * half, upper)

@@ -82,7 +82,7 @@ class Ladder:
         self.scale = joint_scales(robot)
         lower, upper = turning_limits(robot)
         self.limits = lower + LIMIT_CLEARANCE, upper - LIMIT_CLEARANCE
-        self.unbounded = joint_axes(robot).revolute & ~np.isfinite(lower)
+        self.unbounded = joint_axes(robot).is_revolute & ~np.isfinite(lower)
         self.rung_positions = [_spread_rungs(path) for path in paths]
         placed = [
             (path, s, min(path.start_time + t, path.end_time))

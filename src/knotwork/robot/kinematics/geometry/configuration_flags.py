@@ -55,7 +55,7 @@ def find_axis_geometry(robot: Robot) -> Geometry | None:
     chain = joint_axes(robot)
     a, o = chain.axes, chain.origins
     if (
-        not chain.revolute.all()
+        not chain.is_revolute.all()
         or abs(a[0] @ a[1]) > FLAG_ROUNDING
         or not _are_parallel(a[1], a[2])
     ):

@@ -188,7 +188,7 @@ def _move_nearest_samples(
             scales.append(np.where(robot.virtual, scales[0], limit / usual))
     result = []
     for scale in scales:
-        gaps = joint_difference(samples, near, joint_axes(robot).revolute) / scale
+        gaps = joint_difference(samples, near, joint_axes(robot).is_revolute) / scale
         order = np.linalg.norm(gaps, axis=1).argsort(kind="stable")
         for q in samples[order[:NEARBY_SAMPLES]]:
             start = nearest_turns(robot, q, near)

@@ -122,7 +122,7 @@ def _search_batch(search: PoseSearch, near: FloatArray, limits: Limits) -> list[
         limits=limits,
     )
     order = np.argsort(ended.position_error + ended.orientation_error, kind="stable")
-    revolute = joint_axes(robot).revolute
+    revolute = joint_axes(robot).is_revolute
     selected: list[FloatArray] = []
     for q in ended.q[order]:
         if all(joint_distances(q, p, revolute) > MIN_SEPARATION for p in selected):

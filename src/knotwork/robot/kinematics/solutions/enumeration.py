@@ -109,7 +109,7 @@ def search_branches(
             if complete is False or (complete is None and not calm):
                 remaining.append(i)
         active = remaining
-    revolute = joint_axes(robot).revolute
+    revolute = joint_axes(robot).is_revolute
     return [joint_difference(solutions, np.zeros(d), revolute) for solutions in solutions_of]
 
 
@@ -131,7 +131,7 @@ def _near_singular_starts(robot: Robot, solutions: FloatArray) -> FloatArray:
 
 def _slide_limits(robot: Robot) -> Limits:
     """Position limits of prismatic joints; revolute ones get none."""
-    revolute = joint_axes(robot).revolute
+    revolute = joint_axes(robot).is_revolute
     (lower, upper), (low, high) = infinite_limits(robot), position_limits(robot)
     return np.where(revolute, lower, low), np.where(revolute, upper, high)
 
@@ -145,7 +145,7 @@ def drop_equal_solutions(robot: Robot, target: Targets, solutions: FloatArray) -
     chain = joint_axes(robot)
     result: list[FloatArray] = []
     for q in solutions:
-        gaps = joint_difference(q, np.array(result).reshape(-1, len(q)), chain.revolute)
+        gaps = joint_difference(q, np.array(result).reshape(-1, len(q)), chain.is_revolute)
         sizes = np.abs(gaps).max(axis=1)
         if (sizes <= SOLUTION_TOLERANCE).any():
             continue

@@ -60,7 +60,7 @@ def choose_farthest_apart(robot: Robot, solutions: FloatArray, count: int) -> Fl
         solutions: Candidates, shape (n, d); the first is chosen first.
         count: Maximum number of configurations.
     """
-    revolute, chosen = joint_axes(robot).revolute, np.zeros(0, dtype=int)
+    revolute, chosen = joint_axes(robot).is_revolute, np.zeros(0, dtype=int)
     distance = np.full(len(solutions), np.inf)
     while len(chosen) < count and distance.max(initial=0.0) > 1e-4:
         chosen = np.append(chosen, np.argmax(np.round(distance, 9)))

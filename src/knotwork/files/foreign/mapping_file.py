@@ -118,7 +118,7 @@ class _Arrays(StrictModel):
     acceleration: _Rows = _quantity("acceleration", required=False)
 
 
-def read_points(document: Document, joints: Joints, start_time: float) -> PointTable:
+def read_mapping(document: Document, joints: Joints, start_time: float) -> PointTable:
     """Read points from a mapping.
 
     The mapping has one of two forms. As in ROS 2, it has `joint_names` and `points`, each with
