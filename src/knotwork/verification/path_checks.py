@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from knotwork.task.scenario import Scenario, ScenarioPath, Stretch
 from knotwork.task.scenario.joint_requirements import JointRequirements
-from knotwork.verification.finding import Finding, Findings, Group, Topic, verdict_on
+from knotwork.verification.finding import Finding, Findings, Group, Proof, Topic, verdict_on
+from knotwork.verification.limits import LimitedValue
 from knotwork.verification.motion import Motion
 from knotwork.waypoints import CartesianWaypoint, PoseFreedom
 
@@ -210,38 +212,28 @@ def _stretch_findings(scenario: Scenario, followed: _FollowedStretch) -> Finding
     for quantity, bound in bounds.items():
         unit = CRITERION_UNITS[quantity]
         fact = f"from {begin!r} to {end!r} {_error_text(quantity, bound, followed, scenario)}"
-        highlight = ""
+        proof: Proof = "bounded"
         if not bound.proved:
+            proof = "sampled"
             low, high = bound.where
             upper = units.text(bound.bound, unit, ".3g")
             fact += f"; this is not proved: from {low:.6g} s to {high:.6g} s it may be {upper}"
+        highlight = ""
         if quantity == "path_deviation":
-            value, limit = (
-                units.number(bound.value, "m", ".3g"),
-                units.text(bound.limit, "m", ".3g"),
-            )
-            highlight = f"{begin} to {end}: {value} of {limit} off"
+            off = units.number(bound.value, "m", ".3g")
+            highlight = f"{begin} to {end}: {off} of {units.text(bound.limit, 'm', '.3g')} off"
             if "path_speed" in bounds:
                 highlight += f", {_speed_range_text(result.errors, units, '.4g')}"
-        yield Finding(
-            group=Group.TOOL_PATHS,
-            subject="path",
-            name=f"{begin} to {end}",
-            quantity=quantity,
-            verdict=verdict_on(bound.proved and bound.value <= bound.limit),
-            fact=fact,
-            value=bound.value,
-            limit=bound.limit,
-            margin=bound.limit - (bound.value if bound.value > bound.limit else bound.bound),
-            unit=unit,
-            time=bound.time,
-            interval=stretch.full_speed_interval
-            if quantity == "path_speed"
-            else (stretch.start, stretch.end),
-            proof="bounded" if bound.proved else "sampled",
-            proof_gap=max(bound.bound - bound.value, 0.0),
-            highlight=highlight,
+        interval = stretch.start, stretch.end
+        if quantity == "path_speed":
+            interval = stretch.full_speed_interval
+        gap = max(bound.bound - bound.value, 0.0)
+        worst = LimitedValue(bound.value, bound.time, bound.limit, 1.0, proof, gap)
+        verdict = verdict_on(bound.proved and bound.value <= bound.limit)
+        finding = Topic(Group.TOOL_PATHS, "path", f"{begin} to {end}").finding(
+            quantity, fact, verdict, unit=unit, interval=interval, **worst.numbers
         )
+        yield replace(finding, highlight=highlight)
 
 
 def _error_text(
