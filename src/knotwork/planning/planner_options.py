@@ -106,7 +106,7 @@ class Interpolator:
             InputError: An option is wrong, or the planner does not support it.
         """
         original, unsupported = scenario.planner, tuple[str, ...]()
-        with nullcontext() if planner else scenario.error_context("planner"):
+        with nullcontext() if planner else scenario.locations.errors_at("planner"):
             get_planner(planner or original)
         scenario = replace(scenario, planner=planner or original)
         joints = read_joint_requirements(scenario)
@@ -144,5 +144,5 @@ class Interpolator:
             if self.planner_given and field == ("planner",):
                 error.locate(f"{self.scenario.name}: planner")
                 raise
-            with self.scenario.error_context(*field):
+            with self.scenario.locations.errors_at(*field):
                 raise

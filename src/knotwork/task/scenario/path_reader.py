@@ -18,7 +18,6 @@ from knotwork.errors import CornerError, PathError, RampError, StretchTimeError
 from knotwork.errors.plain_text import default_waypoint_name, waypoint_text
 from knotwork.files.documents import Location
 from knotwork.task import AlongArc, AlongPoints, PathOptions, PathWaypoint
-from knotwork.task.scenario.free_values_reader import max_speed
 from knotwork.task.scenario.path_curves import PathCurves, StretchGeometry, rescale_orientation
 from knotwork.task.scenario.requested_timing import RequestedTiming
 from knotwork.task.scenario.scenario import ScenarioPath, Stretch
@@ -213,7 +212,7 @@ class _PathReader:
         return durations
 
     def _requested_timing(self, lengths: FloatArray) -> RequestedTiming:
-        upper_bounds = [max_speed(waypoint.speed) for waypoint in self.waypoints]
+        free = self.reading.free[self.first + 1 : self.last + 1]
         return RequestedTiming(
             lengths=tuple(lengths.tolist()),
             speeds=tuple(
@@ -226,7 +225,7 @@ class _PathReader:
                 0.0 if self.reading.stops(self.last) else None,
             ),
             acceleration=self.reading.task.path.acceleration,
-            at_most={k: bound for k, bound in enumerate(upper_bounds) if bound is not None},
+            at_most={k: end.max_speed for k, end in enumerate(free) if end.path_speed_is_free},
         )
 
     def _solve_timing(self, requested: RequestedTiming) -> tuple[Timing, tuple[float, ...]]:
