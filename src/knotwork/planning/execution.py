@@ -92,7 +92,7 @@ def stopped_motion(plan: MotionT, at: float, *, on_path: bool) -> MotionT:
                 f"{name}: joint {joints.joint_names[unlimited[0]]!r} has no {kind} "
                 f"limit, so the fastest stop is undefined; accepted: `limits: {{{kind}: …}}`"
             )
-    limits, warnings = (joints.limits["acceleration"], joints.limits["jerk"]), []
+    limits, warnings = (joints.limits.acceleration, joints.limits.jerk), []
     if on_path:
         stop = stop_on_path(planned.polynomial, at, *limits, PATH_TOLERANCE)
         if stop is None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ from knotwork.errors import InputError
 from knotwork.errors.arguments import require_type
 from knotwork.files import documents
 from knotwork.files.documents import Document, Location, apply_edits, field_at, resources
+from knotwork.files.documents.document import texts_in
 from knotwork.files.documents.values import is_marked
 from knotwork.task.task_part import plain
 
@@ -34,7 +35,7 @@ def moved_paths(
     if old == new:
         return {}
     moved: dict[Location, str] = {}
-    for location, text in _texts(data):
+    for location, text in texts_in(data):
         path = old / text
         if not os.path.exists(path) or os.path.isabs(text):
             continue
@@ -46,15 +47,6 @@ def moved_paths(
             continue  # the name of a shipped file
         moved[location] = (path if new is None else Path(os.path.relpath(path, new))).as_posix()
     return moved
-
-
-def _texts(data: Any, location: Location = ()) -> Iterator[tuple[Location, str]]:
-    """All texts of a file's content, with their locations."""
-    if isinstance(data, str):
-        yield location, data
-    elif isinstance(data, dict | list):
-        for key, value in data.items() if isinstance(data, dict) else enumerate(data):
-            yield from _texts(value, (*location, key))
 
 
 def with_moved_paths(model: type[BaseModel], data: Any, old: Path, new: Path | None) -> Any:

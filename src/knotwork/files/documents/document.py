@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from knotwork.errors import DocumentError, InputError, Problem
+from knotwork.errors import DocumentError, InputError, Problem, suggest_name
 
 Location = tuple[str | int, ...]
 
@@ -59,6 +59,19 @@ class Locations:
         """Make the error for one problem at a location."""
         problem = Problem(self.line(location), self.path(location), message, accepted)
         return DocumentError(self.file, [problem])
+
+    def check_name(
+        self, location: Location, kind: str, name: str, available: Iterable[str]
+    ) -> None:
+        """Refuse an unknown name at a location.
+
+        Raises:
+            DocumentError: The name is not available.
+        """
+        available = list(available)
+        if name not in available:
+            hint = suggest_name(name, available)
+            raise self.error(location, f"unknown {kind} {name!r}", hint)
 
     @contextmanager
     def errors_at(self, *location: str | int) -> Iterator[None]:
@@ -112,6 +125,15 @@ class Document(Locations):
         for key in location:
             data = data[key]
         return self.document(data, location)
+
+
+def texts_in(data: Any, location: Location = ()) -> Iterator[tuple[Location, str]]:
+    """All texts in plain data, with their locations."""
+    if isinstance(data, str):
+        yield location, data
+    elif isinstance(data, Mapping | list | tuple):
+        for key, value in data.items() if isinstance(data, Mapping) else enumerate(data):
+            yield from texts_in(value, (*location, key))
 
 
 def field_path(location: Iterable[str | int]) -> str:

@@ -126,7 +126,9 @@ def _with_requirements(
     loaded_robots: LoadedRobots | None = None,
 ) -> JointRequirements:
     """The joints of a reader with their limits, and the requirements of its scenario on them."""
-    scenario, targets, near = read.scenario, read.targets(), read.scenario.given.near
+    scenario = read.scenario
+    near = scenario.given.near
+    targets = read.targets()
     return JointRequirements(
         read.names,
         read.units,
@@ -155,7 +157,8 @@ def moved_robot(scenario: Scenario) -> Robot:
     from knotwork.robot import load_robot
     from knotwork.task.scenario.geometry import read_placement
 
-    given, file = scenario.given, scenario.locations.file
+    given = scenario.given
+    file = scenario.locations.file
     if given.robot is None:
         raise InputError(f"{scenario.name} names no robot")
     with scenario.locations.errors_at("robot"):

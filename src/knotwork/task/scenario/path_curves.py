@@ -192,9 +192,8 @@ class PathCurves:
 
     def _arc(self, i: int, arc: Arc) -> Curve:
         start, end = self.poses[i - 1].translation, self.poses[i].translation
-        frame, normal = self.reading.pose_frames[i].rest_placement, None
-        if arc.normal is not None:
-            normal = frame.rotation @ np.array(arc.normal)
+        frame = self.reading.pose_frames[i].rest_placement
+        normal = None if arc.normal is None else frame.rotation @ np.array(arc.normal)
         if arc.through is not None:
             return tool_paths.Arc.through(start, frame.act(np.array(arc.through)), end)
         if arc.centre is not None:
@@ -233,7 +232,8 @@ class PathCurves:
         self, i: int, along: AlongPoints
     ) -> tuple[FloatArray, FloatArray | None, FloatArray | None]:
         """Points in the base frame, and the tool's rotations or z axes there, if any."""
-        frame, axes = self.reading.pose_frames[i].rest_placement, self.reading.pose_frames.axes(i)
+        frame = self.reading.pose_frames[i].rest_placement
+        axes = self.reading.pose_frames.axes(i)
         rotations = z_axes = None
         if isinstance(along.points, str):
             file = self.reading.locations.file
@@ -288,7 +288,8 @@ class PathCurves:
     ) -> tuple[list[Curve], FloatArray]:
         """The curves with corners rounded, and the arc lengths at the ends of stretches."""
         pieces: list[Curve] = []
-        ends, length = [], 0.0
+        ends = []
+        length = 0.0
         begin: FloatArray | None = None  # start of a line after a rounded corner
         for k, (curve, waypoint) in enumerate(zip(curves, waypoints, strict=True)):
             if begin is not None and isinstance(curve, tool_paths.Line):

@@ -229,7 +229,8 @@ class _PathReader:
         )
 
     def _solve_timing(self, requested: RequestedTiming) -> tuple[Timing, tuple[float, ...]]:
-        limit, durations, units = requested.acceleration, requested.durations, self.reading.units
+        limit = requested.acceleration
+        units = self.reading.units
         if requested.at_most:
             return requested.at_nominal_speed()
         try:
@@ -250,7 +251,7 @@ class _PathReader:
             length = units.text(requested.lengths[k], "m")
             raise self.reading.locations.error(
                 self._location(k, _time_key(self.waypoints[k])),
-                f"leaves {durations[k]:.6g} s, but the path is {length} long "
+                f"leaves {requested.durations[k]:.6g} s, but the path is {length} long "
                 f"here, and with its changes of speed takes at least {error.shortest:.6g} s"
                 f"{'' if error.longest == np.inf else upper} at {units.text(limit, 'm/s²')}",
                 "a feasible time, or another path: {acceleration: …}",
@@ -271,7 +272,8 @@ def wait_in_moving_frame(
         begin: Waypoint at the start.
         end: End of the wait [s].
     """
-    R, start = np.array(pose.rotation), begin.time
+    R = np.array(pose.rotation)
+    start = begin.time
     line = Line(pose.translation, pose.translation + WAITING_LINE * R[:, 0])
     path = ToolPath([line], OrientationCurve.constant(R, line.length))
     motion = TimedPath(path, make_wait(end - start, WAITING_SPEED), start, frame)

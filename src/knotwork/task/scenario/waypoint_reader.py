@@ -78,7 +78,8 @@ def read_waypoints(reading: TaskReading, expected: Mapping[int, float]) -> Waypo
         waypoints.append(JointTarget(START, 0.0, where))
         task_index.append(-1)
     for i, name in enumerate(names):
-        waypoint, wait = reader.waypoint(i, name), task.waypoints[i].dwell
+        waypoint = reader.waypoint(i, name)
+        wait = task.waypoints[i].dwell
         waypoints.append(waypoint)
         task_index.append(i)
         if wait is None:
@@ -204,7 +205,8 @@ def _arrival(
         expected: Its expected time if it is chosen [s], or `None`.
         is_chosen: Whether this or an earlier time is chosen.
     """
-    waypoint, free = reading.task.waypoints[i], reading.free[i]
+    waypoint = reading.task.waypoints[i]
+    free = reading.free[i]
     location: Location = ("waypoints", i)
     if waypoint.time is not None:
         time = waypoint.time
@@ -255,7 +257,8 @@ class _WaypointReader:
         """A waypoint at the arrival of the tool, possibly along a path."""
         given = self.reading.task.waypoints[i]
         where = self.reading.locations.where(("waypoints", i))
-        time, freedom = self.arrivals.times[i], self.freedoms[i]
+        time = self.arrivals.times[i]
+        freedom = self.freedoms[i]
         if isinstance(given, JointWaypoint):
             if given.velocity is None:
                 self._check_stop(i, "velocity: by joint name")
@@ -290,7 +293,9 @@ class _WaypointReader:
         """Velocity of a waypoint relative to its frame."""
         import pinocchio as pin
 
-        reading, frames, times = self.reading, self.reading.pose_frames, self.arrivals.times
+        reading = self.reading
+        frames = reading.pose_frames
+        times = self.arrivals.times
         poses = frames.neighbours(i, self.arrivals.poses, times)
         velocity, speed = waypoint.velocity, waypoint.speed
         if isinstance(velocity, Velocity):
