@@ -91,6 +91,7 @@ def test_keeps_given_time_after_chosen_ones() -> None:
     assert check_places(kw.plan(task))["over"] == 1.1 * soonest
 
 
+@pytest.mark.exhaustive
 def test_meets_belt_after_path_with_chosen_speed() -> None:
     """With the frames at the time of a nominal speed, the belt would be out of reach."""
     task = picking({"after": "fastest"})
