@@ -205,7 +205,6 @@ IMPORTED_BY_TESTS = {
     "keys of files: each has its test and its line in the docs": (
         "planning.execution",
         "robot.robot_file",
-        "task.scenario.resolve",
         "task.si_units",
     ),
     "a path that can't be followed at first": ("planning.choosing.free_sections",),
