@@ -221,23 +221,6 @@ def test_check_fails_tool_creeping_on_belt(creeps: float) -> None:
     assert "path_deviation" in {one.quantity for one in failed if one.interval == (low, high)}
 
 
-def test_refuses_invalid_waits_on_belt(tmp_path: Path) -> None:
-    task = waiting()
-    task["waypoints"][1] = {
-        "pose": down(0, 0, 0.1),
-        "after": 1,
-        "wait": WAIT,
-        "free": {"position": {"x": [-0.1, 0.1]}},
-    }
-    del task["waypoints"][2]
-    assert "waypoints[1].free: leaves the position open where the tool moves" in refused(task)
-    rows = [(0, 0.0), (3.2, 0.1), (9, 0.3)]
-    (tmp_path / "y.csv").write_text("\n".join(["time,y", *(f"{t},{y}" for t, y in rows)]))
-    task = waiting()
-    task["frames"]["belt"]["moves"] = {"file": str(tmp_path / "y.csv")}
-    assert "at 3.2 s the speed of frame 'belt' jumps" in refused(task)
-
-
 @pytest.mark.parametrize("after", [[], [{"joints": "home", "after": "fastest"}]])
 def test_belt_is_met_a_given_time_after_a_path_with_a_free_speed(
     after: list[dict[str, Any]], tmp_path: Path
