@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import sys
@@ -65,6 +66,15 @@ def run(knotwork: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> C
     return knotwork
 
 
+@pytest.fixture
+def without_plots(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Reports have no plots, which take most of their time, where only words are read."""
+    from matplotlib.figure import Figure
+
+    for name in ("joints", "tool"):
+        monkeypatch.setattr(f"knotwork.view.html_report.plot_{name}", lambda _: Figure())
+
+
 @pytest.fixture(scope="session")
 def deburring() -> Plan:
     """The plan of the main scenario, made once."""
@@ -81,6 +91,16 @@ def deburring_by_waypoints() -> Plan:
 def paper_case() -> Plan:
     """The plan of the paper's case, made once."""
     return planned("paper_case")
+
+
+def pytest_sessionstart() -> None:
+    gc.disable()
+
+
+def pytest_collection_finish() -> None:
+    """What modules define lives as long as the tests: looking for garbage in it takes seconds."""
+    gc.freeze()
+    gc.enable()
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import functools
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -12,10 +11,8 @@ import pytest
 
 from command_line import python
 from public_names import documented
+from syntax_trees import FILES, ROOT, SOURCE, tree_of
 
-ROOT = Path(__file__).parents[1]
-SOURCE = ROOT / "src" / "knotwork"
-FILES = sorted(SOURCE.rglob("*.py"))
 ENTRANCES = {"__init__", "__main__"}
 DRAWING = ("scipy", "matplotlib", "meshcat", "collada", "trimesh", "casadi")
 
@@ -36,11 +33,6 @@ def table() -> dict[str, set[str]]:
 
 
 TABLE = table()
-
-
-@functools.cache
-def tree_of(path: Path) -> ast.Module:
-    return ast.parse(path.read_text(encoding="utf-8"))
 
 
 def part_named(names: Sequence[str]) -> str:
@@ -213,7 +205,6 @@ IMPORTED_BY_TESTS = {
     "keys of files: each has its test and its line in the docs": (
         "planning.execution",
         "robot.robot_file",
-        "task.scenario.resolve",
         "task.si_units",
     ),
     "a path that can't be followed at first": ("planning.choosing.free_sections",),

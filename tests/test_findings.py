@@ -49,6 +49,7 @@ def whistling(motion: Motion, scenario: kw.Scenario, joints: Any) -> Iterator[Fi
     )
 
 
+@pytest.mark.usefixtures("without_plots")
 def test_own_check_shows_in_report_json_pages_and_scene(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(CHECKS, "whistling", whistling)
     plan = kw.plan("planar2_closed_form")
@@ -160,6 +161,7 @@ LEFT_OUT: list[dict[str, Any]] = [
 ]
 
 
+@pytest.mark.usefixtures("without_plots")
 def test_outputs_show_incomplete_findings(
     knotwork: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:

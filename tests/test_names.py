@@ -7,8 +7,8 @@ from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 
-SOURCE = Path(__file__).parents[1] / "src" / "knotwork"
-TREES = {path: ast.parse(path.read_text(encoding="utf-8")) for path in SOURCE.rglob("*.py")}
+from syntax_trees import FILES, SOURCE, tree_of
+
 # The typed part of a task and what it becomes: both are public names.
 TWICE = {"Arc", "Branch"}
 EMPTY = {"one", "ones", "found", "made", "told", "thing", "things", "what"}
@@ -23,15 +23,15 @@ def places(names: Iterator[tuple[str, Path]]) -> dict[str, set[str]]:
 
 
 def test_modules_have_names_of_their_own() -> None:
-    named = ((path.stem, path) for path in TREES if path.stem not in ("__init__", "__main__"))
+    named = ((path.stem, path) for path in FILES if path.stem not in ("__init__", "__main__"))
     assert sorted(places(named).items()) == []
 
 
 def test_classes_have_names_of_their_own() -> None:
     named = (
         (node.name.lstrip("_"), path)
-        for path, tree in TREES.items()
-        for node in tree.body
+        for path in FILES
+        for node in tree_of(path).body
         if isinstance(node, ast.ClassDef) and node.name not in TWICE
     )
     assert sorted(places(named).items()) == []
@@ -40,15 +40,15 @@ def test_classes_have_names_of_their_own() -> None:
 def test_shared_constants_have_names_of_their_own() -> None:
     imported = {
         alias.name
-        for tree in TREES.values()
-        for node in ast.walk(tree)
+        for path in FILES
+        for node in ast.walk(tree_of(path))
         if isinstance(node, ast.ImportFrom)
         for alias in node.names
     }
     named = (
         (target.id, path)
-        for path, tree in TREES.items()
-        for node in tree.body
+        for path in FILES
+        for node in tree_of(path).body
         if isinstance(node, ast.Assign | ast.AnnAssign)
         for target in (node.targets if isinstance(node, ast.Assign) else [node.target])
         for target in ast.walk(target)
@@ -60,8 +60,8 @@ def test_shared_constants_have_names_of_their_own() -> None:
 def test_variables_are_nouns_that_say_something() -> None:
     empty = [
         f"{path.relative_to(SOURCE)}:{node.lineno} {name}"
-        for path, tree in TREES.items()
-        for node in ast.walk(tree)
+        for path in FILES
+        for node in ast.walk(tree_of(path))
         for name in (
             [node.id]
             if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)

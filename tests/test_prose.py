@@ -5,12 +5,11 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[1]
-SOURCE = ROOT / "src" / "knotwork"
+from syntax_trees import FILES, ROOT, SOURCE, tree_of
+
 ROOMS = sorted(path.name for path in SOURCE.iterdir() if path.suffix in {"", ".py"})
 CLAUSE = re.compile(r"(What|Which|Who|Where|When|Whoever|How|Those|That|It|They|Of|From when)\b")
 NO_NOUN = re.compile(
@@ -34,8 +33,8 @@ def heads(text: str) -> Iterator[str]:
 @pytest.mark.parametrize("room", ROOMS)
 def test_docstrings_begin_with_nouns_and_verbs(room: str) -> None:
     wrong = []
-    for path in sorted((SOURCE / room).rglob("*.py") if "." not in room else [SOURCE / room]):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for path in (path for path in FILES if path.is_relative_to(SOURCE / room)):
+        for node in ast.walk(tree_of(path)):
             if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
                 text = str(node.value.value)
                 found = [head.splitlines()[0] for head in heads(text) if CLAUSE.match(head)]

@@ -151,7 +151,7 @@ def test_progress_names_the_check_and_the_duration_found() -> None:
     assert any(re.search(r"step \d+", plan_state(one)[1]) for one in states)
 
 
-COUNT = 400
+COUNT = 140
 
 
 @pytest.fixture
@@ -179,17 +179,18 @@ def test_long_report_is_short_unless_in_full(task: Path, knotwork: Command, tmp_
     assert len(rows(knotwork("check", tmp_path / "out", "-s", task, "--full").out)) >= COUNT
 
 
+@pytest.mark.usefixtures("without_plots")
 def test_the_worst_of_many_failures_is_shown(task: Path, knotwork: Command, tmp_path: Path) -> None:
     plan = kw.plan(task)
     plan.save(tmp_path / "out")
     data = json.loads(task.read_text())
-    for i, angle in ((331, 0.4), (333, 0.5), (335, 0.3)):
+    for i, angle in ((121, 0.4), (123, 0.5), (125, 0.3)):
         data["waypoints"][i]["joints"]["a"] = angle
     task.write_text(json.dumps(data))
     ran = knotwork("check", tmp_path / "out", "--scenario", task)
     assert ran.code == 1
     text = " ".join(ran.out.split())
-    assert "FAIL waypoint 'w333' at 333 s: joint position is off by" in text
+    assert "FAIL waypoint 'w123' at 123 s: joint position is off by" in text
     assert "(and 2 more like it)" in text
     # on a page each is a line of its own, which goes there, the worst first
     page = tmp_path / "page.html"
@@ -197,9 +198,9 @@ def test_the_worst_of_many_failures_is_shown(task: Path, knotwork: Command, tmp_
     listed = page.read_text().partition('<h2 id="fails">')[2].partition("</header>")[0]
     assert "more like it" not in listed
     assert re.findall(r'data-at="([\d.]+)"[^>]*>waypoint &#39;(w\d+)', listed) == [
-        ("333.0", "w333"),
-        ("331.0", "w331"),
-        ("335.0", "w335"),
+        ("123.0", "w123"),
+        ("121.0", "w121"),
+        ("125.0", "w125"),
     ]
 
 

@@ -17,16 +17,6 @@ from command_line import Command
 from knotwork.errors import InputError
 from plans import planned
 
-FREE = ["panda_pick_place_fastest", "panda_three_parts", "ur10_spray_fast", "ur5_palletise"]
-
-
-@pytest.mark.parametrize("name", FREE)
-def test_no_motion_is_below_its_lower_bound(name: str) -> None:
-    chosen = planned(name).chosen
-    assert chosen.status == "optimal"
-    assert chosen.lower_bound <= chosen.duration
-    assert chosen.binding
-
 
 def test_the_payload_bounds_the_times_by_torque() -> None:
     plan = planned("ur5_palletise")

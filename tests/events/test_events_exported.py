@@ -124,20 +124,22 @@ def test_tables_have_them_row_by_row(plan: kw.Plan, knotwork: Command, file: Pat
 
 @pytest.mark.parametrize("name", ["ros2", "pvt", "mat", "scipy"])
 def test_file_of_events_beside(plan: kw.Plan, knotwork: Command, file: Path, name: str) -> None:
+    plan.save(file.parent / "stored")
+    source = file.parent / "stored"
     out = file.with_name("motion.out")
-    ran = knotwork("export", file, "-f", name, "-o", out)
+    ran = knotwork("export", source, "-f", name, "-o", out)
     beside = file.with_name("motion.events.json")
     assert (ran.code, f"wrote {out} and {beside}" in ran.out) == (0, True)
     data = json.loads(beside.read_text())
     assert [one["time_from_start"] for one in data["events"]] == [one.time for one in plan.events]
     assert [one["name"] for one in data["segments"]] == [segment.name for segment in plan.segments]
     other = file.with_name("motion.other")
-    assert knotwork("export", file, "-f", name, "-o", other).code == 0  # of the same motion
+    assert knotwork("export", source, "-f", name, "-o", other).code == 0  # of the same motion
     other.unlink()
     beside.write_text("{}", encoding="utf-8")
-    again = knotwork("export", file, "-f", name, "-o", other)
+    again = knotwork("export", source, "-f", name, "-o", other)
     assert (again.code, f"{beside} exists" in again.err) == (2, True)
-    alone = knotwork("export", file, "-f", name, "-o", out, "--force", "--without-events")
+    alone = knotwork("export", source, "-f", name, "-o", out, "--force", "--without-events")
     assert (alone.code, "events.json" in alone.out) == (0, False)
 
 

@@ -88,6 +88,7 @@ def test_plots_log_and_plan(knotwork: Command, log: Path, result: Path, tmp_path
     assert "log.csv" in file.read_text()
 
 
+@pytest.mark.usefixtures("without_plots")
 def test_report_shows_findings(knotwork: Command, log: Path, result: Path, tmp_path: Path) -> None:
     page = tmp_path / "page.html"
     ran = knotwork("report", log, "--against", result, "--html", page)  # of the plan's scenario

@@ -219,7 +219,7 @@ def test_bounds_by_boxes_are_lower_bounds(name: str) -> None:
     pairs = SolidPairs(build_collision_model(scenario, robot))
     q = np.random.default_rng(4).uniform(-2.5, 2.5, (4, robot.dof))
     placed = place_joints(pairs.model.joints, q)
-    turn, shift = pairs.axes(*placed)
+    turn, shift = pairs.placements(*placed)
     item, combo = (x.ravel() for x in np.indices((len(q), len(pairs.first))))
     bounds = pairs.min_distances(item, combo, *placed)
     for i, c, bound in zip(item, combo, bounds, strict=True):

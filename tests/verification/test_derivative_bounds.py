@@ -295,7 +295,7 @@ def test_plane_gap_is_at_most_distance(arm: str) -> None:
     rng = np.random.default_rng(8)
     table = solid_pairs(arm)
     q = rng.uniform(-2.5, 2.5, (20, len(table.model.joints.column) - 1))
-    turn, shift = table.axes(*place_joints(table.model.joints, q))
+    turn, shift = table.placements(*place_joints(table.model.joints, q))
     combo = np.flatnonzero(table.convex)
     for k in range(len(q)):
         item = np.full(len(combo), k)

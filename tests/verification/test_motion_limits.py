@@ -166,6 +166,7 @@ def test_unproved_limit_is_reported_as_sampled() -> None:
     assert plan.report.to_dict()["sampled"] == [str(found)]
 
 
+@pytest.mark.usefixtures("without_plots")
 def test_all_outputs_mark_sampled_verdict(knotwork: Command, tmp_path: Path) -> None:
     from knotwork.view import report_page
 

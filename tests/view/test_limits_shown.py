@@ -106,19 +106,19 @@ def test_a_broken_limit_is_shown_everywhere(key: str, quantity: str, title: str,
     assert note.startswith(f"{1e3 * worst.value:.3g} {unit} at ")
 
 
-def test_a_limit_from_below_is_shown_too() -> None:
+@pytest.mark.parametrize("share", mostly_exhaustive([0.9, 1.5], 1.5))
+def test_a_limit_from_below_is_shown_too(share: float) -> None:
     """The smallest singular value, kept and broken."""
-    (least,) = deburring().report.select(quantity="smallest_singular_value")
-    for share in (0.9, 1.5):
-        plan = deburring(singular_value=share * least.value)
-        assert shown(plan).max() == pytest.approx(most_used(plan).utilisation, rel=1e-6)
-        figure = plot_tool(plan)
-        row = figure.axes[-1]
-        assert row.get_ylabel().replace("\n", " ") == "smallest singular value"
-        assert np.nanmin(data(lines(row, "curve")[0])[1]) == pytest.approx(least.value, rel=1e-3)
-        assert bool(lines(row, "broken")) == (share > 1)
-        assert f"limit {share * least.value:.3g}" in notes(figure)[-1]
-        assert plan.report.ok == (share < 1)
+    (least,) = planned("ur5_deburring").report.select(quantity="smallest_singular_value")
+    plan = deburring(singular_value=share * least.value)
+    assert shown(plan).max() == pytest.approx(most_used(plan).utilisation, rel=1e-6)
+    figure = plot_tool(plan)
+    row = figure.axes[-1]
+    assert row.get_ylabel().replace("\n", " ") == "smallest singular value"
+    assert np.nanmin(data(lines(row, "curve")[0])[1]) == pytest.approx(least.value, rel=1e-3)
+    assert bool(lines(row, "broken")) == (share > 1)
+    assert f"limit {share * least.value:.3g}" in notes(figure)[-1]
+    assert plan.report.ok == (share < 1)
 
 
 def test_a_jump_is_no_kept_limit() -> None:
@@ -142,7 +142,7 @@ def strip(plan: kw.Plan) -> Any:
 
 
 def test_a_segment_says_what_its_chosen_time_is_bound_by() -> None:
-    plan = planned("ur5_wall")
+    plan = planned("panda_pick_place_fastest")
     findings = [finding for finding in plan.report.findings if finding.quantity == "binding_limits"]
     limits = {tuple(finding.interval or ()): finding.short_fact for finding in findings}
     for start, end, name, limit in strip(plan)["segments"]:
@@ -175,11 +175,15 @@ def test_a_broken_limit_is_red_as_long_as_it_is_broken() -> None:
     assert high - low > 0.3
 
 
-def test_a_limited_link_and_what_a_path_leaves_open_are_curves() -> None:
+def test_a_limited_link_is_a_curve() -> None:
     (elbow,) = strip(deburring(forearm_link=500.0))["curves"]
     assert (elbow["name"], elbow["unit"]) == ("speed of forearm_link", "mm/s")
     assert elbow["limits"] == [pytest.approx(500.0)]
     assert len(elbow["time"]) == len(elbow["value"])
+
+
+@pytest.mark.exhaustive
+def test_what_a_path_leaves_open_is_a_curve() -> None:
     plan = planned("ur5_dome")
     (used,) = (one for one in plan.report.select(quantity="free_range") if one.subject == "path")
     (turn,) = strip(plan)["curves"]

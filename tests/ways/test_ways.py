@@ -16,6 +16,7 @@ from knotwork.errors import InputError, NoWayFoundError
 from knotwork.joint_quantities import JointLimits
 from knotwork.planning.clear_motions.configuration_space import ConfigurationSpace
 from knotwork.scene.building import build_robot_collision_model
+from sweeps import first_of, mostly_exhaustive
 from walls import DOWN, at, box, past
 
 
@@ -127,7 +128,8 @@ def test_refuses_passed_pose_where_bodies_change() -> None:
 
 
 @pytest.mark.parametrize(
-    ("after", "duration"), [(2, 2.0), ({"fastest": True, "at_least": 1.5}, 1.5)]
+    ("after", "duration"),
+    [pytest.param(2, 2.0, marks=pytest.mark.exhaustive), ({"fastest": True, "at_least": 1.5}, 1.5)],
 )
 def test_clear_motion_takes_given_time(after: Any, duration: float) -> None:
     given = past()
@@ -146,7 +148,7 @@ def test_refuses_short_time() -> None:
 MOVING = {"linear": [0, 0, 100]}
 
 
-@pytest.mark.parametrize("after", ["fastest", 4])
+@pytest.mark.parametrize("after", mostly_exhaustive(["fastest", 4], 4))
 def test_keeps_velocities_at_both_ends(after: Any) -> None:
     given = past()
     given["waypoints"][0] |= {"velocity": MOVING}
@@ -162,7 +164,7 @@ def test_keeps_velocities_at_both_ends(after: Any) -> None:
         assert np.abs(twist.angular).max() < 1e-9
 
 
-@pytest.mark.parametrize("end", [0, 1])
+@pytest.mark.parametrize("end", first_of(0, 1))
 def test_brakes_each_joint_independently(end: int) -> None:
     """Straight, the last joint would go as long as the first, beyond its limit."""
     side = (1.0, -1.0)[end]

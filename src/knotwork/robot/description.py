@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pinocchio as pin
 
 from knotwork.arrays import FloatArray
 from knotwork.errors import RobotError, UnknownNameError
-from knotwork.errors.arguments import require_number, require_type
-from knotwork.files.documents import Document, validate
+from knotwork.errors.arguments import require_type
 from knotwork.files.documents.values import JointLimitFields
 from knotwork.robot.payload import Payload
 from knotwork.robot.urdf import Urdf
 
-# Limits that override the URDF's: by quantity and joint, in SI; a pair for "position".
 LimitTables = Mapping[str, Mapping[str, Any]]
+"""Limits that override the URDF's, by quantity and joint, in SI: pairs for `position`."""
 
 
 @dataclass(frozen=True)
@@ -103,18 +101,6 @@ class Description:
         for joint in self.virtual_joints:
             require_type(joint, VirtualJoint, "virtual joint", "a VirtualJoint")
 
-    def with_tool(self, frame: str | None, offset: Any, payload: Payload | None) -> Description:
-        """Change the tool; see `Robot.with_tool`."""
-        changed = self
-        if frame is not None and frame != self.tool_frame:
-            no_offset = pin.SE3.Identity()
-            changed = replace(self, tool_frame=frame, tool_offset=no_offset, payload=None, held=())
-        if offset is not None:
-            if not (isinstance(offset, pin.SE3) and np.isfinite(offset.homogeneous).all()):
-                raise RobotError(self.name, f"tool offset must be a finite pin.SE3, not {offset!r}")
-            changed = replace(changed, tool_offset=offset.copy())
-        return changed if payload is None else replace(changed, payload=payload)
-
     def configuration(self, name: str) -> Mapping[str, float]:
         """Positions of joints in a named configuration [rad or m].
 
@@ -125,56 +111,6 @@ class Description:
             where = f"robot {self.name!r}"
             raise UnknownNameError("configuration", name, self.configurations, where=where)
         return self.configurations[name]
-
-    def with_unplanned_at(self, name: str, planned: Sequence[str]) -> Description:
-        """Set the joints that are not planned to a named configuration, as `Robot` does."""
-        unplanned = dict(self.unplanned)
-        for joint, value in self.configuration(name).items():
-            if joint in planned or joint in self.locked or joint in self.urdf.mimics:
-                continue
-            if unplanned.setdefault(joint, value) != value:
-                raise RobotError(
-                    self.name,
-                    f"configuration {name!r} has joint {joint!r} at {value:g}, another one of the "
-                    f"task has it at {unplanned[joint]:g}, and nothing in the task moves it; "
-                    "accepted: the same position in both, or a pose on what it carries",
-                    joint=joint,
-                )
-        return replace(self, unplanned=unplanned)
-
-    def with_weights(
-        self, weights: Mapping[str, float], planned: Sequence[str], locked: Mapping[str, float]
-    ) -> Description:
-        """Change weights; see `Robot.with_weights`."""
-        require_type(weights, Mapping, "weights", "a mapping of joints to weights")
-        for name, weight in weights.items():
-            if name in locked:
-                raise RobotError(
-                    self.name,
-                    f"joint {name!r} does not move: it is locked, or no pose is on what it "
-                    f"carries; joints that move: {', '.join(planned)}",
-                    joint=name,
-                )
-            if name not in planned:
-                raise UnknownNameError("joint", name, planned, where=f"robot {self.name!r}")
-            require_number(weight, f"weight of joint {name!r}", positive=True)
-        return replace(self, weights=dict(weights))
-
-    def with_limits(self, limits: Mapping[str, Any], planned: Sequence[str]) -> Description:
-        """Override limits; see `Robot.with_limits`."""
-        given = {
-            kind: table.tolist() if isinstance(table, np.generic | np.ndarray) else table
-            for kind, table in limits.items()
-            if table is not None and (not isinstance(table, Mapping) or table)
-        }
-        tables = list_limits(validate(JointLimitFields, Document(given)), self.urdf)
-        for kind, table in given.items():
-            for joint in table if isinstance(table, Mapping) else ():
-                if joint not in planned:
-                    where = f"robot {self.name!r}: limits.{kind}"
-                    raise UnknownNameError("joint", joint, planned, where=where)
-        merged = {kind: {**self.limits.get(kind, {}), **table} for kind, table in tables.items()}
-        return replace(self, limits={**self.limits, **merged})
 
     def no_tool_error(self, links: Sequence[str]) -> RobotError:
         """Make the error for the use of a tool before its link is chosen."""

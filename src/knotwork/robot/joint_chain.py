@@ -13,8 +13,8 @@ from knotwork.robot.urdf import Urdf
 
 MAX_JOINTS = 200
 """Maximum number of planned joints. Proofs for chains of hundreds of joints take gigabytes."""
-# A character that XML can't contain, so that no name of a joint begins with it.
 _NO_JOINT = "\x01"
+"""A character that XML can't contain, so that no name of a joint begins with it."""
 
 
 class JointChain(NamedTuple):

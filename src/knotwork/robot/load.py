@@ -21,8 +21,10 @@ from knotwork.robot.urdf import Urdf, read_urdf
 EXAMPLE_ROBOT_DATA = "example-robot-data:"
 _SUFFIXES = (".yaml", ".yml", ".json", "")
 _DATA_FOLDER = "share/example-robot-data/robots"
-# `airo_models:arms/ur5e/ur5e.urdf` is a file of an installed Python package; C: is a drive
 _IN_PACKAGE = re.compile(r"([A-Za-z_]\w+):(.+)")
+"""A file of an installed Python package, such as `airo_models:arms/ur5e/ur5e.urdf`. One letter is a
+drive.
+"""
 _SHIPPED_MODEL = re.compile(r"^urdf: (\w+):", re.MULTILINE)
 _INSTALLED_AS = {"airo_models": "airo-models", "rtbdata": "rtb-data"}
 

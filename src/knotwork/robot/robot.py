@@ -8,13 +8,19 @@ from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from knotwork.arrays import FloatArray, checked_array
+from knotwork.errors import RobotError, UnknownNameError
+from knotwork.errors.arguments import require_number, require_type
+from knotwork.files.documents import Document, validate
+from knotwork.files.documents.values import JointLimitFields
 from knotwork.robot.chain_model import ChainModel
-from knotwork.robot.description import Description, VirtualJoint
+from knotwork.robot.description import Description, VirtualJoint, list_limits
 from knotwork.robot.payload import Payload
-from knotwork.robot.urdf import carrying_joints, read_urdf
+from knotwork.robot.urdf import read_urdf
 
 
 class Robot(ChainModel):
@@ -100,7 +106,12 @@ class Robot(ChainModel):
     @property
     def carrying_joints(self) -> dict[str, frozenset[str]]:
         """The joints that carry each joint of the URDF, including itself."""
-        return carrying_joints(self._description.urdf, self.name)
+        urdf = self._description.urdf
+        tree = read_urdf(self.urdf, self.name, urdf.axes).model  # its root is that of the URDF
+        return {
+            name: frozenset(tree.names[k] for k in tree.supports[joint].tolist()[1:])
+            for joint, name in enumerate(tree.names[1:], 1)
+        }
 
     def __reduce__(self) -> tuple[type[Robot], tuple[Description]]:
         return type(self), (self._description,)  # each copy gets its own working memory
@@ -138,7 +149,22 @@ class Robot(ChainModel):
         >>> kw.solve_velocity_ik(eager, home, [0, 0.1, 0, 0, 0, 0])[:2].round(3)
         array([0.098, 0.004])
         """
-        return Robot(self._description.with_weights(weights, self.joint_names, self.locked))
+        require_type(weights, Mapping, "weights", "a mapping of joints to weights")
+        for name, weight in weights.items():
+            if name in self.locked:
+                raise RobotError(
+                    self.name,
+                    f"joint {name!r} does not move: it is locked, or no pose is on what it "
+                    f"carries; joints that move: {', '.join(self.joint_names)}",
+                    joint=name,
+                )
+            self._require_joint(name, f"robot {self.name!r}")
+            require_number(weight, f"weight of joint {name!r}", positive=True)
+        return Robot(replace(self._description, weights=dict(weights)))
+
+    def _require_joint(self, name: str, where: str) -> None:
+        if name not in self.joint_names:
+            raise UnknownNameError("joint", name, self.joint_names, where=where)
 
     def with_unplanned_at(self, name: str) -> Robot:
         """Set the joints that are not planned to a named configuration.
@@ -149,8 +175,23 @@ class Robot(ChainModel):
             UnknownNameError: No configuration has this name.
             RobotError: A joint is outside its limits, or an earlier configuration has it elsewhere.
         """
-        changed = self._description.with_unplanned_at(name, self.joint_names)
-        return self if changed.unplanned == self._description.unplanned else Robot(changed)
+        description = self._description
+        unplanned = dict(description.unplanned)
+        followers = description.urdf.mimics
+        for joint, value in description.configuration(name).items():
+            if joint in self.joint_names or joint in description.locked or joint in followers:
+                continue
+            if unplanned.setdefault(joint, value) != value:
+                raise RobotError(
+                    self.name,
+                    f"configuration {name!r} has joint {joint!r} at {value:g}, another one of the "
+                    f"task has it at {unplanned[joint]:g}, and nothing in the task moves it; "
+                    "accepted: the same position in both, or a pose on what it carries",
+                    joint=joint,
+                )
+        if unplanned == description.unplanned:
+            return self
+        return Robot(replace(description, unplanned=unplanned))
 
     def with_gravity(self, gravity: ArrayLike) -> Robot:
         """Mount the robot differently: on a wall, on a ceiling, or without gravity.
@@ -186,8 +227,19 @@ class Robot(ChainModel):
         >>> kw.load_robot("planar2").with_limits(velocity={"elbow": 0.5}).limits.velocity
         array([3. , 0.5])
         """
-        limits = {"position": position, **magnitudes}
-        return Robot(self._description.with_limits(limits, self.joint_names))
+        given = {
+            kind: table.tolist() if isinstance(table, np.generic | np.ndarray) else table
+            for kind, table in {"position": position, **magnitudes}.items()
+            if table is not None and (not isinstance(table, Mapping) or table)
+        }
+        description = self._description
+        tables = list_limits(validate(JointLimitFields, Document(given)), description.urdf)
+        for kind, table in given.items():
+            for joint in table if isinstance(table, Mapping) else ():
+                self._require_joint(joint, f"robot {self.name!r}: limits.{kind}")
+        earlier = description.limits
+        merged = {kind: {**earlier.get(kind, {}), **table} for kind, table in tables.items()}
+        return Robot(replace(description, limits={**earlier, **merged}))
 
     def with_limits_scaled(self, fraction: float) -> Robot:
         """Use only a fraction of every limit, except those of position."""
@@ -217,9 +269,20 @@ class Robot(ChainModel):
         >>> longer.forward([0.0, 0.0]).translation
         array([1., 0., 0.])
         """
-        robot = Robot(self._description.with_tool(frame, offset, payload))
-        if payload is not None:
-            robot.require_tool()
+        changed = self._description
+        if frame is not None and frame != self.tool_frame:
+            no_offset = pin.SE3.Identity()
+            changed = replace(
+                changed, tool_frame=frame, tool_offset=no_offset, payload=None, held=()
+            )
+        if offset is not None:
+            if not (isinstance(offset, pin.SE3) and np.isfinite(offset.homogeneous).all()):
+                raise RobotError(self.name, f"tool offset must be a finite pin.SE3, not {offset!r}")
+            changed = replace(changed, tool_offset=offset.copy())
+        if payload is None:
+            return Robot(changed)
+        robot = Robot(replace(changed, payload=payload))
+        robot.require_tool()
         return robot
 
     def with_base(self, link: str) -> Robot:

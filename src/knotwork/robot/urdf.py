@@ -30,12 +30,12 @@ from knotwork.robot.urdf_rules import (
     reduce_to_tree,
 )
 
-# Limit of unbounded joints while the URDF is parsed; arrays have infinity instead.
 _WIDE_LIMIT = "1e9"
+"""Limit of unbounded joints while the URDF is parsed; arrays have infinity instead."""
 MAX_URDF_BYTES = 32_000_000
 MAX_URDF_ELEMENTS = 100_000
-# Other XML formats of robots, by their root element.
 _OTHER_FORMATS = {"sdf": "SDF", "mujoco": "MJCF (MuJoCo)", "COLLADA": "COLLADA"}
+"""Other XML formats of robots, by their root element."""
 
 
 class Mimic(NamedTuple):
@@ -106,15 +106,6 @@ def parse_root(text: str) -> Any:
         InputError: The text is not XML, or has more than `MAX_URDF_ELEMENTS`.
     """
     return parse_xml(text.encode(), MAX_URDF_ELEMENTS).documentElement
-
-
-def carrying_joints(urdf: Urdf, robot: str) -> dict[str, frozenset[str]]:
-    """Find the joints that carry each joint of a robot's URDF, including itself."""
-    tree = read_urdf(urdf.files[0].path, robot, urdf.axes).model
-    return {
-        name: frozenset(tree.names[k] for k in tree.supports[joint].tolist()[1:])
-        for joint, name in enumerate(tree.names[1:], 1)
-    }
 
 
 @lru_cache(maxsize=32)

@@ -17,13 +17,13 @@ MAX_LINK_DEPTH = 500
 MIN_MOMENT = -1e-12
 """Minimum moment of inertia [kg m²]. CAD programs may write negative rounding errors for zero."""
 
-# Elements of the tree of links; Pinocchio sees no others.
 _TREE_ELEMENTS = {
     "robot": ("link", "joint"),
     "link": ("inertial",),
     "inertial": ("origin", "mass", "inertia"),
     "joint": ("origin", "parent", "child", "axis", "limit", "mimic", "dynamics"),
 }
+"""Elements of the tree of links by their parent; Pinocchio sees no others."""
 
 
 def child_elements(element: Element, tag: str = "") -> list[Element]:

@@ -23,7 +23,6 @@ from knotwork.robot.urdf_rules import child_elements
 
 LARGEST_LENGTH = 1e6
 """Maximum length of a shape [m], factor of a mesh and angle [rad]."""
-# Dimensions of each kind of shape.
 _SIZES = {
     "box": {"size": 3},
     "sphere": {"radius": 1},
@@ -31,6 +30,7 @@ _SIZES = {
     "capsule": {"radius": 1, "length": 1},
     "mesh": {},
 }
+"""Attributes of each kind of shape, with the number of their values."""
 
 Colour: TypeAlias = tuple[float, float, float, float]
 

@@ -41,7 +41,6 @@ class SolidPairs:
             for b in range(len(model.bodies[pair.second].solids))
         ]
         self.first, self.second, self.body_pair = np.array(solid_pairs).T
-        self._both = list(zip(self.first.tolist(), self.second.tolist(), strict=True))
         self.margin = np.array([model.pairs[k].margin for k in self.body_pair])
         exact = np.array([solid.triangles is not None for solid in self.solids])
         self.exact = exact[self.first] | exact[self.second]
@@ -55,7 +54,7 @@ class SolidPairs:
         self._origin = np.array([solid.translation for solid in self.solids])
         self._middle = (corners[:, 0] + corners[:, -1]) / 2
         # half the edges of the box, in the solid's own axes
-        self._half = np.einsum("sij,si->sj", self._rotation, corners[:, -1] - self._middle)
+        self._half_edges = np.einsum("sij,si->sj", self._rotation, corners[:, -1] - self._middle)
         self._planes = [
             (np.flatnonzero(self.first == s), solid.plane)
             for s, solid in enumerate(self.solids)
@@ -63,7 +62,7 @@ class SolidPairs:
         ]
         self._meter = DistanceMeter()
 
-    def axes(self, rotation: FloatArray, origin: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def placements(self, rotation: FloatArray, origin: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Rotations and origins of the solids' own axes, shapes (k, s, 3, 3) and (k, s, 3).
 
         Args:
@@ -71,8 +70,8 @@ class SolidPairs:
             origin: Origins of all joints [m], shape (k, n + 1, 3).
         """
         carrier = rotation[:, self.joint]
-        moved = (carrier @ self._origin[:, :, None])[..., 0] + origin[:, self.joint]
-        return carrier @ self._rotation, moved
+        solid_origin = (carrier @ self._origin[:, :, None])[..., 0] + origin[:, self.joint]
+        return carrier @ self._rotation, solid_origin
 
     def corners(self, rotation: FloatArray, origin: FloatArray) -> FloatArray:
         """Corners of boxes around the solids [m], shape (k, s, 3, 8).
@@ -81,8 +80,8 @@ class SolidPairs:
             rotation: Rotations of all joints, shape (k, n + 1, 3, 3).
             origin: Origins of all joints [m], shape (k, n + 1, 3).
         """
-        turned = rotation[:, self.joint] @ self._corners
-        return np.asarray(turned + origin[:, self.joint, :, None])
+        corners = rotation[:, self.joint] @ self._corners
+        return np.asarray(corners + origin[:, self.joint, :, None])
 
     def min_distances(
         self, item: IndexArray, pair: IndexArray, rotation: FloatArray, origin: FloatArray
@@ -104,20 +103,22 @@ class SolidPairs:
         axes, middle = (carrier @ self._rotation).reshape(-1, 3, 3).T, middle.reshape(-1, 3).T
         at_first, at_second = (len(self.solids) * item + solid for solid in (first, second))
         a, b = axes.take(at_first, 2), axes.take(at_second, 2)
-        half_a, half_b = self._half.T[:, first], self._half.T[:, second]
+        half_a, half_b = self._half_edges.T[:, first], self._half_edges.T[:, second]
         between = middle[:, at_second] - middle[:, at_first]
-        on_a, on_b = (np.abs(np.einsum("ijm,jm->im", box, between)) for box in (a, b))
-        crossed = np.abs(np.einsum("ijm,kjm->ikm", a, b))
-        along_a = on_a - half_a - np.einsum("ikm,km->im", crossed, half_b)
-        along_b = on_b - half_b - np.einsum("ikm,im->km", crossed, half_a)
-        length = np.maximum(np.linalg.norm(between, axis=0), np.finfo(float).tiny)
-        support = (on_a * half_a + on_b * half_b).sum(axis=0)
+        # along the axes of both boxes: the distance of the middles less the halves of both boxes
+        between_a, between_b = (np.abs(np.einsum("ijm,jm->im", box, between)) for box in (a, b))
+        cosines = np.abs(np.einsum("ijm,kjm->ikm", a, b))
+        along_a = between_a - half_a - np.einsum("ikm,km->im", cosines, half_b)
+        along_b = between_b - half_b - np.einsum("ikm,im->km", cosines, half_a)
         along_axes = np.maximum(along_a, along_b).max(axis=0)
-        bounds: FloatArray = along_axes.clip(length - support / length)
+        # the same along the line between the middles
+        length = np.maximum(np.linalg.norm(between, axis=0), np.finfo(float).tiny)
+        halves = (between_a * half_a + between_b * half_b).sum(axis=0) / length
+        bounds: FloatArray = along_axes.clip(length - halves)
         for columns, plane in self._planes:
             rows = np.flatnonzero(np.isin(pair, columns))
-            support = (np.abs(plane[:3] @ b[:, :, rows]) * half_b[:, rows]).sum(axis=0)
-            bounds[rows] = plane[:3] @ middle[:, at_second[rows]] - plane[3] - support
+            half = (np.abs(plane[:3] @ b[:, :, rows]) * half_b[:, rows]).sum(axis=0)
+            bounds[rows] = plane[:3] @ middle[:, at_second[rows]] - plane[3] - half
         return bounds
 
     def measure(
@@ -170,7 +171,8 @@ class SolidPairs:
         self, pair: int, rotation: FloatArray, origin: FloatArray
     ) -> tuple[Placed, Placed]:
         """Place the two solids of a pair; arguments as in `measure`."""
-        first, second = (Placed(self.solids[s], rotation[s], origin[s]) for s in self._both[pair])
+        ends = int(self.first[pair]), int(self.second[pair])
+        first, second = (Placed(self.solids[s], rotation[s], origin[s]) for s in ends)
         return first, second
 
     def min_gaps(self, q: FloatArray, time: float, max_gap: float = 0.0) -> FloatArray:
@@ -199,11 +201,11 @@ class SolidPairs:
 
         bounds = np.full((len(time), len(low)), np.inf)
         bounds[item, pair] = self.min_distances(item, pair, *placed) - self.margin[pair]
-        rotation, origin = self.axes(*placed)
-        for i, row in enumerate(bounds):
+        rotation, origin = self.placements(*placed)
+        for i, min_gaps in enumerate(bounds):
             result, nearest = max_gap, -1
-            for c in np.argsort(row).tolist():
-                if row[c] > result or (max_gap == 0.0 and result < 0.0):
+            for c in np.argsort(min_gaps).tolist():
+                if min_gaps[c] > result or (max_gap == 0.0 and result < 0.0):
                     break
                 margin = float(self.margin[c])
                 limit = result + margin + DISTANCE_ERROR
@@ -211,7 +213,7 @@ class SolidPairs:
                 if gap > 0.0 and self.exact[c]:
                     placed_pair = self.placed_pair(c, rotation[i], origin[i])
                     gap = -gap if is_one_inside_other(*placed_pair) else gap
-                gap = gap if gap > 0.0 else min(gap, -1e-300)
+                gap = gap if gap > 0.0 else min(gap, -1e-300)  # touching counts as too near
                 if gap < result:
                     result, nearest = gap, c
             yield result, nearest

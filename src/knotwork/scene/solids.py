@@ -18,6 +18,13 @@ from knotwork.scene.hulls import make_convex_hull
 from knotwork.scene.meshes.mesh_files import read_corners, read_mesh
 from knotwork.task.scenario import PlacedShape
 
+MAX_SIZE = 500.0
+"""Size limit of a solid along its own axes [m].
+
+Distances from solids up to this size have errors below 4e-7 m, from those of 1500 m up to 30 mm (in
+10 000 random pairs of each two kinds).
+"""
+
 
 @dataclass(frozen=True, eq=False)
 class Solid:
@@ -96,8 +103,8 @@ def make_solid(shape: PlacedShape, axes: Any) -> Solid:
         axes: `pin.SE3` of the axes in which the shape is placed, in those of the joint.
 
     Raises:
-        InputError: A file can't be read, an exact mesh is not watertight, or points
-            fill too many cells.
+        InputError: A file can't be read, an exact mesh is not watertight, points fill too many
+            cells, or the solid is larger than `MAX_SIZE`.
     """
     placed = axes * shape.placement
     rotation, translation = np.array(placed.rotation), np.array(placed.translation)
@@ -123,6 +130,11 @@ def make_solid(shape: PlacedShape, axes: Any) -> Solid:
     corners = np.full((8, 3), np.inf)
     if plane is None:
         low, high = _find_box(geometry, cells)
+        if (size := np.max(high - low)) > MAX_SIZE:
+            raise InputError(
+                f"is {size:.6g} m long, too long for exact distances; accepted: up to "
+                f"{MAX_SIZE:g} m, or a half_space"
+            )
         corners = (low + CUBE_CORNERS * (high - low)) @ rotation.T + translation
     return Solid(
         shape,

@@ -173,5 +173,7 @@ class Velocity(TaskPart):
     linear: Vector3 = optional("Velocity of the TCP", (0.0, 0.0, 0.0), unit="length/s")
     angular: Vector3 = optional("Angular velocity of the tool", (0.0, 0.0, 0.0), unit="angle/s")
     axes: Text | None = optional(
-        "A named frame, base or tool; left out: the frame the waypoint's pose is in", key="in"
+        "A named frame, base or tool; left out: the frame the waypoint's pose is in",
+        key="in",
+        names_frame=True,
     )

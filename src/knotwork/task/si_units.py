@@ -8,14 +8,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from typing import Any, TypeVar
+from typing import Any
 
 from knotwork.files.documents import Location, field_at
 from knotwork.files.documents.values import unit_of
 from knotwork.task.task import Task, TaskUnits
-from knotwork.task.task_part import TaskPart
-
-PartT = TypeVar("PartT", bound=TaskPart)
+from knotwork.task.task_part import PartT, TaskPart
 
 # Keeps length of length/s², and all of angle/s or length/s, which depends on the joint.
 _KIND = re.compile(r"/s²?$")

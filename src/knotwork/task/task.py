@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field, Tag
+from pydantic import AfterValidator, Tag
 
 from knotwork.files import storage
 from knotwork.files.documents import Text, apply_edits, validate
@@ -89,19 +89,22 @@ class Task(TaskPart):
     joint_units: dict[str, Literal["rad", "m"]] = optional(
         "Without a robot: prismatic joints (m); joints left out are revolute (rad)", {}
     )
-    tool: Tool | None = optional("The tool; left out: the robot's tool frame is the TCP")
+    tool: Tool | None = optional(
+        "The tool; left out: the robot's tool frame is the TCP", needs_robot=True
+    )
     gravity: Vector3 | None = optional(
         "Gravity in the axes of the base frame, for an arm on a wall or a ceiling; "
         "left out: 9.81 along -z of the URDF's root",
         unit="m/s²",
+        needs_robot=True,
     )
     frames: dict[str, Frame] = optional("Named frames, in the base or in one another", {})
     frame: Text | None = optional("Frame of poses that name none; left out: base")
-    scene: Surroundings = Field(
-        default_factory=Surroundings, description="Surroundings of the robot"
+    scene: Surroundings = optional(
+        "Surroundings of the robot", Surroundings.model_construct(), needs_robot=True
     )
-    collisions: Collisions = Field(
-        default_factory=Collisions, description="Collision checks and their precision"
+    collisions: Collisions = optional(
+        "Collision checks and their precision", Collisions.model_construct(), needs_robot=True
     )
     outputs: Annotated[dict[Text, Output], AfterValidator(one_name_each)] = optional(
         "Numbers of the digital outputs switched by the signals of do, by signal name", {}
@@ -116,6 +119,7 @@ class Task(TaskPart):
         "the whole turns that are nearest to the motion before; left out: minimum travel from the "
         "start, else from home",
         unit="angle or length",
+        needs_robot=True,
     )
     branch: Annotated[
         Literal["free", "keep", "fixed"] | Branch,
@@ -125,6 +129,7 @@ class Task(TaskPart):
         "fixed: that of the first waypoint in any case; a mapping names it. For arms of six "
         "joints; others have near",
         "free",
+        needs_robot=True,
     )
     prefer: Annotated[
         Literal["travel", "clearance"] | dict[Text, Positive],
@@ -135,6 +140,7 @@ class Task(TaskPart):
         "weights of joints, 1 for joints left out, in the travel and in the joint speeds of a "
         "redundant arm: {rail: 0.2} lets the rail follow and the arm keep its posture",
         "travel",
+        needs_robot=True,
     )
     pull_to_middle: Positive = optional(
         "Rate at which self-motion pulls joints towards the middle of their range; for arms of "
@@ -142,6 +148,7 @@ class Task(TaskPart):
         "the limits allow; left out: minimum joint speeds",
         0.0,
         unit="1/s",
+        needs_robot=True,
     )
     planner: Text = optional("A planner's name; `knotwork planners` lists them", "modified-hermite")
     knots: Annotated[
@@ -157,7 +164,9 @@ class Task(TaskPart):
     times: Literal["fastest"] | None = optional(
         "fastest: equal to after: fastest at every waypoint without a time"
     )
-    ways: Way | None = optional("way of every waypoint that does not end a tool path")
+    ways: Way | None = optional(
+        "way of every waypoint that does not end a tool path", needs_robot=True
+    )
     duration: Positive | None = optional(
         "Total duration, where times are free; the smoothest motion of that duration is planned",
         unit="s",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 from pydantic import ConfigDict
@@ -68,6 +68,9 @@ class TaskPart(StrictModel):
         """The given values as plain data, with the keys of a scenario file."""
         dumped = self.model_dump(by_alias=True, exclude_unset=True)
         return cast(dict[str, Any], plain(dumped))
+
+
+PartT = TypeVar("PartT", bound=TaskPart)
 
 
 def plain(value: Any, depth: int = 0) -> Any:

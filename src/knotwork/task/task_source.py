@@ -13,7 +13,7 @@ from knotwork.errors import InputError
 from knotwork.errors.arguments import require_type
 from knotwork.files import documents
 from knotwork.files.documents import Document, Location, apply_edits, field_at, resources
-from knotwork.files.documents.values import is_path
+from knotwork.files.documents.values import is_marked
 from knotwork.task.task_part import plain
 
 ROBOT_PATHS = frozenset({"package_paths", "srdf", "urdf"})
@@ -38,7 +38,7 @@ def moved_paths(
         path = old / text
         if not os.path.exists(path) or os.path.isabs(text):
             continue
-        if not is_path(field_at(model, data, location)):
+        if not is_marked(field_at(model, data, location), "path"):
             continue
         if location[0] == "robot" and location[1:] and ROBOT_PATHS.isdisjoint(location):
             continue

@@ -36,7 +36,8 @@ class _Waypoint(TaskPart):
     )
     way: Way | None = optional(
         "clear: a collision-free motion from the previous waypoint; "
-        "without a time, the fastest one found"
+        "without a time, the fastest one found",
+        needs_robot=True,
     )
     stop: Literal[True] | None = optional("Stop at this waypoint")
     wait: Wait | None = optional(
@@ -70,9 +71,11 @@ class _Waypoint(TaskPart):
 class _Posed(_Waypoint):
     """Common fields of waypoints given by poses."""
 
-    frame: Text | None = optional("Frame the pose is in; left out: the file's `frame`, else base")
+    frame: Text | None = optional(
+        "Frame the pose is in; left out: the file's `frame`, else base", names_frame=True
+    )
     orientation_in: Text | None = optional(
-        "Frame the orientation alone is in; left out: that of the pose"
+        "Frame the orientation alone is in; left out: that of the pose", names_frame=True
     )
     free: Free | None = optional(
         "Freedom of the pose, and with along of the path to it; left out: that of the tool; "
@@ -91,7 +94,8 @@ class PoseWaypoint(_Posed):
     )
 
     pose: Pose = required(
-        "Pose of the TCP. Without an orientation it takes that of the torch path that begins here"
+        "Pose of the TCP. Without an orientation it takes that of the torch path that begins here",
+        needs_robot=True,
     )
     near: JointsOrName | None = optional(
         "Reference configuration: the IK solution nearest to it is taken", unit="angle or length"
@@ -204,7 +208,8 @@ class PathWaypoint(_Posed):
     along: Along = required("Path from the previous waypoint to this one")
     pose: Placement = required(
         "Pose of the TCP at the end; without orientation the tool keeps the one it "
-        "has, or turns with the path"
+        "has, or turns with the path",
+        needs_robot=True,
     )
     speed: Speed | None = optional(
         "Speed of the TCP along the path; the time of arrival follows from it. "

@@ -64,9 +64,11 @@ class LinkSpeed(TaskPart):
 class MotionLimits(TaskPart):
     """Limits on the motion of tool and links."""
 
-    tool_speed: Positive | None = optional("Largest speed of the TCP", unit="length/s")
+    tool_speed: Positive | None = optional(
+        "Largest speed of the TCP", unit="length/s", needs_robot=True
+    )
     tool_acceleration: Positive | None = optional(
-        "Largest acceleration of the TCP", unit="length/s²"
+        "Largest acceleration of the TCP", unit="length/s²", needs_robot=True
     )
     frame_speed: (
         Annotated[
@@ -74,10 +76,11 @@ class MotionLimits(TaskPart):
             Forms("a mapping with frame and speed, or a list of them"),
         ]
         | None
-    ) = optional("Largest speed of links, for example of the elbow")
+    ) = optional("Largest speed of links, for example of the elbow", needs_robot=True)
     singular_value: Positive | None = optional(
         "Lower bound on the smallest singular value of the tool Jacobian, in metres and radians "
-        "regardless of the units"
+        "regardless of the units",
+        needs_robot=True,
     )
 
     @property

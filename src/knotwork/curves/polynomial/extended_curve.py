@@ -15,7 +15,7 @@ from knotwork.curves.polynomial.splitting import cut_curve, split_at
 
 @dataclass(frozen=True, eq=False)
 class ExtendedCurve:
-    """A motion that is defined at all times.
+    """A curve continued beyond both ends, at rest or at constant velocity.
 
     Attributes:
         curve: Positions, trailing shape (e,).

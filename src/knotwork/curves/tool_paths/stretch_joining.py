@@ -25,15 +25,16 @@ JUNCTION_ANGLE = 1e-6
 
 def join_arrays(stretches: Sequence[Any], stops: Collection[int]) -> tuple[FloatArray, ...]:
     """Join the arrays of several orientation curves, for `OrientationCurve.joined`."""
-    parts = list(stretches)
+    curves = list(stretches)
     for i, (before, after) in enumerate(itertools.pairwise(stretches)):
         _check_junction(i, before, after)
         if i not in stops and _rates_differ(before, after):
             length = TRANSITION_SHARE * min(before.length, after.length)
-            parts[i] = parts[i].divided(length, at_end=True)
-            parts[i + 1] = parts[i + 1].divided(length)
-    rates, changes = [np.array(part.rates) for part in parts], [np.array(p.changes) for p in parts]
-    for i, (before, after) in enumerate(itertools.pairwise(parts)):
+            curves[i] = curves[i].divided(length, at_end=True)
+            curves[i + 1] = curves[i + 1].divided(length)
+    rates = [np.array(curve.rates) for curve in curves]
+    changes = [np.array(curve.changes) for curve in curves]
+    for i, (before, after) in enumerate(itertools.pairwise(curves)):
         if i not in stops:
             # weights are the transition lengths, so that both sides deviate by the same angle
             lengths = before.length - before.s[-2], after.s[1]
@@ -43,14 +44,15 @@ def join_arrays(stretches: Sequence[Any], stops: Collection[int]) -> tuple[Float
             if not np.array_equal(before.changes[-1, 0], after.changes[0, 1]):
                 changes[i][-1] = changes[i + 1][0] = 0.0
         # a junction belongs to the stretch that begins there
-        rates[i + 1][0, 0], changes[i + 1][0, 0] = rates[i][-1, 0], changes[i][-1, 0]
-    starts = np.cumsum([0.0, *(part.length for part in parts[:-1])])
+        rates[i + 1][0, 0] = rates[i][-1, 0]
+        changes[i + 1][0, 0] = changes[i][-1, 0]
+    starts = np.cumsum([0.0, *(curve.length for curve in curves[:-1])])
     columns = (
-        [start + part.s for start, part in zip(starts, parts, strict=True)],
-        [part.rotations for part in parts],
+        [start + curve.s for start, curve in zip(starts, curves, strict=True)],
+        [curve.rotations for curve in curves],
         rates,
         changes,
-        [start + part.breaks for start, part in zip(starts, parts, strict=True)],
+        [start + curve.breaks for start, curve in zip(starts, curves, strict=True)],
     )
     return tuple(
         np.concatenate([*(array[:-1] for array in arrays[:-1]), arrays[-1]]) for arrays in columns

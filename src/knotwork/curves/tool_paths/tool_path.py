@@ -99,8 +99,8 @@ class ToolPath:
 
     def _check_junctions(self) -> None:
         for i, (before, after) in enumerate(itertools.pairwise(self.curves)):
-            ends = np.array([before.length]), np.zeros(1)
-            end, start = before.position(ends[0])[0], after.position(ends[1])[0]
+            at_end, at_start = np.array([before.length]), np.zeros(1)
+            end, start = before.position(at_end)[0], after.position(at_start)[0]
             gap = float(np.linalg.norm(start - end))
             if gap > JUNCTION_GAP:
                 raise geometry_error(
@@ -110,7 +110,7 @@ class ToolPath:
                     gap=gap,
                     start=start,
                 )
-            u, v = before.position(ends[0], 1)[0], after.position(ends[1], 1)[0]
+            u, v = before.position(at_end, 1)[0], after.position(at_start, 1)[0]
             angle = math.atan2(float(np.linalg.norm(np.cross(u, v))), float(u @ v))
             if angle > CORNER_ANGLE and i not in self.stops:
                 raise CornerError(
@@ -219,10 +219,10 @@ class ToolPath:
             curve[going], direction[going] = following, end
         return best
 
-    def gaps(
+    def deviations(
         self, positions: FloatArray, rotations: FloatArray, s: FloatArray, *, axis: bool = False
     ) -> tuple[FloatArray, FloatArray]:
-        """Deviation of poses from those of the path.
+        """Deviations of poses from those of the path.
 
         Args:
             positions: Positions [m], shape (k, 3).

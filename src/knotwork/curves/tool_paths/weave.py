@@ -36,10 +36,11 @@ WEAVE_AXES = ("along", "across", "normal")
 MAX_TURN_SHARE = 0.5
 """Maximum fraction of a crossing in which the speed increases, and in which it decreases."""
 
-BREAK_DIGITS, BREAK_TIME_TOLERANCE = 6, 1e-6
-"""Number of digits to which breaks are rounded [s], so that they are not too close to each
-other.
-"""
+BREAK_DIGITS = 6
+"""Number of digits to which breaks are rounded [s], so that they are not too close."""
+
+BREAK_TIME_TOLERANCE = 10.0**-BREAK_DIGITS
+"""Time within which two breaks are one [s]."""
 
 PIECES_PER_BREAK = 8
 """Quintic pieces between two breaks of a weave. The error relative to the width is about 1e-8 for a
@@ -78,12 +79,13 @@ class WeavePattern:
         """Duration of the ramps of speed next to an edge [s]; 0 for harmonic shapes."""
         if self.shape in HARMONICS and not self.dwell:
             return 0.0
-        part = MAX_TURN_SHARE if self.shape == "sine" else 2.0 * self.rounding / self.width
-        return min(part, MAX_TURN_SHARE) * self.crossing
+        share = MAX_TURN_SHARE if self.shape == "sine" else 2.0 * self.rounding / self.width
+        return min(share, MAX_TURN_SHARE) * self.crossing
 
     def breaks(self, *others: FloatArray) -> FloatArray:
         """Breaks of the weave from 0 to its duration, merged with others [s]."""
-        half, marks = 0.5 / self.frequency, np.array([0.0, 0.25 / self.frequency])
+        half = 0.5 / self.frequency
+        marks = np.array([0.0, 0.25 / self.frequency])
         if self.turn:
             marks = np.array([0.0, self.turn, self.crossing - self.turn, self.crossing])
             marks -= 0.5 * self.crossing
@@ -118,26 +120,31 @@ class WeavePattern:
         return np.asarray((rise * w, rate * w + rise * v, change * w + 2.0 * rate * v + rise * a))
 
     def _harmonic(self, t: FloatArray, number: int) -> FloatArray:
-        part, multiple, phase = HARMONICS[self.shape][number]
+        amplitude, multiple, phase = HARMONICS[self.shape][number]
         rate = 2.0 * math.pi * self.frequency * multiple
         return np.array(
             [
-                0.5 * self.width * part * rate**k * np.sin(rate * t + phase + 0.5 * k * math.pi)
+                0.5
+                * self.width
+                * amplitude
+                * rate**k
+                * np.sin(rate * t + phase + 0.5 * k * math.pi)
                 for k in range(3)
             ]
         )
 
     def _crossing_offset(self, t: FloatArray) -> FloatArray:
         """Offset across the seam, from edge to edge and back, starting in the middle."""
-        half, m, turn = 0.5 / self.frequency, self.crossing, self.turn
-        count, since = np.divmod(t + 0.5 * m, half)
+        crossing, turn = self.crossing, self.turn
+        speed = self.width / (crossing - turn)
+        count, since = np.divmod(t + 0.5 * crossing, 0.5 / self.frequency)
         direction = np.where(count % 2.0, -1.0, 1.0)
-        since = np.minimum(since, m)
-        rising = since < 0.5 * m
-        x = np.where(rising, since, m - since)  # time since the edge, or until the next one
-        speed, z = self.width / (m - turn), np.minimum(x / turn, 1.0)
-        distance = speed * (turn * z**3 * (1.0 - 0.5 * z) + np.maximum(x - turn, 0.0))
+        since = np.minimum(since, crossing)
+        rising = since < 0.5 * crossing
         side = np.where(rising, 1.0, -1.0)
+        from_edge = np.where(rising, since, crossing - since)  # time since or until the nearer edge
+        z = np.minimum(from_edge / turn, 1.0)
+        distance = speed * (turn * z**3 * (1.0 - 0.5 * z) + np.maximum(from_edge - turn, 0.0))
         rates = speed * z**2 * (3.0 - 2.0 * z), side * speed * 6.0 * z * (1.0 - z) / turn
         return np.asarray(direction * np.array([side * (distance - 0.5 * self.width), *rates]))
 
@@ -191,9 +198,11 @@ def weave_offsets(
     s, ds, dds = (timing(start + t, order) for order in range(3))
     rate, change = seam.rate(s), seam.rate(s, 1)
     ds, dds = ds[:, None], dds[:, None]
-    spin, faster = rate * ds, change * ds**2 + rate * dds
+    omega = rate * ds
+    alpha = change * ds**2 + rate * dds
     offsets = weave.offsets(t) @ about.T
+    # the seam's axes turn with angular velocity omega and acceleration alpha
     w, v, a = np.einsum("kij,nkj->nki", seam.rotation(s), offsets)
-    carried = np.cross(spin, w)
-    pull = np.cross(faster, w) + np.cross(spin, carried + 2.0 * v)
-    return start + t, np.array([w, v + carried, a + pull])
+    carried = np.cross(omega, w)
+    relative = np.cross(alpha, w) + np.cross(omega, carried + 2.0 * v)
+    return start + t, np.array([w, v + carried, a + relative])

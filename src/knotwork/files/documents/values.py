@@ -93,11 +93,9 @@ class StrictModel(BaseModel):
         return self
 
 
-def required(
-    description: str, *, unit: str = "", key: str | None = None, path: bool = False
-) -> Any:
-    """A field that must be given. The arguments have the same meaning as in `optional`."""
-    return optional(description, ..., unit=unit, key=key, path=path)
+def required(description: str, **options: Any) -> Any:
+    """A field that must be given. The options are those of `optional`."""
+    return optional(description, ..., **options)
 
 
 def optional(
@@ -107,6 +105,8 @@ def optional(
     unit: str = "",
     key: str | None = None,
     path: bool = False,
+    names_frame: bool = False,
+    needs_robot: bool = False,
     si_default: float | None = None,
 ) -> Any:
     """An optional field.
@@ -118,10 +118,14 @@ def optional(
             in brackets after its first clause.
         key: Key in a file, if the field has another name in Python.
         path: Whether a text in the field is a path relative to the file.
+        names_frame: Whether the field is the name of a frame.
+        needs_robot: Whether a value other than the default needs a robot.
         si_default: Default in SI, whatever the units of the file. The schema has no default then,
             but the description states it.
     """
-    marks = {"unit": unit, "path": path}
+    marks = {
+        "unit": unit, "path": path, "names_frame": names_frame, "needs_robot": needs_robot,
+    }  # fmt: skip
     given = {name: mark for name, mark in marks.items() if mark}
     if unit:
         clause, semicolon, others = description.partition(";")
@@ -139,10 +143,10 @@ def optional(
     return Field(default=default, **about)
 
 
-def is_path(field: FieldInfo | None) -> bool:
-    """Whether a text in a field is a path, as given to `optional`."""
+def is_marked(field: FieldInfo | None, mark: str) -> bool:
+    """Whether a field has a mark of `optional`: `"path"`, `"names_frame"` or `"needs_robot"`."""
     about = None if field is None else field.json_schema_extra
-    return isinstance(about, dict) and "path" in about
+    return isinstance(about, dict) and mark in about
 
 
 def unit_of(field: FieldInfo | None) -> str:

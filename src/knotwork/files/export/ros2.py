@@ -118,13 +118,7 @@ def ros2_dict(
     return {"trajectory": message} if require_flag(goal, "goal") else message
 
 
-def to_ros2(
-    motion: JointTrajectory | MotionPoints,
-    *,
-    goal: bool = False,
-    accelerations: bool = False,
-    tolerance: float | None = None,
-) -> str:
+def to_ros2(motion: JointTrajectory | MotionPoints, *, goal: bool = False, **options: Any) -> str:
     """Write a motion as YAML for `ros2 topic pub` or, as a goal, `ros2 action send_goal`.
 
     Both accept the text unchanged:
@@ -139,8 +133,8 @@ def to_ros2(
     >>> text.splitlines()[2]
     'header:'
     """
-    points = motion_points(motion, accelerations=accelerations, tolerance=tolerance)
-    data = ros2_dict(points, goal=goal, accelerations=accelerations)
+    points = motion_points(motion, **options)
+    data = ros2_dict(points, goal=goal, accelerations=points.with_acceleration)
     lines = [f"# {GOAL + ' goal' if goal else MESSAGE}: {points.describe()}."]
     lines.append(_first_line(points.trajectory))
     if np.abs(points.trajectory.knots.velocity[-1]).max() > NEGLIGIBLE_SPEED:
@@ -171,11 +165,7 @@ def _first_line(curve: JointTrajectory) -> str:
 
 
 def to_ros2_message(
-    motion: JointTrajectory | MotionPoints,
-    *,
-    goal: bool = False,
-    accelerations: bool = False,
-    tolerance: float | None = None,
+    motion: JointTrajectory | MotionPoints, *, goal: bool = False, **options: Any
 ) -> Any:
     """Make the ROS 2 message object. The Python packages of ROS 2 must be installed.
 
@@ -188,7 +178,7 @@ def to_ros2_message(
     how = "source a ROS 2 installation that has it"
     messages = import_package("trajectory_msgs.msg", "a ROS 2 message object", how)
     duration = import_package("builtin_interfaces.msg", "a ROS 2 message object", how).Duration
-    data = ros2_dict(motion, accelerations=accelerations, tolerance=tolerance)
+    data = ros2_dict(motion, **options)
     message = messages.JointTrajectory(joint_names=data["joint_names"])
     for row in data["points"]:
         time = duration(**row.pop("time_from_start"))

@@ -31,8 +31,8 @@ LINE_TOLERANCE = 1e-3
 TIME_TICK = 1e-3
 """Programs have times in whole milliseconds [s]."""
 CONTINUE_ADVICE = "; to continue another motion, stop it first (plan.stop), and begin at the stop"
-# Rounding error of six decimals of an angle in deg [rad].
 _SIX_DECIMALS = np.radians(0.5e-6)
+"""Rounding error of six decimals of an angle in deg [rad]."""
 STRAIGHT: Mapping[str, Any] = {
     "krl": {"rounding": _SIX_DECIMALS},
     "rapid": {"rounding": _SIX_DECIMALS},

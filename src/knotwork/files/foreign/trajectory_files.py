@@ -27,11 +27,12 @@ TIME_RESOLUTION = 1.0000001e-9
 CSV = (".csv", ".tsv", ".txt")
 YAML = (".yaml", ".yml")
 NUMPY = ".npz"
-# Kinds of files of other tools.
 FOREIGN = ("csv", "points", "polynomials")
-# Keys of which one shows that data are points, unless one of a stored trajectory is there.
+"""Kinds of files of other tools."""
 POINTS = ("points", "trajectory", "joint_trajectory", "goal", "positions", "position", "q")
+"""Keys of which one shows that data are points, unless one of `STORED` is there."""
 STORED = ("coefficients", "breaks")
+"""Keys of a stored trajectory."""
 
 
 def read_trajectory(

@@ -217,7 +217,7 @@ def sampled_path_errors(
     moved, rotations = np.einsum("ijn,nj->ni", J[:3], v), columns.transpose(2, 1, 0)
     place, rotations, moved = path.woven_frame.relative_motion(times, tip.T, rotations, moved)
     along = path.path.nearest(place, path.arc_length(times))
-    distance, gap = path.path.gaps(place, rotations, along)
+    distance, gap = path.path.deviations(place, rotations, along)
     off = np.abs(np.linalg.norm(moved, axis=1) - path.speed(times)) / path.requested_speed(times)
     return np.stack((distance, rotation_angle(gap), off), axis=1)
 

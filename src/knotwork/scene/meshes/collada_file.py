@@ -28,11 +28,11 @@ from knotwork.scene.meshes.mesh_part import (
 MAX_COLLADA_ELEMENTS = 100_000
 """Maximum number of XML elements of a COLLADA file; few elements hold all of its numbers."""
 
-# Elements of COLLADA that define the appearance of surfaces.
 _MATERIAL_ELEMENTS = ("library_images", "library_effects", "library_materials", "bind_material")
+"""Elements of COLLADA that define the appearance of surfaces."""
 
-# Elements of COLLADA that are part of a geometry.
 _PRIMITIVES = ("triangles", "polylist", "polygons", "tristrips", "trifans", "lines", "linestrips")
+"""Elements of COLLADA that are part of a geometry."""
 _UNREAD = {
     "instance_controller": "a skin or morph (<instance_controller>)",
     "ph": "a polygon with holes (<ph>)",

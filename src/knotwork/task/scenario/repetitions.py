@@ -12,10 +12,11 @@ import numpy as np
 from knotwork.curves.tool_paths.points_file import read_points
 from knotwork.errors import DocumentError, suggest_name
 from knotwork.files.documents import Location, Locations
+from knotwork.files.documents.values import is_marked
 from knotwork.task import ExpandedTask, Frame, Grid, HeldObject, PlacesFile, Repeat, Task, Tool
 from knotwork.task.scenario.free_values_reader import ends_wait
 from knotwork.task.scenario.scenario import Scenario
-from knotwork.task.task_waypoints import Waypoint
+from knotwork.task.task_part import PartT, TaskPart
 
 PLACE_FRAME = "place"
 """Name of the frame of the current place, in a repeated block."""
@@ -117,7 +118,10 @@ class _Expansion:
         names = {template.name for template in block.repeat}
         for number, frame in enumerate(frames, start=1):
             for j, template in enumerate(block.repeat):
-                self._add(_repeated(template, number, frame), (*location, "repeat", j))
+                waypoint = _at_place(template, frame)
+                if template.name is not None:
+                    waypoint = waypoint.model_copy(update={"name": f"{template.name} {number}"})
+                self._add(waypoint, (*location, "repeat", j))
             for name, held in block.holds.items():
                 changes = {
                     key: f"{waypoint} {number}"
@@ -222,16 +226,13 @@ class _Expansion:
         )
 
 
-def _repeated(template: Waypoint, number: int, frame: str) -> Waypoint:
-    """A waypoint of a block in one repetition, whose place is a frame."""
-    changes: dict[str, Any] = {
-        key: frame
-        for key in ("frame", "orientation_in")
-        if getattr(template, key, None) == PLACE_FRAME
-    }
-    if template.name is not None:
-        changes["name"] = f"{template.name} {number}"
-    velocity: Any = getattr(template, "velocity", None)
-    if getattr(velocity, "axes", None) == PLACE_FRAME:
-        changes["velocity"] = velocity.model_copy(update={"axes": frame})
-    return template.model_copy(update=changes)
+def _at_place(part: PartT, frame: str) -> PartT:
+    """A part of a repeated waypoint where the place is a frame."""
+    changes: dict[str, Any] = {}
+    for name in part.model_fields_set:
+        value = getattr(part, name)
+        if isinstance(value, TaskPart):
+            changes[name] = _at_place(value, frame)
+        elif value == PLACE_FRAME and is_marked(type(part).model_fields.get(name), "names_frame"):
+            changes[name] = frame
+    return part.model_copy(update=changes)

@@ -9,6 +9,7 @@ from typing import Any
 
 from knotwork.files import documents
 from knotwork.files.documents import Location, Locations
+from knotwork.files.documents.values import is_marked
 from knotwork.task import ExpandedTask, Limits, MotionLimits, Task, ToolTolerances
 from knotwork.task.scenario.event_reader import EventReader
 from knotwork.task.scenario.free_values_reader import read_free_values
@@ -18,6 +19,7 @@ from knotwork.task.scenario.scene_reader import read_scene
 from knotwork.task.scenario.task_reading import TaskReading
 from knotwork.task.scenario.waypoint_reader import read_waypoints
 from knotwork.task.si_units import to_si
+from knotwork.task.task_part import TaskPart
 from knotwork.task.task_source import read_document
 from knotwork.units import SI
 
@@ -108,13 +110,6 @@ def change_task(
     return replace(resolved, continued_motion=scenario.continued_motion)
 
 
-NEEDING_ROBOT = {
-    *("tool", "gravity", "near", "branch", "prefer", "pull_to_middle", "ways"),
-    *("scene", "collisions"),
-}
-"""Keys of a file that need a robot."""
-
-
 def _check_keys(reading: TaskReading, given: ExpandedTask) -> None:
     """Refuse keys that exclude each other, unknown frames and too small tolerances.
 
@@ -150,30 +145,22 @@ def _check_keys(reading: TaskReading, given: ExpandedTask) -> None:
 
 
 def _check_joints_alone(reading: TaskReading) -> None:
-    """Refuse keys that need a robot in a task without one."""
-    task, needing_robot = reading.task, list[Location]()
-    for i, waypoint in enumerate(task.waypoints):
-        keys = [key for key in ("pose", "way") if getattr(waypoint, key, None) is not None]
-        if isinstance(getattr(waypoint, "joints", None), str):
-            keys.append("joints")
-        needing_robot += [("waypoints", i, key) for key in keys]
-    if isinstance(task.start, str):
-        needing_robot.append(("start",))
-    keys_given = task.model_fields_set & NEEDING_ROBOT
-    needing_robot += [
-        (key,) for key in sorted(keys_given) if getattr(task, key) not in ("free", "travel")
-    ]
-    needing_robot += [
-        ("limits", key)
-        for key in MotionLimits.model_fields
-        if getattr(task.limits, key) is not None
-    ]
-    if needing_robot:
-        raise reading.locations.error(
-            needing_robot[0],
-            "needs a robot, and the file names none",
-            "robot: the name of one (`knotwork robots` lists them) or a path",
-        )
+    """Refuse keys that need a robot, and configurations by name, in a task without one."""
+    parts: dict[Location, TaskPart] = {
+        ("waypoints", i): waypoint for i, waypoint in enumerate(reading.task.waypoints)
+    }
+    parts |= {(): reading.task, ("limits",): reading.task.limits}
+    for location, part in parts.items():
+        for key, field in type(part).model_fields.items():
+            value = getattr(part, key)
+            is_configuration = key in ("start", "joints") and isinstance(value, str)
+            is_given = is_marked(field, "needs_robot") and value != field.get_default()
+            if is_configuration or is_given:
+                raise reading.locations.error(
+                    (*location, key),
+                    "needs a robot, and the file names none",
+                    "robot: the name of one (`knotwork robots` lists them) or a path",
+                )
 
 
 def _motion_limits(limits: Limits) -> MotionLimits:

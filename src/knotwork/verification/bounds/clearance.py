@@ -209,7 +209,7 @@ class _ClearanceSearch:
         """Measure where needed, close decided intervals, and divide the others into three."""
         motions = RelativeMotion(self.table, self.curve, intervals)
         time = self.curve.x[intervals.piece] + intervals.middle
-        placed = self.table.axes(motions.rotation, motions.origin)
+        placed = self.table.placements(motions.rotation, motions.origin)
         where = tests.interval, tests.solid_pair
         distance_bound = self.table.min_distances(*where, motions.rotation, motions.origin)
         motion = motions.largest(*where)
@@ -242,7 +242,7 @@ class _ClearanceSearch:
         Args:
             tests: Pairs of solids over intervals, measured.
             motions: Their relative motion.
-            placed: Rotations and origins of the solids' axes, see `SolidPairs.axes`.
+            placed: Rotations and origins of the solids' axes, see `SolidPairs.placements`.
             lower: Lower bound of each distance over the interval [m], shape (m,).
             goal: Bound at which an interval is closed [m], shape (m,).
 
@@ -280,7 +280,7 @@ class _ClearanceSearch:
         Args:
             tests: Pairs of solids over intervals; distances are filled in.
             time: Middle of each interval [s].
-            placed: Rotations and origins of the solids' axes at these times, see `SolidPairs.axes`.
+            placed: Rotations and origins of the solids at these times, see `SolidPairs.placements`.
             lower: Lower bound from boxes over each interval [m].
             motion: Upper bound on the relative motion of the two solids [m].
         """
@@ -307,7 +307,7 @@ class _ClearanceSearch:
         """Find solids inside meshes. If the surfaces never touch, one test decides for all time."""
         for c in np.flatnonzero((self.distance > 0.0) & self.table.exact).tolist():
             start = float(self.presence[self.body_pair[c]][0])
-            turn, shift = (x[0] for x in self.table.axes(*self._place([start])))
+            turn, shift = (x[0] for x in self.table.placements(*self._place([start])))
             if is_one_inside_other(*self.table.placed_pair(c, turn, shift)):
                 self.distance[c], self.time[c] = -self.distance[c], start
                 self.bound[c] = -np.inf

@@ -129,7 +129,7 @@ class PathStretch:
         s = track_arc_length(path, position, self.timed_arc_length(t), (self.low, self.high))
         # at the end, the direction of this stretch, because the next one may have another direction
         inside = np.clip(s, self.low, np.nextafter(self.high, self.low))
-        distance, gap = path.gaps(position, rotation, s, axis=self.freedom is not None)
+        distance, gap = path.deviations(position, rotation, s, axis=self.freedom is not None)
         angles = np.zeros((len(s), 3))
         if self.freedom is not None:
             angles = free_angles(self.freedom, path.rotation(s), rotation)
