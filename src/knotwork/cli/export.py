@@ -14,6 +14,7 @@ from knotwork.cli.parameters import (
     FAILED,
     PASSED,
     PlanOptions,
+    exit_codes,
     package_path_option,
     scenario_option,
 )
@@ -38,12 +39,8 @@ In MATLAB, for --format mat:
 s = load('motion.mat');
 pp = mkpp(s.breaks, s.coefs, s.d);
 q = ppval(pp, linspace(s.breaks(1), s.breaks(end), 1000));
-
-Exit codes:
-0  the motion is exported
-1  a check fails, and nothing is exported
-2  the input is wrong
 """
+_EXIT_CODES = exit_codes("the motion is exported", "a check fails, and nothing is exported")
 
 
 # Maximum number of kinds of failures that are listed.
@@ -74,7 +71,10 @@ def _parse_joint_numbers(
     return factors
 
 
-@click.command(epilog="\n".join(f"\b\n{part}\n" for part in _EXPORT_EPILOG.strip().split("\n\n")))
+_UNWRAPPED = "\n".join(f"\b\n{part}\n" for part in _EXPORT_EPILOG.strip().split("\n\n"))
+
+
+@click.command(epilog=f"{_UNWRAPPED}\n{_EXIT_CODES}")
 @click.argument("motion", metavar="TRAJECTORY|SCENARIO")
 @click.option(
     "--format",

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, Literal, NamedTuple, get_args
+from typing import Any, Literal, NamedTuple, TypeAlias, get_args
 
 from knotwork.errors import InputError, format_value
 
@@ -286,6 +286,10 @@ class Topic(NamedTuple):
         margin, verdict = limit - abs(value), verdict_on(abs(value) <= limit, required=required)
         numbers = {"value": value, "limit": limit, "margin": margin, "unit": unit}
         return self.finding(quantity, fact, verdict, **numbers, **more)
+
+
+Findings: TypeAlias = Iterator[Finding]
+"""Findings of a check, made one by one."""
 
 
 def unite_intervals(spans: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
