@@ -156,7 +156,7 @@ def keeps_joint_limits(
 ) -> bool:
     """Whether a motion keeps limits, or exceeds them at most as much as the curve.
 
-    The velocity is no question, because the motion is at most as fast.
+    Velocities need no test: the motion is at most as fast as the curve.
     """
     return all(
         (motion.extrema(order).peak <= np.maximum(limits[name], curve.extrema(order).peak)).all()
