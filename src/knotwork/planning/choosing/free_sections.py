@@ -51,13 +51,10 @@ class FreeTask:
     solution: TaskSolution
 
     @classmethod
-    def solve(
-        cls, scenario: Scenario, free_values: FreeValues, solution: TaskSolution | None = None
-    ) -> FreeTask:
-        """A scenario with its joints; its poses are solved unless their solution is given."""
+    def solve(cls, scenario: Scenario, free_values: FreeValues) -> FreeTask:
+        """A scenario with its joints and the best solutions of its poses."""
         joints = read_joint_requirements(scenario)
-        solution = solution or solve_task(scenario, joints, knots_of(scenario))
-        return cls(scenario, free_values, joints, solution)
+        return cls(scenario, free_values, joints, solve_task(scenario, joints, knots_of(scenario)))
 
     @property
     def waypoints(self) -> JointWaypoints:

@@ -22,6 +22,7 @@ from knotwork.planning.choosing.free_sections import FreeTask
 from knotwork.planning.choosing.path_limit_utilisation import (
     CONSTANT_SPEED_PART,
     PathUtilisation,
+    planned_utilisation,
 )
 from knotwork.planning.timing.state_limits import LimitedQuantity
 from knotwork.task.scenario import ScenarioPath
@@ -231,14 +232,6 @@ class PathSpeedProblem:
             column
         ]
 
-    def fault_of(self, planned: FloatArray) -> SpeedFault | None:
-        """The limit that a motion with a planned utilisation exceeds most, if it exceeds any."""
-        largest = planned.max(axis=1)
-        k, column = divmod(int(largest.argmax()), largest.shape[1])
-        if largest[k, column] <= PLANNED_UTILISATION:
-            return None
-        return SpeedFault(self.path, k, self.utilisation.limits.quantities[column])
-
 
 @dataclass(frozen=True, eq=False)
 class ChosenSpeeds:
@@ -248,36 +241,52 @@ class ChosenSpeeds:
         problem: The problem that they solve, later corrected by the motion with these speeds.
         speeds: Each speed and its bound, by index of the stretch.
         timing: Timing of the whole path with them.
+        fault: A limit that the motion with these speeds exceeds, or `None`.
     """
 
     problem: PathSpeedProblem
     speeds: Mapping[int, BoundedSpeed]
     timing: Timing
+    fault: SpeedFault | None = None
 
     def slowed_down(self, factor: float, reason: Reason) -> PathSpeedProblem:
         """The problem with caps at a fraction of these speeds."""
         caps = {k: BoundedSpeed(factor * v, reason) for k, (v, _) in self.speeds.items()}
         return replace(self.problem, caps=caps)
 
-    def corrected(self, planned: FloatArray) -> ChosenSpeeds:
-        """The speeds, with the expected utilisation of their problem corrected by a planned motion.
+    def blocked(self) -> ChosenSpeeds:
+        """The speeds as speeds that keep no tolerances, with lower caps of their problem."""
+        fault = SpeedFault(self.problem.path, 0, Reason.TOLERANCES)
+        slower = self.slowed_down(LARGEST_SLOWDOWN, Reason.TOLERANCES)
+        return replace(self, problem=slower, fault=fault)
+
+    def corrected(self, timed: FreeTask) -> ChosenSpeeds:
+        """The speeds, with their fault and a problem corrected by the planned motion.
 
         The problem caps the speeds with which this motion exceeds a limit.
 
         Args:
-            planned: Utilisation by the motion with these speeds, shape (n, 3, m).
+            timed: The task with these speeds.
         """
         problem = self.problem
+        limits = problem.utilisation.limits
+        planned = planned_utilisation(timed, timed.scenario.paths[problem.number], limits)
         expected = problem.utilisation.with_timing(self.timing)
         ratio = np.clip(planned / np.maximum(expected, 1e-9), 0.1, 1e3)
         compared = np.maximum(planned, problem.correction * expected) > SIGNIFICANT_UTILISATION
         correction = np.where(compared, ratio, problem.correction)
         caps = dict(problem.caps)
-        for k, largest in enumerate(planned.max(axis=1)):
-            if k in caps and largest.max() > PLANNED_UTILISATION:
-                factor, limit = problem.required_slowdown(largest / EXPECTED_UTILISATION)
+        largest = planned.max(axis=1)
+        for k, of_stretch in enumerate(largest):
+            if k in caps and of_stretch.max() > PLANNED_UTILISATION:
+                factor, limit = problem.required_slowdown(of_stretch / EXPECTED_UTILISATION)
                 caps[k] = BoundedSpeed(factor * self.speeds[k].speed, limit)
-        return replace(self, problem=replace(problem, caps=caps, correction=correction))
+        fault = None
+        if largest.max() > PLANNED_UTILISATION:
+            k, column = divmod(int(largest.argmax()), largest.shape[1])
+            fault = SpeedFault(problem.path, k, limits.quantities[column])
+        problem = replace(problem, caps=caps, correction=correction)
+        return replace(self, problem=problem, fault=fault)
 
 
 def round_speed(speed: float) -> float:
