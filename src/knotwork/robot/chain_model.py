@@ -97,7 +97,14 @@ class ChainModel(PlannedJoints):
             RobotError: No tool frame has been chosen.
         """
         if self.tcp_frame_id is None:
-            raise self._description.no_tool_error(self.frame_names)
+            leaves = self._description.urdf.leaves
+            inner = ", ".join(name for name in self.frame_names if name not in leaves)
+            raise RobotError(
+                self.name,
+                "needs a tool frame; name the link that carries the tool with `tool: {frame: "
+                "NAME}` in the scenario or `tool_frame: NAME` in a robot file "
+                f"(links: {inner}; links at the end of a chain: {', '.join(leaves)})",
+            )
         return self.tcp_frame_id
 
     def forward(self, q: ArrayLike) -> Any:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,7 @@ from typing import Any
 import pinocchio as pin
 
 from knotwork.arrays import FloatArray
-from knotwork.errors import RobotError, UnknownNameError
+from knotwork.errors import UnknownNameError
 from knotwork.errors.arguments import require_type
 from knotwork.files.documents.values import JointLimitFields
 from knotwork.robot.payload import Payload
@@ -111,17 +111,6 @@ class Description:
             where = f"robot {self.name!r}"
             raise UnknownNameError("configuration", name, self.configurations, where=where)
         return self.configurations[name]
-
-    def no_tool_error(self, links: Sequence[str]) -> RobotError:
-        """Make the error for the use of a tool before its link is chosen."""
-        leaves = self.urdf.leaves
-        inner = ", ".join(name for name in links if name not in leaves)
-        return RobotError(
-            self.name,
-            "needs a tool frame; name the link that carries the tool with `tool: {frame: "
-            "NAME}` in the scenario or `tool_frame: NAME` in a robot file "
-            f"(links: {inner}; links at the end of a chain: {', '.join(leaves)})",
-        )
 
 
 def list_limits(limits: JointLimitFields, urdf: Urdf) -> LimitTables:

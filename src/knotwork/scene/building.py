@@ -173,9 +173,7 @@ class _Builder:
             bodies.append(self._tool_body(scene.tool))
         for frame in (BASE_FRAME, *scene.frames.values()):
             self._carrier(frame)  # for pictures
-        for item in scene.objects:
-            if not item.visual:
-                bodies.append(self._object_body(item.name, item.shape, item.frame))
+        bodies += [self._object_body(item) for item in scene.objects if not item.visual]
         for held in scene.held:
             bodies += self._held_bodies(held)
         for robot in scene.robots:
@@ -198,11 +196,10 @@ class _Builder:
             robots=self.robots,
         )
 
-    def _object_body(self, name: str, shape: PlacedShape, frame: TaskFrame) -> Body:
-        """Make the body of an object in a frame."""
-        joint, placement = self._carrier(frame)
-        start = self.appearance_times.get(name, -math.inf)
-        return Body(name, "object", joint, (self._solid(shape, placement),), start=start)
+    def _object_body(self, item: PlacedObject) -> Body:
+        joint, placement = self._carrier(item.frame)
+        start = self.appearance_times.get(item.name, -math.inf)
+        return Body(item.name, "object", joint, (self._solid(item.shape, placement),), start=start)
 
     def _robot_bodies(self, placed: PlacedRobot) -> Iterator[Body]:
         """Add the joints of another robot, and give its links, tool and held objects as bodies."""

@@ -79,10 +79,8 @@ class Pairing:
         keeps_clear = first.tool_keeps_clear or second.tool_keeps_clear
         if reason is not None and not (reason == ALLOWED and keeps_clear):
             return reason  # only the gripper may touch an object, and only during this time
-        if (
-            kinds == {OBJECT_KIND}
-            and (self.own_carriers[first.joint] == self.own_carriers[second.joint]).all()
-        ):
+        carriers, other_carriers = self.own_carriers[[first.joint, second.joint]]
+        if kinds == {OBJECT_KIND} and (carriers == other_carriers).all():
             return NOT_MOVED_BY_ROBOT
         if kinds == {"link"}:
             links = frozenset((first.link, second.link))

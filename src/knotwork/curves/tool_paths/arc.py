@@ -77,10 +77,7 @@ class Arc(Curve):
         >>> round(arc.radius, 12), round(arc.angle / np.pi, 12)
         (1.0, 1.5)
         """
-        a, b, c = (
-            checked_array(point, (3,), name)
-            for point, name in ((start, "start"), (through, "through"), (end, "end"))
-        )
+        a, b, c = _checked_points(start=start, through=through, end=end)
         if np.linalg.norm(c - a) <= SAME_POINT:
             raise geometry_error(
                 "the arc starts and ends at {start}: one more point does not define the circle; "
@@ -130,10 +127,7 @@ class Arc(Curve):
         >>> circle.angle / np.pi
         2.0
         """
-        a, m, c = (
-            checked_array(point, (3,), name)
-            for point, name in ((start, "start"), (centre, "centre"), (end, "end"))
-        )
+        a, m, c = _checked_points(start=start, centre=centre, end=end)
         turns = require_count(turns, "turns", 0)
         from_a, from_c = a - m, c - m
         radii = float(np.linalg.norm(from_a)), float(np.linalg.norm(from_c))
@@ -175,7 +169,7 @@ class Arc(Curve):
             PathError: Both points are the same, the radius is too small for them, or the normal is
                 not perpendicular to the line between them.
         """
-        a, c = checked_array(start, (3,), "start"), checked_array(end, (3,), "end")
+        a, c = _checked_points(start=start, end=end)
         chord = c - a
         distance = float(np.linalg.norm(chord))
         if distance <= SAME_POINT:
@@ -237,6 +231,10 @@ class Arc(Curve):
     def curvature_bound(self, s0: ArrayLike, s1: ArrayLike) -> FloatArray:
         """One over the radius [1/m], shape (k,)."""
         return np.full(np.shape(s0), 1.0 / self.radius)
+
+
+def _checked_points(**points: ArrayLike) -> list[FloatArray]:
+    return [checked_array(point, (3,), name) for name, point in points.items()]
 
 
 def _circumcentre(u: FloatArray, v: FloatArray, normal: FloatArray) -> FloatArray:

@@ -44,18 +44,12 @@ def track_arc_length(
     """
     s: FloatArray = np.clip(path.nearest(positions, guess), *within)
     steps = np.linalg.norm(np.diff(positions, axis=0), axis=1)
-    jumps = (
-        np.flatnonzero(
-            np.abs(np.diff(s)) > BRANCH_JUMP_RATIO * steps + ARC_LENGTH_TOLERANCE * path.length
-        )
-        + 1
-    )
+    tolerance = ARC_LENGTH_TOLERANCE * path.length
+    jumps = 1 + np.flatnonzero(np.abs(np.diff(s)) > BRANCH_JUMP_RATIO * steps + tolerance)
     k = int(jumps[0]) if jumps.size else len(s)
     while k < len(s):
         nearest = np.clip(path.nearest(positions[k : k + 1], s[k - 1 : k]), *within)[0]
-        if (
-            abs(nearest - s[k]) <= ARC_LENGTH_TOLERANCE * path.length
-        ):  # the guess is again on the branch of the point
+        if abs(nearest - s[k]) <= tolerance:  # the guess is again on the branch of the point
             later = jumps[jumps > k]
             k = int(later[0]) if later.size else len(s)
         else:

@@ -206,9 +206,8 @@ def add_weave(frame: TaskFrame, weave: ExtendedCurve) -> TaskFrame:
 
 def _skew_vector(matrices: FloatArray) -> FloatArray:
     """Extract the vectors of the skew-symmetric parts of matrices."""
-    return (
-        np.stack([matrices[:, k - 1, k - 2] - matrices[:, k - 2, k - 1] for k in range(3)], 1) / 2
-    )
+    differences = [matrices[:, k - 1, k - 2] - matrices[:, k - 2, k - 1] for k in range(3)]
+    return np.stack(differences, 1) / 2
 
 
 def _joint_motion(

@@ -107,9 +107,8 @@ class WeavePattern:
         """
         offset = np.zeros((3, len(t), 3))
         for number, axis in enumerate(self.axes):
-            offset[:, :, axis] = (
-                self._crossing_offset(t) if self.turn else self._harmonic(t, number)
-            )
+            values = self._crossing_offset(t) if self.turn else self._harmonic(t, number)
+            offset[:, :, axis] = values
         z = np.clip(np.minimum(t, self.duration - t) * self.frequency, 0.0, 1.0)
         sign = np.where(t < 0.5 * self.duration, self.frequency, -self.frequency)
         rise = z**3 * (10.0 - 15.0 * z + 6.0 * z**2)

@@ -112,11 +112,8 @@ def motion_points(
             raise InputError("these points have their options already; give the trajectory")
         return motion
     order = 3 if accelerations else 2
-    tolerance = (
-        None
-        if tolerance is None
-        else require_number(tolerance, "tolerance", "rad or m", positive=True)
-    )
+    if tolerance is not None:
+        tolerance = require_number(tolerance, "tolerance", "rad or m", positive=True)
     received = _receive(motion, motion.breaks, order)
     exact = bool((largest_difference(motion, received) <= LOSSLESS * _scale(motion)).all())
     if not exact:
@@ -124,10 +121,10 @@ def motion_points(
         if tolerance is None:
             raise _lossy(motion, order, received)
         received = receive_within(motion, order, tolerance)
-    off, slow, slower = (float(largest_difference(motion, received, nu).max()) for nu in range(3))
+    errors = [float(largest_difference(motion, received, nu).max()) for nu in range(3)]
     curve = motion if exact else replace(motion, polynomial=received)
     inserted = int(received.x.size - motion.breaks.size)
-    return MotionPoints(curve, accelerations, exact, off, slow, slower, inserted)
+    return MotionPoints(curve, accelerations, exact, errors[0], errors[1], errors[2], inserted)
 
 
 def _receive(trajectory: JointTrajectory, times: FloatArray, order: int) -> PiecewisePolynomial:

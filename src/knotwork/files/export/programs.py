@@ -103,11 +103,11 @@ def to_krl(
         InputError: The tolerance is out of range.
     """
     points = straight_points(motion, **STRAIGHT["krl"], tolerance=tolerance)
-    arm, outer, external_units = _axes(points, points.position, robot)
-    names = [f"A{j + 1}" for j in range(ARM_AXES)] + [f"E{j + 1}" for j in range(outer.shape[1])]
+    arm, external, external_units = _axes(points, points.position, robot)
+    names = [f"A{j + 1}" for j in range(ARM_AXES)] + [f"E{j + 1}" for j in range(external.shape[1])]
 
     def axes(i: int) -> str:
-        values = zip(names, (*arm[i], *outer[i]), strict=True)
+        values = zip(names, (*arm[i], *external[i]), strict=True)
         return "{" + ", ".join(f"{name} {value:.6f}" for name, value in values) + "}"
 
     def switch(event: Event) -> str:
@@ -146,12 +146,12 @@ def to_rapid(
     67
     """
     points = straight_points(motion, **STRAIGHT["rapid"], tolerance=tolerance)
-    arm, outer, external_units = _axes(points, points.position, robot)
-    unused = ["9E9"] * (ARM_AXES - outer.shape[1])
+    arm, external, external_units = _axes(points, points.position, robot)
+    unused = ["9E9"] * (ARM_AXES - external.shape[1])
     targets = []
-    for angles, values in zip(arm, outer, strict=True):
-        external = [f"{value:.6f}" for value in values] + unused
-        targets.append(f"  [[{','.join(f'{x:.6f}' for x in angles)}],[{','.join(external)}]]")
+    for angles, values in zip(arm, external, strict=True):
+        written = [f"{value:.6f}" for value in values] + unused
+        targets.append(f"  [[{','.join(f'{x:.6f}' for x in angles)}],[{','.join(written)}]]")
     program = list(_steps(points))
     flying = [event for step in program for event in step.flying]
     triggers = {event: f"kw_t{n}" for n, event in enumerate(flying, 1)}
@@ -202,7 +202,7 @@ def to_ls(
     65
     """
     points = straight_points(motion, **STRAIGHT["ls"], tolerance=tolerance)
-    arm, outer, external_units = _axes(points, from_horizontal(points, robot), robot)
+    arm, external, external_units = _axes(points, from_horizontal(points, robot), robot)
 
     def switch(event: Event) -> str:
         return f"  DO[{_output_number(event, 'FANUC')}]={'ON' if event.value else 'OFF'}"
@@ -222,8 +222,8 @@ def to_ls(
     lines += ["/MN", *(f"{i:4}:{line} ;" for i, line in enumerate(moves, 1)), "/POS"]
     for i in range(points.time.size):
         values = [f"J{j + 1} = {value:.4f} deg" for j, value in enumerate(arm[i])]
-        external = enumerate(zip(outer[i], external_units.values(), strict=True), 1)
-        values += [f"E{j} = {value:.4f} {unit}" for j, (value, unit) in external]
+        pairs = zip(external[i], external_units.values(), strict=True)
+        values += [f"E{j} = {value:.4f} {unit}" for j, (value, unit) in enumerate(pairs, 1)]
         lines += [f"P[{i + 1}]{{", "   GP1:", "  UF : F, UT : F,", f"  {', '.join(values)}", "};"]
     return _text([*lines, "/END"])
 
@@ -251,15 +251,15 @@ def _axes(
     """Angles of the arm [deg], shape (n, 6), external axes, and their units: deg or mm."""
     units = points.trajectory.joint_units
     arm = arm_joints(points.trajectory, robot)
-    outer = [i for i in range(len(units)) if i not in arm]
-    if len(arm) != ARM_AXES or len(outer) > ARM_AXES:
-        have = f"{len(arm)} revolute joints and {len(outer)} external axes"
+    external = [i for i in range(len(units)) if i not in arm]
+    if len(arm) != ARM_AXES or len(external) > ARM_AXES:
+        have = f"{len(arm)} revolute joints and {len(external)} external axes"
         raise ExportError(f"the arm has {have}; {AXES_ACCEPTED}")
     names = points.trajectory.joint_names
-    shown = {names[i]: CONTROLLER_UNITS[units[i]] for i in outer}
+    shown = {names[i]: CONTROLLER_UNITS[units[i]] for i in external}
     factors = np.array([factor for _, factor in shown.values()])
-    written = {name: unit for name, (unit, _) in shown.items()}
-    return np.degrees(q[:, arm]), q[:, outer] * factors, written
+    shown_units = {name: unit for name, (unit, _) in shown.items()}
+    return np.degrees(q[:, arm]), q[:, external] * factors, shown_units
 
 
 def _steps(points: StraightPoints) -> Iterator[ProgramStep]:

@@ -56,23 +56,25 @@ def to_pvt(
     factors = _number_per_joint(trajectory, scale, 1.0, "scale")
     shifts = _number_per_joint(trajectory, offset, 0.0, "offset")
     time = np.asarray(trajectory.breaks - trajectory.start_time)
-    columns, since = {"time_from_start_s": time}, "the start"
-    if incremental:
-        columns, since = {"time_step_s": increments(time)}, "the previous row"
+    columns = {"time_step_s": increments(time)} if incremental else {"time_from_start_s": time}
+    since = "the previous row" if incremental else "the start"
     about = [
         "Position-velocity-time table: join the rows by cubics in each joint.",
         f"{points.describe()}.",
         f"Column 1: time [s] since {since}.",
     ]
     for i, name in enumerate(trajectory.joint_names):
-        factor, shift, unit = factors[i], shifts[i], trajectory.joint_units[i]
-        per = factor
-        if degrees and unit == "rad":
-            unit, per = "deg", factor * DEGREES
-        position, velocity = knots.position[:, i] * per + shift, knots.velocity[:, i] * per
+        factor = factors[i]
+        shift = shifts[i]
+        is_in_degrees = degrees and trajectory.joint_units[i] == "rad"
+        unit = "deg" if is_in_degrees else trajectory.joint_units[i]
+        drive_units_per_si = factor * DEGREES if is_in_degrees else factor
+        position = knots.position[:, i] * drive_units_per_si + shift
+        velocity = knots.velocity[:, i] * drive_units_per_si
         if not np.isfinite([position, velocity]).all():
             raise InputError(f"scale of joint {name!r} is {factor!r}, which is too large")
-        label, drive = unit, ""
+        label = unit
+        drive = ""
         if factor != 1.0 or shift != 0.0:
             label = "drive"
             drive = f", each in drive units: {factor!r} a {unit}, position {shift:+} drive units"

@@ -73,10 +73,8 @@ class StraightPoints:
 
     def describe(self) -> str:
         """Describe the number of positions, and their error."""
-        return (
-            f"{self.time.size} points; straight lines between them are off the motion by at most "
-            f"{bound_text(self.error)} [rad or m]"
-        )
+        error = f"at most {bound_text(self.error)} [rad or m]"
+        return f"{self.time.size} points; straight lines between them are off the motion by {error}"
 
 
 def bound_text(value: float, digits: int = 3) -> str:
@@ -145,11 +143,8 @@ def straight_points(
     """
     if isinstance(motion, StraightPoints):
         return motion
-    tolerance = (
-        LINE_TOLERANCE
-        if tolerance is None
-        else require_number(tolerance, "tolerance", "rad or m", positive=True)
-    )
+    tolerance = LINE_TOLERANCE if tolerance is None else tolerance
+    tolerance = require_number(tolerance, "tolerance", "rad or m", positive=True)
     require_rest_at_ends(motion)
     last = math.ceil(motion.duration / (cycle or TIME_TICK) * (1.0 - 1e-12))
     if cycle is not None:

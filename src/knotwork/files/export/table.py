@@ -166,15 +166,15 @@ def _tool(trajectory: JointTrajectory, robot: Robot, time: FloatArray) -> dict[s
     rows = {
         key: np.empty((len(q), len(components))) for key, (_, components, _) in TOOL_COLUMNS.items()
     }
-    last = np.array([0.0, 0.0, 0.0, 1.0])
+    previous = np.array([0.0, 0.0, 0.0, 1.0])
     for i, (position, velocity) in enumerate(zip(q, v, strict=True)):
         pose, jacobian = robot.forward_and_jacobian(position)
         twist = jacobian @ velocity
         quaternion = pin.SE3ToXYZQUAT(pose)[3:]
         # q and -q are the same rotation; take the one nearer to the previous sample
-        last = quaternion if quaternion @ last >= 0.0 else -quaternion
+        previous = quaternion if quaternion @ previous >= 0.0 else -quaternion
         rows["tool_position"][i] = pose.translation
-        rows["tool_quaternion"][i] = last
+        rows["tool_quaternion"][i] = previous
         rows["tool_linear_velocity"][i] = twist[:3]
         rows["tool_angular_velocity"][i] = twist[3:]
     return rows

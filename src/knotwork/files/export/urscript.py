@@ -15,6 +15,7 @@ is corrected with a time constant of 1/`TARGET_GAIN`.
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -72,73 +73,8 @@ RATES = (125, 500)
 TARGET_GAIN = 2.0
 """Gain of the correction of a target's error [1/s]."""
 
-_PROGRAM = """\
-def knotwork_motion():
-  # Time from the start of the piece to the end of the next step [s].
-  global kw_clock = get_steptime()
-  # Where the piece starts [rad, rad/s], and the velocities sent last [rad/s].
-  global kw_q = {first}
-  global kw_qd = {rest}
-  global kw_sent = {rest}
-
-  def kw_largest(values):
-    local largest = 0.0
-    local i = 0
-    while i < 6:
-      if norm(values[i]) > largest:
-        largest = norm(values[i])
-      end
-      i = i + 1
-    end
-    return largest
-  end
-
-  def kw_give_up(why):
-    stopj(2.0)
-    textmsg(why)
-    popup(why, title="Knotwork", error=True, blocking=True)
-    halt
-  end
-
-  # Reach velocities qd within one step. At least 0.001 rad/s^2, because a speedj without an
-  # acceleration is none.
-  def kw_step(qd):
-    local a = kw_largest(qd - kw_sent) / get_steptime()
-    if a < 0.001:
-      a = 0.001
-    end
-    kw_sent = qd
-    speedj(qd, a, get_steptime())
-  end
-
-  # A cubic in each joint, to positions q and velocities qd after the duration.
-  def kw_cubic(q, qd, duration):
-    local way = q - kw_q
-    local c2 = (way * 3.0 - kw_qd * 2.0 * duration - qd * duration) / pow(duration, 2)
-    local c3 = (kw_qd * duration + qd * duration - way * 2.0) / pow(duration, 3)
-    while kw_clock <= duration:
-      local t = kw_clock - get_steptime()
-      local off = kw_q + (kw_qd + (c2 + c3 * t) * t) * t - get_target_joint_positions()
-      if kw_largest(off) > {largest}:
-        kw_give_up("A joint is off its motion by more than {largest} rad. The arm is stopped.")
-      end
-      t = kw_clock
-      kw_step(kw_qd + (c2 * 2.0 + c3 * 3.0 * t) * t + off * {gain})
-      kw_clock = kw_clock + get_steptime()
-    end
-    kw_clock = kw_clock - duration
-    kw_q = q
-    kw_qd = qd
-  end
-
-  if kw_largest(kw_q - get_target_joint_positions()) > {start}:
-    kw_give_up("The arm does not stand at the first point of the motion. Move it to {first}.")
-  end
-{pieces}
-  kw_step({rest})
-  stopj(2.0)
-end
-"""
+_PROGRAM = Path(__file__).with_name("urscript_program.script").read_text(encoding="utf-8")
+"""The program in URScript, with its values in braces."""
 
 
 def to_urscript(
