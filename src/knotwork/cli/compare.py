@@ -24,6 +24,7 @@ from knotwork.planning.comparison import compare as compare_planners
 from knotwork.units import readable
 from knotwork.verification.metrics import Peak
 
+# Headings by figure.
 _COLUMNS = {
     "position_miss": "pos.\nmiss",
     "velocity_miss": "vel.\nmiss",
@@ -33,9 +34,8 @@ _COLUMNS = {
     "peak_jerk": "peak\njerk",
     "tool_path_deviation": "off path\n[{length}]",
 }
-"""Headings by figure."""
+# Figures below the first are rounding errors; those below the second are shown with two digits.
 FIGURE_ROUNDING, SMALL_FIGURE = 1e-9, 0.01
-"""Figures below the first are rounding errors; those below the second are shown with two digits."""
 
 
 @click.command()

@@ -45,11 +45,10 @@ _EXIT_CODES = exit_codes("the motion is exported", "a check fails, and nothing i
 
 # Maximum number of kinds of failures that are listed.
 MAX_EXPORT_FAILURES = 10
+# Quantities that fail if cubics join points of a smoother motion, at any density of points.
+#
+# The acceleration jumps, so the jerk is unbounded.
 UNMET_BY_CUBIC_FITS = ("acceleration_jump", "acceleration_change", "joint_acceleration", "jerk")
-"""Quantities that fail if cubics join points of a smoother motion, at any density of points.
-
-The acceleration jumps, so the jerk is unbounded.
-"""
 
 
 def _parse_joint_numbers(

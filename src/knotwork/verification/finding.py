@@ -225,7 +225,7 @@ class Finding:
         """Return the finding as plain data, ready for JSON; infinite numbers become `None`."""
         data = {key: value for key, value in asdict(self).items() if key not in NOT_IN_DATA}
         data |= {"ok": self.ok, "message": self.message, "form": self.form}
-        return {key: _plain(value) for key, value in data.items()}
+        return {key: _json_value(value) for key, value in data.items()}
 
     def __str__(self) -> str:
         return self.message
@@ -310,9 +310,9 @@ def verdict_on(ok: bool, *, required: bool = True) -> Verdict:
     return "met" if ok else "failed"
 
 
-def _plain(value: Any) -> Any:
+def _json_value(value: Any) -> Any:
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, Sequence) and not isinstance(value, str):
-        return [_plain(item) for item in value]
+        return [_json_value(item) for item in value]
     return value

@@ -190,8 +190,8 @@ class _ClearSearch:
         limits, errors = timing.limits, []
 
         def candidates() -> Iterator[PiecewisePolynomial | None]:
-            for part in BRAKING_SHARES:
-                yield stop_joints(q, v, a, part * limits.acceleration, part * limits.jerk)
+            for share in BRAKING_SHARES:
+                yield stop_joints(q, v, a, limits.scaled(share))
             if end == 0 and (stop := problem.stop()) is not None:
                 yield stop
 
