@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,6 @@ from knotwork.errors import InputError
 from knotwork.errors.arguments import require_type
 from knotwork.files import documents
 from knotwork.files.documents import Document, Location, apply_edits, field_at, resources
-from knotwork.files.documents.document import texts_in
 from knotwork.files.documents.values import is_marked
 from knotwork.task.task_part import plain
 
@@ -47,6 +46,15 @@ def moved_paths(
             continue  # the name of a shipped file
         moved[location] = (path if new is None else Path(os.path.relpath(path, new))).as_posix()
     return moved
+
+
+def texts_in(data: Any, location: Location = ()) -> Iterator[tuple[Location, str]]:
+    """All texts of a file's content, with their locations."""
+    if isinstance(data, str):
+        yield location, data
+    elif isinstance(data, Mapping | list | tuple):
+        for key, value in data.items() if isinstance(data, Mapping) else enumerate(data):
+            yield from texts_in(value, (*location, key))
 
 
 def with_moved_paths(model: type[BaseModel], data: Any, old: Path, new: Path | None) -> Any:

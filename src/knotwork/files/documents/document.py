@@ -127,15 +127,6 @@ class Document(Locations):
         return self.document(data, location)
 
 
-def texts_in(data: Any, location: Location = ()) -> Iterator[tuple[Location, str]]:
-    """All texts in plain data, with their locations."""
-    if isinstance(data, str):
-        yield location, data
-    elif isinstance(data, Mapping | list | tuple):
-        for key, value in data.items() if isinstance(data, Mapping) else enumerate(data):
-            yield from texts_in(value, (*location, key))
-
-
 def field_path(location: Iterable[str | int]) -> str:
     """Write a location as a field path, for example `waypoints[2].time`."""
     path = ""

@@ -11,8 +11,8 @@ from typing import Any
 
 from knotwork.errors import InputError
 from knotwork.files.documents import read, read_text
-from knotwork.files.documents.document import texts_in
 from knotwork.scene.meshes.locating import find_mesh
+from knotwork.task.task_source import texts_in
 
 LARGEST_FILE = 500_000_000
 """Maximum size of a named file [bytes]. No reader accepts more, and a text may name any file."""
