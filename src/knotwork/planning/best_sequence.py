@@ -118,7 +118,9 @@ def _colliding_intervals(plan: Plan) -> list[int]:
 
 def _around_obstacles(sequences: SequencePlanner, best: Plan, tried: int) -> Plan:
     """A plan around the obstacles that every sequence hits, or the best plan and the attempts."""
-    is_over, free, notes = sequences.budget.is_over, sequences.scenario.free_values, list[str]()
+    is_over = sequences.budget.is_over
+    free = sequences.scenario.free_values
+    notes: list[str] = []
     untried = find_avoidable_ends(best, sequences.scenario)
     timed = [i for i in untried if free and free.waypoints[i].duration_is_free]
     if timed and not is_over:

@@ -73,9 +73,7 @@ def scaled_motion(plan: MotionT, profile: Mapping[float, float]) -> MotionT:
         raise scenario.locations.error(
             ("waypoints", moving[0]), "is in a moving frame, which keeps its own speed"
         )
-    motion, clock, warnings = change_speed(
-        profile, plan.trajectory, scenario.times, (limits["acceleration"], limits["jerk"])
-    )
+    motion, clock, warnings = change_speed(profile, plan.trajectory, scenario.times, limits)
     return _checked(plan, _execute(plan, motion, clock, (START, "end")), warnings)
 
 
@@ -93,9 +91,9 @@ def stopped_motion(plan: MotionT, at: float, *, on_path: bool) -> MotionT:
                 f"{name}: joint {joints.joint_names[unlimited[0]]!r} has no {kind} "
                 f"limit, so the fastest stop is undefined; accepted: `limits: {{{kind}: …}}`"
             )
-    limits, warnings = (joints.limits["acceleration"], joints.limits["jerk"]), []
+    warnings: list[Finding] = []
     if on_path:
-        stop = stop_on_path(planned.polynomial, at, *limits, PATH_TOLERANCE)
+        stop = stop_on_path(planned.polynomial, at, joints.limits, PATH_TOLERANCE)
         if stop is None:
             raise InputError(
                 f"{name}: no stop on the path from {at:g} s keeps the limits "
@@ -103,7 +101,7 @@ def stopped_motion(plan: MotionT, at: float, *, on_path: bool) -> MotionT:
             )
         clock, motion = stop
     else:
-        off_path = stop_joints(q, v, a, *limits)
+        off_path = stop_joints(q, v, a, joints.limits)
         if off_path is None:
             raise at_rest
         motion, clock = off_path, PiecewisePolynomial([[at]], off_path.x[[0, -1]])
@@ -210,10 +208,8 @@ def _checked(plan: MotionT, executed: Execution, warnings: Sequence[Finding] = (
     """
     kept = executed.kept_scenario
     scenario = resolve_task(_task_of(plan, executed))
-    joints, segments = (
-        read_joint_requirements(scenario),
-        _segments(plan.trajectory.segments, executed),
-    )
+    joints = read_joint_requirements(scenario)
+    segments = _segments(plan.trajectory.segments, executed)
     trajectory = replace(
         executed.trajectory,
         events=tuple(event.event for event in scenario.events),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from knotwork.curves.interpolation import (
@@ -21,7 +21,7 @@ from knotwork.planning.planner_options import planner_options, supported_options
 from knotwork.planning.task_to_joint import SequenceStep, TaskSolution, solve_task
 from knotwork.planning.timing.timed_motion import Budget
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.joint_requirements import JointRequirements, read_joint_requirements
+from knotwork.task.scenario.joint_requirements import read_joint_requirements
 from knotwork.task.scenario.motion_segments import find_clear_motions, motion_segments
 from knotwork.verification import check
 from knotwork.waypoints import JointWaypoints
@@ -30,55 +30,50 @@ if TYPE_CHECKING:
     from knotwork.planning.choosing import ChosenValues
 
 
-@dataclass(frozen=True, eq=False)
 class SequencePlanner:
     """Plans one sequence of IK solutions at a time: chooses free values, interpolates, checks.
 
+    Args:
+        scenario: The scenario.
+        planner: The planner to take instead of its own, or `None`.
+        budget: Budget and progress of all plans together.
+        fixed_arrivals: Waypoints in moving frames, by name, whose times were chosen first.
+
     Attributes:
-        scenario: The scenario, with the planner that was given instead of its own.
+        scenario: The scenario, with the planner that is taken.
         joints: Its joints.
         options: Options of the planner, in SI.
         unsupported: Names of the scenario's options that the planner does not support.
-        planner: The planner that was given, or `None`.
-        budget: Budget and progress of all plans together.
-        fixed_arrivals: Waypoints in moving frames, by name, whose times were chosen first.
+
+    Raises:
+        InputError: An option is wrong, or the planner does not support it.
     """
 
-    scenario: Scenario
-    joints: JointRequirements
-    options: PlannerOptions
-    unsupported: tuple[str, ...]
-    planner: str | None
-    budget: Budget
-    fixed_arrivals: tuple[str, ...]
-
-    @classmethod
-    def for_scenario(
-        cls,
+    def __init__(
+        self,
         scenario: Scenario,
         planner: str | None,
         budget: Budget,
         fixed_arrivals: tuple[str, ...] = (),
-    ) -> SequencePlanner:
-        """Make it for a scenario. `planner` replaces its own, as in `knotwork.plan`.
-
-        Raises:
-            InputError: An option is wrong, or the planner does not support it.
-        """
+    ) -> None:
+        self.planner = planner
+        self.budget = budget
+        self.fixed_arrivals = fixed_arrivals
         original = scenario.planner
-        unsupported: tuple[str, ...] = ()
-        with nullcontext() if planner else scenario.error_context("planner"):
+        with nullcontext() if planner else scenario.locations.errors_at("planner"):
             get_planner(planner or original)
-        scenario = replace(scenario, planner=planner or original)
-        joints = read_joint_requirements(scenario)
-        options = planner_options(scenario, joints)
-        if scenario.planner != original:
-            options, unsupported = supported_options(options, original, scenario.planner)
-        return cls(scenario, joints, options, unsupported, planner, budget, fixed_arrivals)
+        self.scenario = replace(scenario, planner=planner or original)
+        self.joints = read_joint_requirements(self.scenario)
+        self.options = planner_options(scenario, self.joints)
+        self.unsupported: tuple[str, ...] = ()
+        if self.scenario.planner != original:
+            self.options, self.unsupported = supported_options(
+                self.options, original, self.scenario.planner
+            )
 
     def with_scenario(self, scenario: Scenario) -> SequencePlanner:
         """The same for another scenario."""
-        return self.for_scenario(scenario, self.planner, self.budget, self.fixed_arrivals)
+        return SequencePlanner(scenario, self.planner, self.budget, self.fixed_arrivals)
 
     def solve(self, avoided: Sequence[SequenceStep] = ()) -> TaskSolution:
         """Find the best sequence of solutions that takes none of the steps to avoid."""
@@ -93,7 +88,8 @@ class SequencePlanner:
         free_values = self.scenario.free_values
         if free_values is None:
             return self._interpolate(solution)
-        from knotwork.planning.choosing import FreeTask, choose_times
+        from knotwork.planning.choosing import choose_times
+        from knotwork.planning.choosing.free_sections import FreeTask
 
         free_task = FreeTask(self.scenario, free_values, self.joints, solution)
         chosen = replace(choose_times(free_task, self.budget), fixed_arrivals=self.fixed_arrivals)
@@ -160,5 +156,5 @@ class SequencePlanner:
             if self.planner and field == ("planner",):
                 error.locate(f"{self.scenario.name}: planner")
                 raise
-            with self.scenario.error_context(*field):
+            with self.scenario.locations.errors_at(*field):
                 raise

@@ -291,7 +291,7 @@ def check_acceleration_spike(
     if joints.robot is None:
         return
     extrema = motion.curve.extrema(2)
-    unlimited = np.isinf(joints.limits["acceleration"])
+    unlimited = np.isinf(joints.limits.acceleration)
     for i in np.flatnonzero(unlimited & ~(extrema.peak <= MAX_ACCELERATION)):
         name = joints.joint_names[i]
         unit = rate_unit(joints.joint_units[i], 2)
