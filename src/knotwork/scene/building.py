@@ -283,25 +283,26 @@ class _Builder:
 
     def _held_bodies(self, held: PlacedHeldObject) -> list[Body]:
         """Make the bodies of a held object: before it is taken, in the tool, after its release."""
-        name, shape, hold = held.name, held.shape, self.holds[held.name]
+        hold = self.holds[held.name]
         frame = self.robot.model.frames[self.robot.require_tool()]
-        lying = []
-        ends = ((hold.taken_pose, hold.start), (hold.released_pose, hold.end))
-        for lies_in, (pose, time) in zip(held.end_frames, ends, strict=True):
+
+        def lying(lies_in: TaskFrame, pose: Any, time: float) -> Body:
             joint, placement = self._carrier(lies_in, time)
-            lying.append((joint, (self._solid(shape, placement * pose),)))
-        (joint_before, solids_before), (joint_after, solids_after) = lying
-        held_solids = (self._solid(shape, frame.placement),)
-        appears = self.appearance_times.get(name, -math.inf)
-        lying_before = Body(name, "object", joint_before, solids_before, start=appears)
-        in_tool = Body(name, "held", int(frame.parentJoint), held_solids)
-        lying_after = Body(name, "object", joint_after, solids_after, start=hold.end)
+            return Body(held.name, "object", joint, (self._solid(held.shape, placement * pose),))
+
+        frame_before, frame_after = held.end_frames
+        before = lying(frame_before, hold.taken_pose, hold.start)
+        after = lying(frame_after, hold.released_pose, hold.end)
+        solids = (self._solid(held.shape, frame.placement),)
+        in_tool = Body(held.name, "held", int(frame.parentJoint), solids, hold.start, hold.end)
+        appears = self.appearance_times.get(held.name, -math.inf)
+        near_from = max(appears, hold.approach_start)
         bodies = [
-            replace(lying_before, end=hold.approach_start, tool_keeps_clear=True),
-            replace(lying_before, start=max(appears, hold.approach_start), end=hold.start),
-            replace(in_tool, start=hold.start, end=hold.end),
-            replace(lying_after, end=hold.departure_end),
-            replace(lying_after, start=hold.departure_end, tool_keeps_clear=True),
+            replace(before, start=appears, end=hold.approach_start, tool_keeps_clear=True),
+            replace(before, start=near_from, end=hold.start),
+            in_tool,
+            replace(after, start=hold.end, end=hold.departure_end),
+            replace(after, start=hold.departure_end, tool_keeps_clear=True),
         ]
         return [body for body in bodies if body.start < body.end]
 

@@ -101,7 +101,7 @@ def check_effort_limits(motion: Motion, scenario: Scenario, joints: JointRequire
         return
     from knotwork.verification.bounds import torque_bound
 
-    limits = joints.limits["effort"]
+    limits = joints.limits.effort
     jumps = lower_order_jumps(motion.curve, 2)  # a jump of one joint is an impulse on all joints
     parts = [
         torque_bound(robot, part, limit=add_slack(limits))

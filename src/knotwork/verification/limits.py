@@ -290,7 +290,7 @@ def check_acceleration_spike(
     if joints.robot is None:
         return
     extrema = motion.curve.extrema(2)
-    unlimited = np.isinf(joints.limits["acceleration"])
+    unlimited = np.isinf(joints.limits.acceleration)
     for i in np.flatnonzero(unlimited & ~(extrema.peak <= MAX_ACCELERATION)):
         name, unit = joints.joint_names[i], rate_unit(joints.joint_units[i], 2)
         value, time = float(extrema.peak[i]), float(extrema.peak_time[i])

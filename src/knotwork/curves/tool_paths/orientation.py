@@ -107,19 +107,22 @@ class OrientationCurve:
 
     def _vectors(self) -> FloatArray:
         """Rotation vectors v1 to v5 of each piece, shape (m - 1, 5, 3)."""
-        h, inverse = self._steps[:, None], self.rotations.transpose(0, 2, 1)
-        start, end = inverse[:-1], inverse[1:]
-        turns = start @ self.rotations[1:]
-        a, b = h * multiply(start, self.rates[:-1, 1]), h * multiply(end, self.rates[1:, 0])
-        change_a = h**2 * multiply(start, self.changes[:-1, 1])
-        change_b = h**2 * multiply(end, self.changes[1:, 0])
+        h = self._steps[:, None]
+        inverse = self.rotations.transpose(0, 2, 1)
+        to_start, to_end = inverse[:-1], inverse[1:]
+        turns = to_start @ self.rotations[1:]
+        a = h * multiply(to_start, self.rates[:-1, 1])
+        b = h * multiply(to_end, self.rates[1:, 0])
+        alpha = h**2 * multiply(to_start, self.changes[:-1, 1])
+        beta = h**2 * multiply(to_end, self.changes[1:, 0])
         v = np.zeros((len(h), 5, 3))
-        v[:, 0], v[:, 1] = a / 5.0, a / 5.0 + change_a / 20.0
+        v[:, 0] = a / 5.0
+        v[:, 1] = a / 5.0 + alpha / 20.0
         v[:, 4] = b / 5.0
-        v[:, 3] = v[:, 4] - multiply(rotation_matrices(v[:, 4]), change_b) / 20.0
-        E = rotation_matrices(v.reshape(-1, 3)).reshape(-1, 5, 3, 3)
-        middle = (E[:, 0] @ E[:, 1]).transpose(0, 2, 1) @ turns
-        middle = middle @ (E[:, 3] @ E[:, 4]).transpose(0, 2, 1)
+        v[:, 3] = v[:, 4] - multiply(rotation_matrices(v[:, 4]), beta) / 20.0
+        exp = rotation_matrices(v.reshape(-1, 3)).reshape(-1, 5, 3, 3)
+        middle = (exp[:, 0] @ exp[:, 1]).transpose(0, 2, 1) @ turns
+        middle = middle @ (exp[:, 3] @ exp[:, 4]).transpose(0, 2, 1)
         v[:, 2] = [rotation_vector(R) for R in middle]
         angle = np.linalg.norm([rotation_vector(R) for R in turns], axis=1)
         far = np.maximum(angle, np.linalg.norm(v[:, 2], axis=1)) > HALF_TURN

@@ -139,14 +139,19 @@ def speed_profile(
     first, last = (default if v is None else checked_speed(v, name) for v, name, default in outer)
     junction_speeds = [float(first), *joint.tolist(), float(last)]
     totals = np.concatenate(([0.0], np.cumsum(length)))
-    breaks, coefficients, times, full, ramps = [0.0], [], [0.0], [], []
+    breaks = [0.0]
+    coefficients = []
+    times = [0.0]
+    full_speed_intervals = []
+    ramps = []
     for i, ends in enumerate(pairwise(junction_speeds)):
         fixed = i == 0 and start_speed is not None, i == count - 1 and end_speed is not None
-        stretch, v = i if count > 1 else None, float(speed[i])
+        stretch = i if count > 1 else None
+        v = float(speed[i])
         shrink = _find_shortening(stretch, float(length[i]), v, ends, fixed, acceleration)
         pieces = _make_pieces(totals[i : i + 2], v, ends, acceleration / shrink)
         starts = times[-1] + np.concatenate(([0.0], np.cumsum([T for T, _ in pieces])))
-        full.append(starts[1:3])
+        full_speed_intervals.append(starts[1:3])
         for end, (_, c) in zip(starts[1:], pieces, strict=True):
             if end > breaks[-1]:
                 breaks.append(float(end))
@@ -155,7 +160,7 @@ def speed_profile(
         ramps += [pieces[0][0], pieces[2][0]]
     _check_resolved(ramps, np.diff(times), speed)
     curve = PiecewisePolynomial(np.array(coefficients).T, breaks)
-    return Timing(curve, np.array(times), np.array(full), speed)
+    return Timing(curve, np.array(times), np.array(full_speed_intervals), speed)
 
 
 def _check_resolved(ramps: list[float], durations: FloatArray, speeds: FloatArray) -> None:

@@ -163,18 +163,13 @@ def _tool(trajectory: JointTrajectory, robot: Robot, time: FloatArray) -> dict[s
         robot.joint_names, robot.joint_units, owner=f"robot {robot.name!r}"
     )
     q, v = curve.position(time), curve.velocity(time)
-    rows = {
-        key: np.empty((len(q), len(components))) for key, (_, components, _) in TOOL_COLUMNS.items()
-    }
+    rows = []
     previous = np.array([0.0, 0.0, 0.0, 1.0])
-    for i, (position, velocity) in enumerate(zip(q, v, strict=True)):
+    for position, velocity in zip(q, v, strict=True):
         pose, jacobian = robot.forward_and_jacobian(position)
         twist = jacobian @ velocity
         quaternion = pin.SE3ToXYZQUAT(pose)[3:]
         # q and -q are the same rotation; take the one nearer to the previous sample
         previous = quaternion if quaternion @ previous >= 0.0 else -quaternion
-        rows["tool_position"][i] = pose.translation
-        rows["tool_quaternion"][i] = previous
-        rows["tool_linear_velocity"][i] = twist[:3]
-        rows["tool_angular_velocity"][i] = twist[3:]
-    return rows
+        rows.append((pose.translation.copy(), previous, twist[:3], twist[3:]))
+    return dict(zip(TOOL_COLUMNS, map(np.array, zip(*rows, strict=True)), strict=True))
