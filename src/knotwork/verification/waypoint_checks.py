@@ -67,7 +67,7 @@ def check_time_span(motion: Motion, scenario: Scenario, joints: JointRequirement
     message = f"the trajectory lasts from {motion.start_time:.12g} s to {motion.end_time:.12g} s"
     if not same:
         message += f", but the waypoints of the scenario are from {first:.12g} s to {last:.12g} s"
-    yield Finding.of_motion(Group.MOTION, "time_span", message, verdict_on(same))
+    yield Topic(Group.MOTION).finding("time_span", message, verdict_on(same))
 
 
 def report_no_start(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
@@ -82,7 +82,7 @@ def report_no_start(motion: Motion, scenario: Scenario, joints: JointRequirement
     cause = "the motion begins at speed" if at_speed else "the file has no start"
     name = f"the approach to {scenario.waypoints[0].name!r}"
     fact = f"{name} is neither planned nor checked: {cause}"
-    yield Finding.of_motion(Group.NOT_PLANNED, "no_start", fact, highlight=f"{name}: {cause}")
+    yield Topic(Group.NOT_PLANNED).finding("no_start", fact, highlight=f"{name}: {cause}")
 
 
 def check_tool_at_waypoints(
