@@ -91,7 +91,7 @@ def stopped_motion(plan: MotionT, at: float, *, on_path: bool) -> MotionT:
                 f"{name}: joint {joints.joint_names[unlimited[0]]!r} has no {kind} "
                 f"limit, so the fastest stop is undefined; accepted: `limits: {{{kind}: …}}`"
             )
-    warnings = []
+    warnings: list[Finding] = []
     if on_path:
         stop = stop_on_path(planned.polynomial, at, joints.limits, PATH_TOLERANCE)
         if stop is None:
@@ -208,10 +208,8 @@ def _checked(plan: MotionT, executed: Execution, warnings: Sequence[Finding] = (
     """
     kept = executed.kept_scenario
     scenario = resolve_task(_task_of(plan, executed))
-    joints, segments = (
-        read_joint_requirements(scenario),
-        _segments(plan.trajectory.segments, executed),
-    )
+    joints = read_joint_requirements(scenario)
+    segments = _segments(plan.trajectory.segments, executed)
     trajectory = replace(
         executed.trajectory,
         events=tuple(event.event for event in scenario.events),

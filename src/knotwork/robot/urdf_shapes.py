@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 from xml.dom.minidom import Element
 
 import numpy as np
@@ -45,8 +45,7 @@ class LinkShape:
         mesh: Name of the mesh file as the URDF gives it, or empty.
         urdf: The URDF, for the search of meshes.
         scale: Factors of the mesh along its axes, shape (3,).
-        rotation: Rotation in the axes of the link, shape (3, 3).
-        translation: Origin in the axes of the link [m], shape (3,).
+        placement: `pin.SE3` in the axes of the link.
         colour: Red, green, blue and opacity in 0 … 1, or `None`.
         fault: Fault of the colour in the file, or empty.
     """
@@ -56,8 +55,7 @@ class LinkShape:
     mesh: str = ""
     urdf: Path = Path()
     scale: FloatArray = field(default_factory=lambda: np.ones(3))
-    rotation: FloatArray = field(default_factory=lambda: np.eye(3))
-    translation: FloatArray = field(default_factory=lambda: np.zeros(3))
+    placement: Any = field(default_factory=pin.SE3.Identity)
     colour: Colour | None = None
     fault: str = ""
 
@@ -103,7 +101,7 @@ class UrdfShapes:
             for parent in child_elements(joint, "parent"):
                 name = parent.getAttribute("link")
                 origins = self.carried.setdefault(names.get(name, name), [])
-                origins.append(_read_origin(joint)[1])
+                origins.append(_read_origin(joint).translation.copy())
 
     def link_shapes(self, link: str, kind: str) -> tuple[list[LinkShape], list[str]]:
         """Read a link's valid shapes, `"visual"` or `"collision"`, and the faults of others."""
@@ -120,18 +118,19 @@ class UrdfShapes:
                 )
                 if len(shapes) != 1:
                     continue
-            colour, fault = None, ""
+            colour = None
+            fault = ""
             try:
                 colour = _read_colour(item, materials)
             except InputError as error:
                 fault = f"{error}; it is drawn grey"
             try:
-                shape, (rotation, translation) = _read_shape(shapes[0]), _read_origin(item)
+                shape = _read_shape(shapes[0])
+                placement = _read_origin(item)
             except InputError as error:
                 faults.append(str(error))
                 continue
-            placed = replace(shape, urdf=path, rotation=rotation, translation=translation)
-            valid.append(replace(placed, colour=colour, fault=fault))
+            valid.append(replace(shape, urdf=path, placement=placement, colour=colour, fault=fault))
         return valid, faults
 
 
@@ -197,8 +196,8 @@ def _read_numbers(
     return numbers
 
 
-def _read_origin(element: Element) -> tuple[FloatArray, FloatArray]:
-    """Read the rotation and translation of an element's origin.
+def _read_origin(element: Element) -> Any:
+    """Read the placement of an element, `pin.SE3`.
 
     Raises:
         InputError: Values are not numbers.
@@ -206,5 +205,5 @@ def _read_origin(element: Element) -> tuple[FloatArray, FloatArray]:
     for origin in child_elements(element, "origin"):
         xyz = _read_numbers(origin, "xyz", 3) if origin.hasAttribute("xyz") else [0.0] * 3
         rpy = _read_numbers(origin, "rpy", 3) if origin.hasAttribute("rpy") else [0.0] * 3
-        return np.asarray(pin.rpy.rpyToMatrix(np.array(rpy))), np.array(xyz)
-    return np.eye(3), np.zeros(3)
+        return pin.SE3(pin.rpy.rpyToMatrix(np.array(rpy)), np.array(xyz))
+    return pin.SE3.Identity()

@@ -55,8 +55,7 @@ def read_link_bodies(robot: Robot) -> LinkBodies:
                     missing.append(f"link {link!r}: {error}")
                     continue
             x, y, z = shape.scale.tolist()
-            placement = pin.SE3(shape.rotation, shape.translation)
-            placed = PlacedShape(shape.kind, shape.size, placement, path, scale=(x, y, z))
+            placed = PlacedShape(shape.kind, shape.size, shape.placement, path, scale=(x, y, z))
             try:
                 solids.append(make_solid(placed, frame.placement))
             except InputError as error:

@@ -107,7 +107,7 @@ class _Drawn:
                         f"the robot's shapes have more than {MAX_DRAWN_TRIANGLES} triangles"
                     )
                 filled = [mesh for mesh in meshes if len(mesh.faces)]
-                drawn += [mesh.move(shape.rotation, shape.translation) for mesh in filled]
+                drawn += [mesh.place(shape.placement) for mesh in filled]
             except InputError as error:
                 missing.append(str(error))
         return drawn, missing

@@ -43,14 +43,12 @@ def restrict_to_interval(coefficients: FloatArray, u0: FloatArray, u1: FloatArra
         return values[:-1] + u * (values[1:] - values[:-1])
 
     result = []
-    values = coefficients
-    for layer in range(coefficients.shape[0]):
-        value = values
-        for _ in range(coefficients.shape[0] - 1 - layer):
+    for steps_at_end in reversed(range(len(coefficients))):
+        value = coefficients
+        for _ in range(steps_at_end):
             value = step(value, u1)
         result.append(value[0])
-        if len(values) > 1:
-            values = step(values, u0)
+        coefficients = step(coefficients, u0)
     return np.array(result[::-1])
 
 

@@ -23,7 +23,9 @@ MIN_PERIOD = 16
 
 @dataclass(frozen=True, eq=False)
 class Knots:
-    """A trajectory at its breaks. For degree three or less this defines the whole curve.
+    """The knots of a trajectory: its breaks, with the states there.
+
+    For degree three or less they define the whole curve.
 
     Attributes:
         time: Times [s], shape (m,), strictly increasing.

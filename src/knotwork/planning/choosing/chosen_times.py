@@ -161,7 +161,7 @@ def _find_motions(
 
 
 def _find_shorter(free_task: FreeTask, motions: _Motions, budget: Budget) -> _Motions | None:
-    """Find motions of shorter total duration, with paths slowed down that were slowed down."""
+    """Find motions of shorter total duration, along slowed paths at still lower speeds."""
     slower = motions.speeds.slowed_down()
     if not slower or budget.time_limit.is_over:
         return None

@@ -220,7 +220,8 @@ def _located_error(
     """
     free_task = section.free_task
     names = [free_task.scenario.waypoints[i].name for i in section.waypoints]
-    text, k = free_task.scenario.units.text, fault.waypoint
+    text = free_task.scenario.units.text
+    k = fault.waypoint
     bodies: tuple[str, ...] = ()
     if k is None:
         reason = f" was found among {fault.checks} configurations; one may exist all the same"

@@ -304,7 +304,8 @@ def _moving_base_error(scenario: Scenario, robot: Robot) -> InputError:
 
 def _check_limits(scenario: Scenario, joints: JointRequirements, limits: JointLimits) -> None:
     """Refuse a joint with unbounded acceleration."""
-    bounded, reason = np.isfinite(limits.acceleration), "no acceleration limit is given"
+    bounded = np.isfinite(limits.acceleration)
+    reason = "no acceleration limit is given"
     if joints.robot is not None:
         bounded |= np.isfinite(limits.effort)
         reason = "neither a limit of acceleration nor one of torque is known"

@@ -33,8 +33,11 @@ SPEED_DIGITS = 4
 MIN_SPEED = 1e-3
 """Speed that no speed is lowered below to keep a limit [m/s]."""
 
-EXPECTED_UTILISATION, PLANNED_UTILISATION = 0.998, 0.9995
-"""Largest utilisation of each limit, as expected and as planned; between samples it may be more."""
+EXPECTED_UTILISATION = 0.998
+"""Largest expected utilisation of each limit."""
+
+PLANNED_UTILISATION = 0.9995
+"""Largest utilisation by a planned motion; between samples it may be more."""
 
 SIGNIFICANT_UTILISATION = 0.3
 """Utilisation below which a limit is too far away to be corrected."""
@@ -209,7 +212,8 @@ class PathSpeedProblem:
         factor = min(factor, SMALLEST_SLOWDOWN)
         stretches = [k]
         if k not in self.caps:  # the next stretches with a chosen speed
-            before, after = [j for j in self.caps if j < k], [j for j in self.caps if j > k]
+            before = [j for j in self.caps if j < k]
+            after = [j for j in self.caps if j > k]
             stretches = before[-1:] + after[:1]
         if not stretches or factor * min(speeds[j] for j in stretches) < MIN_SPEED:
             raise NoSpeedsError(self.path, k, limit)
@@ -228,9 +232,8 @@ class PathSpeedProblem:
         """
         factors = np.maximum(utilisation, 1e-9) ** (-1.0 / self.utilisation.orders)
         column = int(factors.argmin())
-        return max(float(factors[column]), LARGEST_SLOWDOWN), self.utilisation.limits.quantities[
-            column
-        ]
+        limit = self.utilisation.limits.quantities[column]
+        return max(float(factors[column]), LARGEST_SLOWDOWN), limit
 
 
 @dataclass(frozen=True, eq=False)
@@ -238,7 +241,7 @@ class ChosenSpeeds:
     """Chosen speeds along one path.
 
     Attributes:
-        problem: The problem that they solve, later corrected by the motion with these speeds.
+        problem: The problem that they solve; once the motion with them is planned, corrected by it.
         speeds: Each speed and its bound, by index of the stretch.
         timing: Timing of the whole path with them.
         fault: A limit that the motion with these speeds exceeds, or `None`.
