@@ -151,9 +151,7 @@ def test_error_has_line_of_block(tmp_path: Path) -> None:
     file.write_text(file.read_text().replace("from: pick", "from: pack"))
     with pytest.raises(DocumentError) as caught:
         kw.plan(file)
-    assert f"line {line}: waypoints[1].holds.box.from: there is no waypoint 'pack'" in str(
-        caught.value
-    )
+    assert f"line {line}: waypoints[1].holds.box.from: unknown waypoint 'pack'" in str(caught.value)
 
 
 FILE = SCENARIO_FILES["ur10_palletise_24"]

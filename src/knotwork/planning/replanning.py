@@ -49,7 +49,7 @@ def scenario_from(
     task, _ = expand_repeats(scenario if isinstance(scenario, Task) else Task.load(scenario))
     resolved = resolve_task(_task_from(motion, at, task, current))
     if resolved.given.robot is not None:
-        with resolved.error_context("robot"):
+        with resolved.locations.errors_at("robot"):
             names = moved_robot(resolved).joint_names
             if set(names) != set(motion.joint_names):
                 raise InputError(

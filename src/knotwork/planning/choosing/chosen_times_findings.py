@@ -109,7 +109,7 @@ def _conditions(chosen: ChosenValues) -> str:
 
 def _unlimited_note(joints: JointRequirements) -> str:
     """Text of the warning on joints without an acceleration limit; empty if all have one."""
-    missing = np.isinf(joints.limits["acceleration"])
+    missing = np.isinf(joints.limits.acceleration)
     if joints.robot is None or not missing.any():
         return ""
     names = ", ".join(np.array(joints.joint_names)[missing])

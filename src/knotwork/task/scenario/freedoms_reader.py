@@ -111,7 +111,10 @@ def _torch_ranges(reading: TaskReading, i: int, pose: FreePose, location: Locati
 
 def _read(reading: TaskReading, i: int, pose: FreePose, location: Location) -> PoseFreedom:
     """Freedom of the pose of a waypoint, which is given at a location."""
-    tilt, torch, box, units = pose.tilt or 0.0, None, PoseFreedom.box, reading.units
+    units = reading.units
+    tilt = pose.tilt or 0.0
+    box = PoseFreedom.box
+    torch = None
     if tilt >= 0.5 * math.pi:
         quarter, _ = units.shown(0.5 * math.pi, "rad")
         raise reading.locations.error(

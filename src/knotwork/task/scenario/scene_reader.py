@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from knotwork.errors import DocumentError, suggest_name
+from knotwork.errors import DocumentError
 from knotwork.files.documents import Location
 from knotwork.task import Tool
 from knotwork.task.scenario.payloads import read_payload
@@ -91,9 +91,7 @@ class _SceneReader:
 
     def _waypoint(self, name: str, location: Location) -> int:
         """Index of a waypoint by name."""
-        if name not in self.names:
-            hint = suggest_name(name, self.names)
-            raise self._error(location, f"there is no waypoint {name!r}", hint)
+        self.reading.locations.check_name(location, "waypoint", name, self.names)
         return self.names.index(name)
 
     def _appearance(self, item: SceneObject | HeldObject, location: Location) -> int | None:
