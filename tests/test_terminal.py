@@ -17,6 +17,7 @@ from command_line import Command, python, shell, without_progress
 from knotwork.cli.progress_display import plan_state
 from knotwork.verification import CHECKS
 from patience import PATIENCE
+from sweeps import mostly_exhaustive
 from texts import written
 
 CLI = Path(__file__).resolve().parents[1] / "src" / "knotwork" / "cli"
@@ -46,7 +47,7 @@ limits: {{velocity: 0.5}}
 """
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", mostly_exhaustive(NAMES, *[*NAMES][::2]))
 def test_names_from_files_are_printed_as_text(
     name: str, tmp_path: Path, knotwork: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -242,7 +242,7 @@ def test_reports_stale_frozen_scenario(tmp_path: Path) -> None:
     moved = text.replace("joints: {a: 2.0, b: 0.0}", "joints: {a: 2.5, b: 0.0}")
     assert moved != text
     path.write_text(moved)
-    with pytest.raises(InputError, match=r"chosen.*for other waypoints than 'via'.*again"):
+    with pytest.raises(InputError, match=r"chosen.*for other waypoints than waypoint 'via'.*again"):
         kw.plan(path)
 
 

@@ -85,7 +85,7 @@ def least_by_scipy(
 
 
 @pytest.mark.parametrize("count", first_of(4, 20))
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", mostly_exhaustive(ARMS, *[*ARMS][:2]))
 def test_closest_pose_within_limits_beats_other_searches(name: str, count: int) -> None:
     robot = ARMS[name]
     limits = robot.lower_position_limit, robot.upper_position_limit

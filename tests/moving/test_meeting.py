@@ -91,6 +91,7 @@ def test_keeps_given_time_after_chosen_ones() -> None:
     assert check_places(kw.plan(task))["over"] == 1.1 * soonest
 
 
+@pytest.mark.exhaustive
 def test_meets_belt_after_path_with_chosen_speed() -> None:
     """With the frames at the time of a nominal speed, the belt would be out of reach."""
     task = picking({"after": "fastest"})
@@ -218,23 +219,6 @@ def test_check_fails_tool_creeping_on_belt(creeps: float) -> None:
     failed = kw.check(plan.trajectory, kw.load_scenario(task)).failures
     low, high = span(kw.plan(task))
     assert "path_deviation" in {one.quantity for one in failed if one.interval == (low, high)}
-
-
-def test_refuses_invalid_waits_on_belt(tmp_path: Path) -> None:
-    task = waiting()
-    task["waypoints"][1] = {
-        "pose": down(0, 0, 0.1),
-        "after": 1,
-        "wait": WAIT,
-        "free": {"position": {"x": [-0.1, 0.1]}},
-    }
-    del task["waypoints"][2]
-    assert "waypoints[1].free: leaves the position open where the tool moves" in refused(task)
-    rows = [(0, 0.0), (3.2, 0.1), (9, 0.3)]
-    (tmp_path / "y.csv").write_text("\n".join(["time,y", *(f"{t},{y}" for t, y in rows)]))
-    task = waiting()
-    task["frames"]["belt"]["moves"] = {"file": str(tmp_path / "y.csv")}
-    assert "at 3.2 s the speed of frame 'belt' jumps" in refused(task)
 
 
 @pytest.mark.parametrize("after", [[], [{"joints": "home", "after": "fastest"}]])

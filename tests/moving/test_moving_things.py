@@ -187,21 +187,6 @@ def test_refuses_path_while_frame_speed_jumps(tmp_path: Path) -> None:
     assert kw.plan(task).report.ok
 
 
-def test_refuses_invalid_other_robots(tmp_path: Path) -> None:
-    task = two_arms(tmp_path)
-    robot = task["scene"]["robots"]["left"]
-    robot["scenario"] = "nobody"
-    assert "scene.robots.left.scenario" in refused(task)
-    failing = {**LEFT, "limits": {"velocity": 0.01}}
-    robot["scenario"] = str(kw.Task(**failing).save(tmp_path / "failing.yaml"))
-    assert "fails its own check" in refused(task)
-    path = tmp_path / "circle.yaml"
-    robot["scenario"] = str(path)
-    path.write_text("waypoints: [{joints: {a: 0}}, {joints: {a: 1}, after: 1}]\n")
-    kw.Task(**task).save(path)
-    assert "robots need one another" in refused(task)
-
-
 def scene_of(plan: kw.Plan) -> dict[str, Any]:
     shown: dict[str, Any] = drawn.scene(plan.view())
     return shown

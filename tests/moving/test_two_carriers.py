@@ -14,7 +14,7 @@ import knotwork as kw
 from drawn import placed
 from moving.moving_truth import Bodies, OfArm, links, seen
 from moving.test_held_on_belts import SIZE, check_box
-from moving.test_moving_things import LEFT, check_pairs, middle_of_held, refused, scene_of, times
+from moving.test_moving_things import LEFT, check_pairs, middle_of_held, scene_of, times
 from moving.test_placed_urdfs import HOME, STEP, TILT, Composed, folder, named, shapes, task
 from sweeps import mostly_exhaustive
 from texts import written
@@ -191,25 +191,6 @@ def test_draws_held_box_in_cell_under_moved_plate(folder: Path) -> None:
         )
 
 
-def test_refuses_unsupported_fixed_poses(folder: Path) -> None:
-    given = fetch(folder)
-    given["waypoints"][5]["frame"] = "base"
-    text = refused(given)
-    assert "waypoints[5]: ends a path with poses in the base, and other poses are on link" in (text)
-    given = fetch(folder)
-    given["frames"]["belt"] = {"position": BESIDE, "moves": {"linear": [0, 0.1, 0]}}
-    given["waypoints"][0]["frame"] = "belt"
-    assert "waypoints[0]: is in frame 'belt', which moves, and other poses are on link 'plate'" in (
-        refused(given)
-    )
-    given = fetch(folder)
-    given["frames"]["cradle"] = {"on": "cradle", "position": [0, 0, 0.2]}
-    given["waypoints"][6]["frame"] = "cradle"
-    assert "is in frame 'cradle', on link 'cradle', and earlier poses are in frame 'part'" in (
-        refused(given)
-    )
-
-
 DELAY = 0.5
 
 
@@ -278,9 +259,3 @@ def test_checks_other_robot_next_to_table(folder: Path, at: bool, x: float, clea
     for frame in (0, len(times(scene)) // 2):
         here = placed(scene, frame)[label.get("carrier", 0)].act(np.array(label["at"]))
         assert here == pytest.approx(place.translation, abs=1e-5)
-
-
-def test_refuses_other_robot_on_table(folder: Path) -> None:
-    left = {"scenario": str(written(folder / "left.yaml", LEFT)), "in": "part"}
-    text = refused(task(folder, scene={"robots": {"left": left}}))
-    assert "scene.robots.left.in: frame 'part' moves; the robot's base must not" in text

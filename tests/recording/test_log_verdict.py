@@ -15,6 +15,7 @@ from knotwork.task.scenario import Scenario
 from knotwork.verification import Report
 from knotwork.verification.recording import aligned, check_log, compare_log
 from plans import planned
+from sweeps import mostly_exhaustive
 
 
 def judge(
@@ -222,12 +223,15 @@ def test_rounding(tmp_path: Path, scenario: str, rate: float) -> None:
 
 @pytest.mark.parametrize(
     ("noise", "kind", "size"),
-    [
-        (0.0, "position", 1e-5),
-        (0.0, "velocity", 1e-3),
-        (1e-5, "position", 4e-4),
-        (1e-5, "velocity", 0.1),
-    ],
+    mostly_exhaustive(
+        [
+            (0.0, "position", 1e-5),
+            (0.0, "velocity", 1e-3),
+            (1e-5, "position", 4e-4),
+            (1e-5, "velocity", 0.1),
+        ],
+        *[(0.0, "position", 1e-5), (1e-5, "velocity", 0.1)],
+    ),
 )
 def test_finds_jumps_above_noise(
     tmp_path: Path, deburring: Plan, noise: float, kind: str, size: float

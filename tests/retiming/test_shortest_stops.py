@@ -10,6 +10,7 @@ import pytest
 import knotwork as kw
 from knotwork.curves.retiming import stop_joints, stop_on_path
 from knotwork.errors import InputError
+from knotwork.joint_quantities import JointLimits
 from sweeps import mostly_exhaustive
 
 INTERVALS = 100
@@ -63,7 +64,7 @@ def test_stop_of_three_joints_is_shortest(seed: int) -> None:
     peaks = [np.abs(curve(np.linspace(at, 4, 200), nu)).max(axis=0) for nu in (2, 3)]
     acceleration = 0.1 + peaks[0] * rng.uniform(1, 3, 3)
     jerk = peaks[1] * rng.uniform(1, 4, 3) + acceleration * rng.uniform(1, 8)
-    found = stop_on_path(curve, at, acceleration, jerk, 1e-6)
+    found = stop_on_path(curve, at, JointLimits([np.inf] * 3, acceleration, jerk), 1e-6)
     _, motion = found
     shortest = by_collocation(c, at, acceleration, jerk, float(motion.x[-1]))
     assert 0.995 * shortest <= motion.x[-1] <= 1.02 * shortest
@@ -83,7 +84,7 @@ def test_stop_of_one_joint_is_shortest(at: float) -> None:
     }
     plan = kw.plan(task)
     q, v, a = (plan.trajectory(at, nu) for nu in range(3))
-    shortest = stop_joints(q, v, a, np.array([4.0]), np.array([40.0])).x[-1]
+    shortest = stop_joints(q, v, a, JointLimits([2.0], [4.0], [40.0])).x[-1]
     stop = plan.stop(at)
     assert stop.report.ok
     assert shortest * (1 - 1e-6) <= stop.trajectory.duration <= 1.04 * shortest

@@ -183,19 +183,6 @@ def test_what_is_no_scenario_is_refused() -> None:
         kw.plan(5)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize(
-    ("change", "meant"),
-    [
-        ({"robot": "UR5"}, "'ur5'"),
-        ({"frame": "TABLE", "frames": {"Table": {"position": [0, 0, 0]}}}, "'Table'"),
-        ({"PLANNER": "cubic"}, "'planner'"),
-    ],
-)
-def test_names_are_compared_without_their_case(change: dict[str, Any], meant: str) -> None:
-    with pytest.raises(kw.InputError, match=f"did you mean {meant}"):
-        kw.plan({**task("rad", pose(3.14)), **change})
-
-
 def test_a_file_without_a_start_says_that_the_way_to_its_first_waypoint_is_not_planned() -> None:
     assert not kw.plan(task("rad", pose(3.14))).report.select(quantity="no_start")
     data = task("rad", {**pose(3.14), "name": "first"}, pose(3.14, 0.5))

@@ -166,7 +166,7 @@ def test_windows_cost_little_duration(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("given", ["all", "one", "total"])
-@pytest.mark.parametrize("count", first_of(3, 30))
+@pytest.mark.parametrize("count", first_of(2, 30))
 def test_given_times_are_met_or_refused_with_sufficient_ones(given: str, count: int) -> None:
     refused = 0
     for seed in range(count):

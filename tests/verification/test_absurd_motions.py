@@ -70,7 +70,7 @@ def test_absurd_duration_fails_without_clearance_proof(
         assert "is far beyond its limit" in finding.message
 
 
-@pytest.mark.parametrize("given", ["approach", "edge start"])
+@pytest.mark.parametrize("given", mostly_exhaustive(["approach", "edge start"], "edge start"))
 def test_free_times_next_to_absurd_one_are_not_searched(given: str) -> None:
     """With rests between its waypoints the motion is hardly longer than any other."""
     task = shipped("ur5_deburring") | {"times": "fastest"}

@@ -224,7 +224,7 @@ def test_whole_turn_exceeds_half_turn_range(axis: int, parts: int, at_ends: dict
 RANGES = [(1, 361, -1), (1, 350, 10), (2, 361, -1)]
 
 
-@pytest.mark.parametrize(("rounds", "most", "off"), mostly_exhaustive(RANGES, *RANGES[1:]))
+@pytest.mark.parametrize(("rounds", "most", "off"), mostly_exhaustive(RANGES, RANGES[1]))
 def test_range_of_several_turns_is_bounded(rounds: int, most: float, off: float) -> None:
     """Two rounds fit into one turn each way, begun at its end."""
     task = rim(-1)

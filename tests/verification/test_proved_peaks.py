@@ -128,7 +128,7 @@ def robots() -> Iterator[kw.Robot]:
 
 @pytest.mark.parametrize(
     ("seed", "motions", "samples"),
-    [(5, 1, 600), pytest.param(6, 15, 2_000, marks=pytest.mark.exhaustive)],
+    [(5, 1, 300), pytest.param(6, 15, 2_000, marks=pytest.mark.exhaustive)],
 )
 def test_random_motions_peak_below_bounds(seed: int, motions: int, samples: int) -> None:
     rng = np.random.default_rng(seed)

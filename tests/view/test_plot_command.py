@@ -64,7 +64,6 @@ def test_picture_is_named_after_scenario(
     [
         ("ur5_deburring", ["--joints=elbow_joint"], "deg/s"),
         ("ur5_deburring", ["--joints=elbow_joint", "--radians"], "rad/s"),
-        ("panda_pick_place", ["--joints=panda_joint2"], "rad/s"),
     ],
 )
 def test_angles_are_in_the_units_of_the_scenario(

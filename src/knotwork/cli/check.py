@@ -18,13 +18,13 @@ from knotwork.cli.logs import (
     read_stated_scenario,
 )
 from knotwork.cli.parameters import (
-    EXIT_CODES,
     FAILED,
     PASSED,
     GivenPath,
     PlanOptions,
     Seconds,
     bundle_options,
+    exit_codes,
     full_option,
     html_option,
     json_option,
@@ -45,8 +45,8 @@ from knotwork.verification.recording import compare_log
 
 LOG_HINT = "for a recording of a robot, which has noise, use --log"
 
+# Robot, scene and limits for the check of a trajectory without a scenario.
 SceneOptions = dict[str, str | None]
-"""Robot, scene and limits for the check of a trajectory without a scenario."""
 
 
 def _scene_options(robot: str | None, scene: str | None, limits: str | None) -> SceneOptions | None:
@@ -111,7 +111,7 @@ with_options = bundle_options(
 )
 
 
-@click.command(epilog=EXIT_CODES)
+@click.command(epilog=exit_codes())
 @click.argument("trajectory", type=GivenPath(path_type=Path))
 @scenario_option("to check it against")
 @scene_options
@@ -244,12 +244,7 @@ def check_together(
     return PASSED if nearest.ok else FAILED
 
 
-_REPORT_EPILOG = """
-Exit codes: 0 every check passes, 1 a check fails (the page is written), 2 the input is wrong.
-"""
-
-
-@click.command(epilog=_REPORT_EPILOG)
+@click.command(epilog=exit_codes(failed="a check fails (the page is written)"))
 @html_option(required=True)
 @package_path_option
 @log_options

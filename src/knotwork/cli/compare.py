@@ -24,6 +24,7 @@ from knotwork.planning.comparison import compare as compare_planners
 from knotwork.units import readable
 from knotwork.verification.metrics import Peak
 
+# Headings by figure.
 _COLUMNS = {
     "position_miss": "pos.\nmiss",
     "velocity_miss": "vel.\nmiss",
@@ -33,9 +34,8 @@ _COLUMNS = {
     "peak_jerk": "peak\njerk",
     "tool_path_deviation": "off path\n[{length}]",
 }
-"""Headings by figure."""
+# Figures below the first are rounding errors; those below the second are shown with two digits.
 FIGURE_ROUNDING, SMALL_FIGURE = 1e-9, 0.01
-"""Figures below the first are rounding errors; those below the second are shown with two digits."""
 
 
 @click.command()
@@ -74,7 +74,7 @@ def compare(scenario: str, planners: list[str] | None, out: Path | None, as_json
 
 @click.command()
 @json_option
-def planners(as_json: bool) -> int:
+def planners(as_json: bool) -> None:
     """List the planners: their guarantees, limitations, options and rules."""
     rows = [asdict(spec) for spec in PLANNER_SPECS.values()]
     for row in rows:
@@ -82,7 +82,7 @@ def planners(as_json: bool) -> int:
         row["rules"] = rules(row["name"])
     if as_json:
         echo_json(rows)
-        return PASSED
+        return
     for row in rows:
         tables.print_entry(
             row["name"],
@@ -94,7 +94,6 @@ def planners(as_json: bool) -> int:
                 "rules": ", ".join(f"{row['name']}:{rule}" for rule in row["rules"]),
             },
         )
-    return PASSED
 
 
 def print_comparison(comparison: Comparison) -> None:

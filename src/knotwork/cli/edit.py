@@ -9,9 +9,9 @@ import click
 
 from knotwork.cli.live_view import WatchedFiles, serve_live
 from knotwork.cli.parameters import (
-    PASSED,
     GivenPath,
     budget_option,
+    exit_codes,
     no_open_option,
     package_path_option,
     port_option,
@@ -27,7 +27,6 @@ _EDIT_EPILOG = """
 In the page, click a waypoint, via point or object, then drag it, turn it or enter numbers;
 the task is planned again after each change. Ctrl+Z undoes an edit, Ctrl+S saves.
 
-Exit codes: 0 until Ctrl-C, 2 the input is wrong.
 """
 
 
@@ -52,7 +51,7 @@ class _WatchedDraft(WatchedFiles):
         return super().take_change() or seen != self._seen
 
 
-@click.command(epilog=_EDIT_EPILOG)
+@click.command(epilog=_EDIT_EPILOG + exit_codes("until Ctrl-C", ""))
 @click.option(
     "--copy",
     "copy",
@@ -67,7 +66,7 @@ class _WatchedDraft(WatchedFiles):
 @click.argument("scenario", metavar="SCENARIO")
 def edit(
     scenario: str, copy: Path | None, budget: float | None, no_open: bool, port: int | None
-) -> int:
+) -> None:
     """Edit a scenario by hand, in a page that shows its motion.
 
     Each edit is planned and checked. Saving writes the file and keeps its comments.
@@ -95,4 +94,3 @@ def edit(
 
     with server, offered(server.address, f"editing {draft.file}", no_open):
         serve_live(server, files, build)
-    return PASSED

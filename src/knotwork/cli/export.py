@@ -14,6 +14,7 @@ from knotwork.cli.parameters import (
     FAILED,
     PASSED,
     PlanOptions,
+    exit_codes,
     package_path_option,
     scenario_option,
 )
@@ -38,21 +39,16 @@ In MATLAB, for --format mat:
 s = load('motion.mat');
 pp = mkpp(s.breaks, s.coefs, s.d);
 q = ppval(pp, linspace(s.breaks(1), s.breaks(end), 1000));
-
-Exit codes:
-0  the motion is exported
-1  a check fails, and nothing is exported
-2  the input is wrong
 """
+_EXIT_CODES = exit_codes("the motion is exported", "a check fails, and nothing is exported")
 
 
 # Maximum number of kinds of failures that are listed.
 MAX_EXPORT_FAILURES = 10
+# Quantities that fail if cubics join points of a smoother motion, at any density of points.
+#
+# The acceleration jumps, so the jerk is unbounded.
 UNMET_BY_CUBIC_FITS = ("acceleration_jump", "acceleration_change", "joint_acceleration", "jerk")
-"""Quantities that fail if cubics join points of a smoother motion, at any density of points.
-
-The acceleration jumps, so the jerk is unbounded.
-"""
 
 
 def _parse_joint_numbers(
@@ -74,7 +70,10 @@ def _parse_joint_numbers(
     return factors
 
 
-@click.command(epilog="\n".join(f"\b\n{part}\n" for part in _EXPORT_EPILOG.strip().split("\n\n")))
+_UNWRAPPED = "\n".join(f"\b\n{part}\n" for part in _EXPORT_EPILOG.strip().split("\n\n"))
+
+
+@click.command(epilog=f"{_UNWRAPPED}\n{_EXIT_CODES}")
 @click.argument("motion", metavar="TRAJECTORY|SCENARIO")
 @click.option(
     "--format",

@@ -9,7 +9,7 @@ from typing import Any
 import click
 import numpy as np
 
-from knotwork.cli.parameters import PASSED, json_option
+from knotwork.cli.parameters import json_option
 from knotwork.cli.tables import console, plain_table, print_entry, print_table, print_wrapped
 from knotwork.cli.terminal import cell, echo, echo_json
 from knotwork.files.documents import resources
@@ -22,8 +22,8 @@ from knotwork.task import Task
 from knotwork.task.scenario import load_scenario
 from knotwork.units import Units
 
+# Units of limits and configurations on a terminal.
 SHOWN_UNITS = Units("mm", "deg")
-"""Units of limits and configurations on a terminal."""
 
 
 @click.command()
@@ -35,13 +35,14 @@ SHOWN_UNITS = Units("mm", "deg")
     help="List pairs of links checked for collisions, and excluded ones with reasons.",
 )
 @json_option
-def robots(name: str | None, pairs: bool, as_json: bool) -> int:
+def robots(name: str | None, pairs: bool, as_json: bool) -> None:
     """List the shipped robots, or show one: joints, limits, frames and configurations.
 
     NAME is the name of a shipped robot or the path of a robot file or URDF.
     """
     if pairs:
-        return _collisions(name, as_json)
+        _collisions(name, as_json)
+        return
     shown = list(map(load_robot, robot_names() if name is None else [name]))
     rows = [robot_to_dict(robot) for robot in shown]
     if as_json:
@@ -55,10 +56,9 @@ def robots(name: str | None, pairs: bool, as_json: bool) -> int:
         for package, names in robots_of_missing_packages():
             echo(f"after pip install {package}: {', '.join(names)}")
         echo("knotwork robots NAME shows one robot")
-    return PASSED
 
 
-def _collisions(name: str | None, as_json: bool) -> int:
+def _collisions(name: str | None, as_json: bool) -> None:
     """List the pairs of links checked for collisions."""
     if name is None:
         raise click.UsageError("--collisions needs the name of a robot")
@@ -69,12 +69,11 @@ def _collisions(name: str | None, as_json: bool) -> int:
         echo_json(data)
     else:
         print_collisions(robot, [*model.missing, model.bare_links_note], data)
-    return PASSED
 
 
 @click.command()
 @json_option
-def scenarios(as_json: bool) -> int:
+def scenarios(as_json: bool) -> None:
     """List the shipped scenarios.
 
     With --json the duration is null if times are free.
@@ -99,14 +98,12 @@ def scenarios(as_json: bool) -> int:
             about = f"{row['robot'] or 'no robot'}, {row['waypoints']} waypoints, {lasting}"
             print_entry(str(row["name"]), about, {"": str(row["description"])})
         echo("knotwork plan NAME plans one, knotwork view NAME shows it")
-    return PASSED
 
 
 @click.command()
-def schema() -> int:
+def schema() -> None:
     """Print the JSON Schema of scenario files."""
     echo(json.dumps(Task.model_json_schema(), indent=2))
-    return PASSED
 
 
 def print_robot(robot: Robot) -> None:

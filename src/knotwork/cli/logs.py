@@ -114,6 +114,7 @@ def _log(
     return None
 
 
+# Options for logs; the command gets them as `log`, or `None`.
 log_options = bundle_options("log", _log, (
     click.option("--topic", metavar="NAME", help="For a log: topic to read, "
             "for example /joint_states, if several have all joints."),
@@ -132,7 +133,6 @@ log_options = bundle_options("log", _log, (
             help="TRAJECTORY is the log of a robot, CSV with noise: estimate the smooth "
             "motion behind it."),
 ))  # fmt: skip
-"""Options for logs; the command gets them as `log`, or `None`."""
 
 
 def smoothed_log(

@@ -1,4 +1,4 @@
-"""Commands and exit codes: 0 checks pass, 1 one fails, 2 wrong input, 3 an internal error."""
+"""The command line: it loads a command, and reports errors by messages and exit codes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,14 @@ from typing import NoReturn, cast
 import click
 
 from knotwork import __version__
-from knotwork.cli.parameters import PASSED, WRONG_INPUT
+from knotwork.cli.parameters import (
+    INTERNAL_ERROR,
+    INTERRUPTED,
+    PASSED,
+    UNREAD,
+    WRONG_INPUT,
+    exit_codes,
+)
 from knotwork.cli.terminal import echo, internal_error
 from knotwork.errors import KnotworkError
 
@@ -23,9 +30,6 @@ from knotwork.errors import KnotworkError
 os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
 # NumPy starts threads in each process; matrices here are too small for them.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
-# Exit codes: an internal error, Ctrl-C, and a reader of the output that closed its pipe.
-INTERNAL, INTERRUPTED, UNREAD = 3, 130, 141
 
 # Module and summary by command.
 _COMMANDS = {
@@ -133,15 +137,14 @@ def _internal_error(error: Exception) -> int:
     if os.environ.get("KNOTWORK_TRACEBACK"):
         raise error
     echo(internal_error(error), err=True)
-    return INTERNAL
+    return INTERNAL_ERROR
 
 
 @click.group(
     cls=_Commands,
     commands={name: click.Command(name) for name in _COMMANDS},  # suggested for unknown ones
     context_settings={"help_option_names": ["-h", "--help"]},
-    epilog="Start with `knotwork plan ur5_deburring`. Exit codes: 0 every check passes, 1 a check "
-    "fails, 2 the input is wrong, 3 an internal error.",
+    epilog=f"Start with `knotwork plan ur5_deburring`. {exit_codes()}",
 )
 @click.version_option(
     __version__, "-V", "--version", prog_name="knotwork", message="%(prog)s %(version)s"

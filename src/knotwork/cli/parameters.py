@@ -14,10 +14,18 @@ from typing import Any, ClassVar, TypeVar
 
 import click
 
-PASSED, FAILED, WRONG_INPUT = 0, 1, 2
-EXIT_CODES = """
-Exit codes: 0 every check passes, 1 a check fails, 2 the input is wrong.
-"""
+# Exit codes; out of memory counts as wrong input.
+PASSED, FAILED, WRONG_INPUT, INTERNAL_ERROR = 0, 1, 2, 3
+# Exit codes after Ctrl-C, and if the reader of the output has closed its pipe.
+INTERRUPTED, UNREAD = 130, 141
+
+
+def exit_codes(passed: str = "every check passes", failed: str = "a check fails") -> str:
+    """Explain the exit codes of a command; without `failed` it has no such code."""
+    meanings = {PASSED: passed, FAILED: failed, WRONG_INPUT: "the input is wrong"}
+    meanings[INTERNAL_ERROR] = "an internal error"
+    return f"Exit codes: {', '.join(f'{code} {text}' for code, text in meanings.items() if text)}."
+
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 

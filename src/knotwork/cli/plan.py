@@ -9,11 +9,11 @@ import click
 
 from knotwork import planning
 from knotwork.cli.parameters import (
-    EXIT_CODES,
     FAILED,
     PASSED,
     WRONG_INPUT,
     budget_option,
+    exit_codes,
     folder_option,
     freeze_option,
     full_option,
@@ -29,7 +29,7 @@ from knotwork.files.storage import trajectory_to_dict
 from knotwork.planning import Plan
 
 
-@click.command(epilog=EXIT_CODES)
+@click.command(epilog=exit_codes())
 @click.argument("scenarios", metavar="SCENARIO...", nargs=-1, required=True)
 @folder_option("Write trajectory.json, samples.csv and report.json there, for one scenario.")
 @planner_option

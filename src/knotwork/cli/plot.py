@@ -10,10 +10,10 @@ import click
 from knotwork import view
 from knotwork.cli.logs import LogOptions, log_options
 from knotwork.cli.parameters import (
-    PASSED,
     GivenPath,
     Listed,
     PlanOptions,
+    exit_codes,
     motion_options,
     package_path_option,
 )
@@ -42,11 +42,11 @@ Figures of the paper:
 There the quintic has zero accelerations at the waypoints; for the bad ones of the paper's Figure
 14c, use the scenario paper_case_presets.
 
-Exit codes: 0 the picture is written, also where a check fails, 2 the input is wrong.
 """
+_WRITTEN = "the picture is written, also where a check fails"
 
 
-@click.command(epilog=_PLOT_EPILOG)
+@click.command(epilog=_PLOT_EPILOG + exit_codes(_WRITTEN, ""))
 @click.option(
     "--out",
     "-o",
@@ -97,7 +97,7 @@ def plot(
     reference: str | None,
     log: LogOptions | None,
     **look: Any,
-) -> int:
+) -> None:
     """Draw a motion over time: position, velocity, acceleration and jerk of each joint.
 
     SCENARIO is the name of a shipped scenario or the path of a file; it is planned first.
@@ -118,7 +118,6 @@ def plot(
     figure = draw(drawn, **look)
     path = out if out is not None else _default_path(source, drawn[0], tool)
     echo(f"wrote {view.save_figure(figure, path)}")
-    return PASSED
 
 
 def _default_path(source: str, drawn: AnyMotion, tool: bool) -> Path:

@@ -9,12 +9,12 @@ import click
 from knotwork import planning
 from knotwork.cli.logs import read_stated_scenario
 from knotwork.cli.parameters import (
-    EXIT_CODES,
     FAILED,
     PASSED,
     GivenPath,
     Seconds,
     budget_option,
+    exit_codes,
     folder_option,
     full_option,
     json_option,
@@ -33,7 +33,7 @@ from knotwork.task import Task
 from knotwork.task.scenario import Scenario, load_scenario
 
 
-@click.command(epilog=EXIT_CODES)
+@click.command(epilog=exit_codes())
 @click.argument("source", metavar="PLAN", type=GivenPath())
 @click.argument("task", metavar="SCENARIO")
 @click.option(

@@ -12,6 +12,7 @@ from knotwork.cli.parameters import (
     FAILED,
     PASSED,
     Seconds,
+    exit_codes,
     folder_option,
     freeze_option,
     json_option,
@@ -32,7 +33,7 @@ MAX_REASONS = 12
 
 
 @click.command(
-    epilog="Exit codes: 0 a row passes, 1 none does, 2 the input is wrong. --scheduler needs "
+    epilog=f"{exit_codes('a row passes', 'none does')} --scheduler needs "
     "`pip install 'knotwork[sweep]'`."
 )
 @click.argument("source", metavar="SCENARIO|STUDY")

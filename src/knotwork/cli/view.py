@@ -16,8 +16,8 @@ import click
 from knotwork.cli.live_view import WatchedFiles, serve_live
 from knotwork.cli.logs import LogOptions, log_options
 from knotwork.cli.parameters import (
-    PASSED,
     PlanOptions,
+    exit_codes,
     html_option,
     motion_options,
     no_open_option,
@@ -53,11 +53,11 @@ In the page: space plays and pauses, the arrow keys step by frame, the mouse tur
 c shows the collision shapes of the links.
 FILE.html#t=2.5 opens at that time, FILE.html#paused at the start.
 
-Exit codes: 0 the scene is shown or written, also where a check fails, 2 the input is wrong.
 """
+_SHOWN = "the scene is shown or written, also where a check fails"
 
 
-@click.command(epilog=_VIEW_EPILOG)
+@click.command(epilog=_VIEW_EPILOG + exit_codes(_SHOWN, ""))
 @html_option()
 @click.option(
     "--beside",
@@ -89,7 +89,7 @@ def view(
     watch: bool,
     meshcat: bool,
     log: LogOptions | None,
-) -> int:
+) -> None:
     """Show the moving arm in a browser.
 
     SCENARIO is the name of a shipped scenario or the path of a file; it is planned first.
@@ -116,20 +116,19 @@ def view(
         if isinstance(motion, JointTrajectory):
             raise InputError("Meshcat needs a task with its motion: give --scenario")
         play_in_meshcat(motion, no_open)
-        return PASSED
-
-    if is_study(source):
+    elif is_study(source):
         refuse(given, f"{source} is the folder of a study, which is shown as a map")
-        return _map(source, out, port, no_open)
-    if beside is not None:
+        _map(source, out, port, no_open)
+    elif beside is not None:
         refuse({"--watch": watch or None}, "--beside shows two motions")
-        return _show(_beside(source, beside, reference, options), out, port, no_open)
-    if watch:
-        return _watch(source, reference, port, no_open, read, arm)
-    return _show(scene_page(_scene(source, arm, read())), out, port, no_open)
+        _show(_beside(source, beside, reference, options), out, port, no_open)
+    elif watch:
+        _watch(source, reference, port, no_open, read, arm)
+    else:
+        _show(scene_page(_scene(source, arm, read())), out, port, no_open)
 
 
-def _map(source: str, out: Path | None, port: int | None, no_open: bool) -> int:
+def _map(source: str, out: Path | None, port: int | None, no_open: bool) -> None:
     """Serve or write the map of a study."""
     from knotwork.planning.sweeps import Study
 
@@ -138,11 +137,11 @@ def _map(source: str, out: Path | None, port: int | None, no_open: bool) -> int:
     def page_of(row: int) -> Page:
         return scene_page(scene_of(plan(study.scenario(row))))
 
-    if out is not None:
+    if out is None:
+        _serve(MapServer(study, page_of, port or 0), study.name, no_open)
+    else:
         command = f"knotwork view {shlex.quote(source)}"
         echo(f"wrote {map_page(study, command).save(out)}; {command} shows the motions")
-        return PASSED
-    return _serve(MapServer(study, page_of, port or 0), study.name, no_open)
 
 
 def _beside(source: str, other: str, reference: str | None, options: PlanOptions) -> Page:
@@ -154,14 +153,14 @@ def _beside(source: str, other: str, reference: str | None, options: PlanOptions
     return side_by_side(shown, names if names[0] != names[1] else [source, other])
 
 
-def _show(page: Page, out: Path | None, port: int | None, no_open: bool) -> int:
+def _show(page: Page, out: Path | None, port: int | None, no_open: bool) -> None:
     """Write or serve a page."""
     for warning in page.warnings:
         echo(f"warning: {warning}", err=True)
-    if out is not None:
+    if out is None:
+        _serve(PageServer(page.html, port or 0), page.title, no_open)
+    else:
         echo(f"wrote {page.save(out)}")
-        return PASSED
-    return _serve(PageServer(page.html, port or 0), page.title, no_open)
 
 
 def _scene(
@@ -191,7 +190,7 @@ def _watch(
     no_open: bool,
     read: Callable[[], list[AnyMotion]],
     robot: Robot | None,
-) -> int:
+) -> None:
     """Serve a page that is built again when its files change."""
 
     def build() -> tuple[dict[str, Any], list[Path], str]:
@@ -206,7 +205,6 @@ def _watch(
     server = LiveServer(source, port or 0)
     with server, offered(server.address, f"showing {source} after each save", no_open):
         serve_live(server, WatchedFiles(given), build)
-    return PASSED
 
 
 def _file(name: str) -> Path:
@@ -229,10 +227,9 @@ def source_files(motion: Any) -> list[Path]:
     return [path for path in (source, *robot_files, *named.values()) if path is not None]
 
 
-def _serve(server: PageServer, title: str, no_open: bool) -> int:
+def _serve(server: PageServer, title: str, no_open: bool) -> None:
     with server, offered(server.address, f"showing {title}", no_open):
         server.serve_forever(poll_interval=0.1)
-    return PASSED
 
 
 def play_in_meshcat(motion: CheckedMotion, no_open: bool) -> None:

@@ -20,7 +20,7 @@ def find_avoidable_ends(plan: Plan, requested: Scenario) -> list[int]:
 
     Args:
         plan: The plan that collides.
-        requested: Its task, before free values were chosen.
+        requested: Its scenario, before free values were chosen.
     """
     planner, _ = planner_and_rule(plan.scenario.planner)
     if "chosen" not in PLANNER_SPECS[planner].supports or requested.given.chosen:

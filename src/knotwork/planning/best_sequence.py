@@ -16,8 +16,11 @@ from knotwork.task.scenario.resolve import change_task
 from knotwork.verification.collisions import failed_pairs
 from knotwork.verification.finding import TRIED, Finding, Group
 
-TIMED_SEQUENCES, FREE_SEQUENCES = 12, 4
-"""Maximum number of sequences of solutions to plan: with given times, with free times."""
+MAX_SEQUENCES_WITH_TIMES = 12
+"""Maximum number of sequences of solutions to plan if all times are given."""
+
+MAX_SEQUENCES_WITHOUT_TIMES = 4
+"""The same if any value is free."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,8 +34,8 @@ class SequenceAttempt:
         error: The reason why no collision-free motion was found, or `None`.
     """
 
-    plan: Plan | None = None
-    blocked: Sequence[SequenceStep] = ()
+    plan: Plan | None
+    blocked: Sequence[SequenceStep]
     error: NoWayFoundError | None = None
 
 
@@ -48,9 +51,12 @@ def best_of_sequences(sequences: SequencePlanner) -> Plan:
         NoWayFoundError: For the best sequence, if no motion is found for any of them.
         InputError: The task is wrong.
     """
-    attempts = [_attempt(sequences, None)]
+    attempts = [_attempt(sequences, sequences.solve())]
     while (solution := _next_sequence(sequences, attempts)) is not None:
-        attempts.append(_attempt(sequences, solution))
+        try:
+            attempts.append(_attempt(sequences, solution))
+        except InputError:
+            break
     plans = [attempt.plan for attempt in attempts if attempt.plan is not None]
     if not plans:
         raise next(attempt.error for attempt in attempts if attempt.error is not None)
@@ -66,23 +72,19 @@ def best_of_sequences(sequences: SequencePlanner) -> Plan:
     )
 
 
-def _attempt(sequences: SequencePlanner, solution: TaskSolution | None) -> SequenceAttempt:
-    """Plan a sequence of solutions, by default the best.
+def _attempt(sequences: SequencePlanner, solution: TaskSolution) -> SequenceAttempt:
+    """Plan a sequence of solutions.
 
     Raises:
-        InputError: The best sequence has no motion at any duration.
+        InputError: No motion exists at any duration.
     """
     try:
         plan = sequences.plan(solution)
     except NoWayFoundError as error:
         if error.between is None:
-            return SequenceAttempt(error=error)
+            return SequenceAttempt(None, (), error)
         intervals = range(*error.between)
-        return SequenceAttempt(None, _steps(solution or sequences.solve(), intervals), error)
-    except InputError:
-        if solution is None:
-            raise
-        return SequenceAttempt()
+        return SequenceAttempt(None, _steps(solution, intervals), error)
     return SequenceAttempt(plan, _steps(plan.solution, _colliding_intervals(plan)))
 
 
@@ -97,8 +99,8 @@ def _next_sequence(
 ) -> TaskSolution | None:
     """The best sequence without blocked steps, or `None` if no other one is to be planned."""
     is_timed = sequences.scenario.free_values is None
-    max_sequences = TIMED_SEQUENCES if is_timed else FREE_SEQUENCES
-    is_last = len(attempts) == max_sequences or sequences.budget.is_over
+    count = MAX_SEQUENCES_WITH_TIMES if is_timed else MAX_SEQUENCES_WITHOUT_TIMES
+    is_last = len(attempts) == count or sequences.budget.is_over
     if is_last or not attempts[-1].blocked:
         return None
     following = sequences.solve([step for attempt in attempts for step in attempt.blocked])
@@ -116,7 +118,9 @@ def _colliding_intervals(plan: Plan) -> list[int]:
 
 def _around_obstacles(sequences: SequencePlanner, best: Plan, tried: int) -> Plan:
     """A plan around the obstacles that every sequence hits, or the best plan and the attempts."""
-    is_over, free, notes = sequences.budget.is_over, sequences.scenario.free_values, list[str]()
+    is_over = sequences.budget.is_over
+    free = sequences.scenario.free_values
+    notes: list[str] = []
     untried = find_avoidable_ends(best, sequences.scenario)
     timed = [i for i in untried if free and free.waypoints[i].duration_is_free]
     if timed and not is_over:
@@ -154,7 +158,7 @@ def _with_clear_motions(sequences: SequencePlanner, ends: Sequence[int]) -> Sequ
     """The planner of the scenario with `way: clear` at some waypoints, by index."""
     scenario = sequences.scenario
     ways = {scenario.task_index[i]: {"way": "clear"} for i in ends}
-    return replace(sequences, scenario=change_task(scenario, scenario.given.with_waypoints(ways)))
+    return sequences.with_scenario(change_task(scenario, scenario.given.with_waypoints(ways)))
 
 
 def _rank(plan: Plan) -> tuple[int, int]:

@@ -137,7 +137,7 @@ def clearance_between(
 
     Args:
         trajectory: The motion.
-        scenario: Its task, with the margin and rules of collisions.
+        scenario: Its scenario, with the margin and rules of collisions.
         other: The other robot, with the keys of `scene: {robots: …}`, such as `scenario`, `motion`,
             `in`, `position` and `delay`.
         joints: The scenario's joints and robot, if loaded already.

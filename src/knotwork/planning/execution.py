@@ -49,13 +49,14 @@ class Execution:
         trajectory: The executed motion.
         clock: Time in the planned motion as a function of time in the executed one; constant if the
             executed motion leaves the planned path.
-        passed: The planned task as far as the executed motion keeps it, at the times and speeds of
-            that motion. Its waypoints are the ends of the motion and those that it passes.
+        kept_scenario: The planned scenario as far as the executed motion keeps it, at the times
+            and speeds of that motion. Its waypoints are the ends of the motion and those that it
+            passes.
     """
 
     trajectory: JointTrajectory
     clock: PiecewisePolynomial
-    passed: Scenario
+    kept_scenario: Scenario
 
     @property
     def span(self) -> tuple[float, float]:
@@ -72,9 +73,7 @@ def scaled_motion(plan: MotionT, profile: Mapping[float, float]) -> MotionT:
         raise scenario.locations.error(
             ("waypoints", moving[0]), "is in a moving frame, which keeps its own speed"
         )
-    motion, clock, warnings = change_speed(
-        profile, plan.trajectory, scenario.times, (limits["acceleration"], limits["jerk"])
-    )
+    motion, clock, warnings = change_speed(profile, plan.trajectory, scenario.times, limits)
     return _checked(plan, _execute(plan, motion, clock, (START, "end")), warnings)
 
 
@@ -92,9 +91,9 @@ def stopped_motion(plan: MotionT, at: float, *, on_path: bool) -> MotionT:
                 f"{name}: joint {joints.joint_names[unlimited[0]]!r} has no {kind} "
                 f"limit, so the fastest stop is undefined; accepted: `limits: {{{kind}: …}}`"
             )
-    limits, warnings = (joints.limits["acceleration"], joints.limits["jerk"]), []
+    warnings: list[Finding] = []
     if on_path:
-        stop = stop_on_path(planned.polynomial, at, *limits, PATH_TOLERANCE)
+        stop = stop_on_path(planned.polynomial, at, joints.limits, PATH_TOLERANCE)
         if stop is None:
             raise InputError(
                 f"{name}: no stop on the path from {at:g} s keeps the limits "
@@ -102,7 +101,7 @@ def stopped_motion(plan: MotionT, at: float, *, on_path: bool) -> MotionT:
             )
         clock, motion = stop
     else:
-        off_path = stop_joints(q, v, a, *limits)
+        off_path = stop_joints(q, v, a, joints.limits)
         if off_path is None:
             raise at_rest
         motion, clock = off_path, PiecewisePolynomial([[at]], off_path.x[[0, -1]])
@@ -119,7 +118,7 @@ def _execute(
     clock: PiecewisePolynomial,
     ends: tuple[str, str],
 ) -> Execution:
-    """An executed motion, with the part of the planned task that it keeps.
+    """An executed motion, with the part of the planned scenario that it keeps.
 
     Waypoints have no pose off the planned path, and none in moving frames, which keep their clock.
 
@@ -129,38 +128,42 @@ def _execute(
         clock: Time of the planned motion over that of the executed one.
         ends: Names of its ends, where the task has no waypoint.
     """
-    planned, (start, end) = plan.scenario, motion.x[[0, -1]].tolist()
+    planned = plan.scenario
+    start, end = motion.x[[0, -1]].tolist()
     first, last = clock(clock.x[[0, -1]])
     within = np.clip(planned.times, first, last)
     passes = np.abs(planned.times - within) <= TIME_TOLERANCE
-    times, on_path = first_times(clock, within[passes]), first < last
+    times = first_times(clock, within[passes])
     for limit in (start, end):
         times[np.abs(times - limit) < TIME_TOLERANCE] = limit
+    on_path = first < last
     unposed = on_moving_frames(planned.given) if on_path else planned.task_index
-    intervals, waypoints = np.flatnonzero(passes).tolist(), list[ScenarioWaypoint]()
-    for i, time in zip(intervals, times.tolist(), strict=True):
+    passed_indices = np.flatnonzero(passes).tolist()
+    task_index = [planned.task_index[i] for i in passed_indices]
+    waypoints: list[ScenarioWaypoint] = []
+    for i, time in zip(passed_indices, times.tolist(), strict=True):
         waypoint = planned.waypoints[i]
         if isinstance(waypoint, CartesianWaypoint) and planned.task_index[i] not in unposed:
             twist = waypoint.twist * float(clock(time, 1))
             waypoints.append(replace(waypoint, time=time, twist=twist))
         else:
             waypoints.append(JointTarget(waypoint.name, time))
-    task_index = [planned.task_index[i] for i in intervals]
+    intervals = passed_indices
     if not waypoints or waypoints[0].time > start:
         waypoints.insert(0, _end(start, ends[0], waypoints))
-        intervals.insert(0, bisect_right(planned.times.tolist(), first) - 1)
+        intervals = [bisect_right(planned.times.tolist(), first) - 1, *passed_indices]
         task_index.insert(0, -1)
     if waypoints[-1].time < end:
         waypoints.append(_end(end, ends[1], waypoints))
         task_index.append(len(planned.given.waypoints))
-    passed = replace(
+    kept_scenario = replace(
         planned,
         waypoints=tuple(waypoints),
         task_index=tuple(task_index),
         paths=tuple(_passed_paths(planned, waypoints, intervals, clock)) if on_path else (),
     )
-    trajectory = replace(plan.trajectory, polynomial=motion, waypoint_times=passed.times)
-    return Execution(trajectory, clock, passed)
+    trajectory = replace(plan.trajectory, polynomial=motion, waypoint_times=kept_scenario.times)
+    return Execution(trajectory, clock, kept_scenario)
 
 
 def _end(time: float, name: str, waypoints: Sequence[ScenarioWaypoint]) -> JointTarget:
@@ -179,9 +182,9 @@ def _passed_paths(
     """The executed parts of tool paths.
 
     Args:
-        planned: The planned task.
+        planned: The planned scenario.
         waypoints: Waypoints of the executed motion.
-        intervals: Intervals of the planned task that are executed from each of them.
+        intervals: Intervals of the planned scenario that are executed from each of them.
         clock: Time of the planned motion over that of the executed one.
     """
     for path in planned.paths:
@@ -203,11 +206,10 @@ def _checked(plan: MotionT, executed: Execution, warnings: Sequence[Finding] = (
         executed: The executed motion.
         warnings: Findings to report as well.
     """
-    passed, scenario = executed.passed, resolve_task(_task_of(plan, executed))
-    joints, segments = (
-        read_joint_requirements(scenario),
-        _segments(plan.trajectory.segments, executed),
-    )
+    kept = executed.kept_scenario
+    scenario = resolve_task(_task_of(plan, executed))
+    joints = read_joint_requirements(scenario)
+    segments = _segments(plan.trajectory.segments, executed)
     trajectory = replace(
         executed.trajectory,
         events=tuple(event.event for event in scenario.events),
@@ -220,20 +222,18 @@ def _checked(plan: MotionT, executed: Execution, warnings: Sequence[Finding] = (
     known = [
         *warnings,
         *_misplaced_objects(plan.scenario, executed),
-        *check_tool_at_waypoints(motion, passed, plan.joints),
-        *check_tool_paths(motion, passed, plan.joints),
+        *check_tool_at_waypoints(motion, kept, plan.joints),
+        *check_tool_paths(motion, kept, plan.joints),
     ]
-    q, v = (trajectory(passed.times, nu) for nu in range(2))
-    waypoints = JointWaypoints(
-        joints.joint_names, passed.times, q, v, joint_units=joints.joint_units
-    )
+    q, v = (trajectory(kept.times, nu) for nu in range(2))
+    waypoints = JointWaypoints(joints.joint_names, kept.times, q, v, joint_units=joints.joint_units)
     report = check(trajectory, scenario, joints=joints, known=known)
     return type(plan)(scenario, joints, waypoints, trajectory, report)
 
 
 def _misplaced_objects(scenario: Scenario, executed: Execution) -> Iterator[Finding]:
     """Warnings of objects whose frame is unknown, because the executed task has joint values."""
-    inner = {waypoint.name for waypoint in executed.passed.waypoints[1:-1]}
+    inner = {waypoint.name for waypoint in executed.kept_scenario.waypoints[1:-1]}
     for held in scenario.scene.held:
         ends = ("before", held.taken_at), ("after", held.released_at)
         for (when, i), frame in zip(ends, held.end_frames, strict=True):
@@ -251,12 +251,14 @@ def _task_of(plan: CheckedMotion, executed: Execution) -> Task:
 
     It does not depend on a file: it has a name and absolute paths.
     """
-    scenario, motion, passed = plan.scenario, executed.trajectory, executed.passed
-    ends = passed.waypoints[0].name, passed.waypoints[-1].name
+    scenario = plan.scenario
+    motion = executed.trajectory
+    kept = executed.kept_scenario
+    ends = kept.waypoints[0].name, kept.waypoints[-1].name
     task = task_with_scene_from(plan, executed.span, ends)
     waypoints: list[dict[str, Any]] = []
-    for k, reached in enumerate(passed.waypoints):
-        if ends_wait(passed.task_index, k):  # it is not a waypoint of the task
+    for k, reached in enumerate(kept.waypoints):
+        if ends_wait(kept.task_index, k):  # it is not a waypoint of the task
             del waypoints[-1]["velocity"]
             waypoints[-1]["wait"] = reached.time - waypoints[-1]["time"]
         else:
@@ -264,9 +266,7 @@ def _task_of(plan: CheckedMotion, executed: Execution) -> Task:
             state = {"time": reached.time, "name": reached.name, "joints": q, "velocity": v}
             waypoints.append(state)
     _add_actions(waypoints, plan, executed)
-    start, end = (
-        by_joint(motion, motion(t, 2), task.units) for t in passed.times[[0, -1]].tolist()
-    )
+    start, end = (by_joint(motion, motion(t, 2), task.units) for t in kept.times[[0, -1]].tolist())
     data = {key: value for key, value in task.to_dict().items() if key in EXECUTED_KEYS} | {
         "name": scenario.name,
         "waypoints": waypoints,

@@ -52,7 +52,7 @@ def plan(
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
     if scenario.free_values is None:
-        return best_of_sequences(SequencePlanner(scenario, planner))
+        return best_of_sequences(SequencePlanner(scenario, planner, Budget()))
     from knotwork.planning.choosing import ChosenValues, fix_arrival_times
 
     requested, free = scenario, scenario.free_values
@@ -64,7 +64,8 @@ def plan(
     work = Budget(progress, budget)
     if free.time_dependent:
         scenario = fix_arrival_times(scenario, work)
-    best = best_of_sequences(SequencePlanner(scenario, planner, work, fixed_arrivals))
+    sequences = SequencePlanner(scenario, planner, work, fixed_arrivals)
+    best = best_of_sequences(sequences)
     if best.chosen is None and best.solution is not None:  # nothing was free any more
         best = replace(best, chosen=ChosenValues(requested, scenario, best.solution))
     return best

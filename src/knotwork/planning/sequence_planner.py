@@ -3,67 +3,106 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from contextlib import nullcontext
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from knotwork.curves.interpolation import (
+    PLANNER_SPECS,
+    PlannerOptions,
+    get_planner,
+    planner_and_rule,
+)
+from knotwork.curves.trajectory import JointTrajectory
+from knotwork.errors import InputError, KnotError, OptionError
+from knotwork.errors.plain_text import waypoint_text
 from knotwork.planning.planned_motion import Plan
-from knotwork.planning.planner_options import Interpolator
+from knotwork.planning.planner_options import planner_options, supported_options
 from knotwork.planning.task_to_joint import SequenceStep, TaskSolution, solve_task
 from knotwork.planning.timing.timed_motion import Budget
 from knotwork.task.scenario import Scenario
+from knotwork.task.scenario.joint_requirements import read_joint_requirements
 from knotwork.task.scenario.motion_segments import find_clear_motions, motion_segments
 from knotwork.verification import check
+from knotwork.waypoints import JointWaypoints
 
 if TYPE_CHECKING:
     from knotwork.planning.choosing import ChosenValues
 
 
-@dataclass(frozen=True, eq=False)
 class SequencePlanner:
     """Plans one sequence of IK solutions at a time: chooses free values, interpolates, checks.
 
-    Attributes:
-        scenario: The scenario; its free values are chosen before it is planned.
-        planner: Planner that replaces the scenario's own, or `None`.
+    Args:
+        scenario: The scenario.
+        planner: The planner to take instead of its own, or `None`.
         budget: Budget and progress of all plans together.
         fixed_arrivals: Waypoints in moving frames, by name, whose times were chosen first.
+
+    Attributes:
+        scenario: The scenario, with the planner that is taken.
+        joints: Its joints.
+        options: Options of the planner, in SI.
+        unsupported: Names of the scenario's options that the planner does not support.
+
+    Raises:
+        InputError: An option is wrong, or the planner does not support it.
     """
 
-    scenario: Scenario
-    planner: str | None
-    budget: Budget = field(default_factory=Budget)
-    fixed_arrivals: tuple[str, ...] = ()
+    def __init__(
+        self,
+        scenario: Scenario,
+        planner: str | None,
+        budget: Budget,
+        fixed_arrivals: tuple[str, ...] = (),
+    ) -> None:
+        self.planner = planner
+        self.budget = budget
+        self.fixed_arrivals = fixed_arrivals
+        original = scenario.planner
+        with nullcontext() if planner else scenario.error_context("planner"):
+            get_planner(planner or original)
+        self.scenario = replace(scenario, planner=planner or original)
+        self.joints = read_joint_requirements(self.scenario)
+        self.options = planner_options(scenario, self.joints)
+        self.unsupported: tuple[str, ...] = ()
+        if self.scenario.planner != original:
+            self.options, self.unsupported = supported_options(
+                self.options, original, self.scenario.planner
+            )
 
-    @cached_property
-    def _interpolator(self) -> Interpolator:
-        return Interpolator.for_scenario(self.scenario, self.planner)
+    def with_scenario(self, scenario: Scenario) -> SequencePlanner:
+        """The same for another scenario."""
+        return SequencePlanner(scenario, self.planner, self.budget, self.fixed_arrivals)
 
     def solve(self, avoided: Sequence[SequenceStep] = ()) -> TaskSolution:
         """Find the best sequence of solutions that takes none of the steps to avoid."""
-        interpolator = self._interpolator
-        scenario, joints = interpolator.scenario, interpolator.joints
-        return solve_task(scenario, joints, interpolator.knots_along_paths, avoided)
+        base, set_by_rule = planner_and_rule(self.scenario.planner)
+        knots = PlannerOptions().knots
+        if "knots" in PLANNER_SPECS[base].supports:
+            knots = set_by_rule.get("knots", self.options.knots)
+        return solve_task(self.scenario, self.joints, knots, avoided)
 
-    def plan(self, solution: TaskSolution | None = None) -> Plan:
-        """Plan a sequence of solutions, by default the best, and check the motion."""
-        if self.scenario.free_values is None:
-            return self._interpolate(solution or self.solve())
+    def plan(self, solution: TaskSolution) -> Plan:
+        """Plan a sequence of solutions, and check the motion."""
+        free_values = self.scenario.free_values
+        if free_values is None:
+            return self._interpolate(solution)
         from knotwork.planning.choosing import choose_times
+        from knotwork.planning.choosing.free_sections import FreeTask
 
-        chosen = choose_times(self.scenario, self.budget, solution)
-        chosen = replace(chosen, fixed_arrivals=self.fixed_arrivals)
+        free_task = FreeTask(self.scenario, free_values, self.joints, solution)
+        chosen = replace(choose_times(free_task, self.budget), fixed_arrivals=self.fixed_arrivals)
         self.budget.finish(self.budget.work)
         self.budget.step(0, chosen.duration, "check")
-        fixed = replace(self, scenario=chosen.scenario)
-        return fixed._interpolate(fixed.solve(), chosen)
+        timed = self.with_scenario(chosen.scenario)
+        return timed._interpolate(timed.solve(), chosen)
 
     def _interpolate(self, solution: TaskSolution, chosen: ChosenValues | None = None) -> Plan:
         """Interpolate a sequence of solutions, and check the motion."""
-        interpolator, waypoints = self._interpolator, solution.waypoints
-        scenario, joints = interpolator.scenario, interpolator.joints
-        trajectory = interpolator.trajectory(waypoints)
-        clear_motions = [*find_clear_motions(scenario)] if interpolator.options.chosen else []
+        scenario, joints, waypoints = self.scenario, self.joints, solution.waypoints
+        trajectory = self._trajectory(waypoints)
+        clear_motions = [*find_clear_motions(scenario)] if self.options.chosen else []
         starts = {i for indices, _ in clear_motions for i in indices[:-1]}
         trajectory = replace(
             trajectory,
@@ -91,7 +130,31 @@ class SequencePlanner:
             waypoints,
             trajectory,
             report,
-            unsupported_options=interpolator.unsupported,
+            unsupported_options=self.unsupported,
             solution=solution,
             chosen=chosen,
         )
+
+    def _trajectory(self, waypoints: JointWaypoints) -> JointTrajectory:
+        """Interpolate joint waypoints.
+
+        Raises:
+            InputError: The planner can't interpolate them. The error names a field of the scenario,
+                or the argument that was given instead.
+        """
+        try:
+            return get_planner(self.scenario.planner)(waypoints, self.options)
+        except InputError as error:
+            field: tuple[str, ...] = ("planner",)
+            if isinstance(error, KnotError) and error.waypoint_index is not None:
+                count = 1 if error.interval is None else 2
+                names = map(waypoint_text, waypoints.names[error.waypoint_index :][:count])
+                error.locate(("at", "between")[count - 1] + " " + " and ".join(names))
+            if isinstance(error, KnotError | OptionError):
+                option = getattr(error, "option", "knots")
+                field = ("planner_options", option) if option == "accelerations" else (option,)
+            if self.planner and field == ("planner",):
+                error.locate(f"{self.scenario.name}: planner")
+                raise
+            with self.scenario.error_context(*field):
+                raise

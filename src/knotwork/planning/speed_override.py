@@ -17,6 +17,7 @@ from knotwork.curves.retiming import (
     keeps_joint_limits,
 )
 from knotwork.curves.trajectory import JointTrajectory
+from knotwork.joint_quantities import JointLimits
 from knotwork.verification import Finding
 from knotwork.verification.finding import Group
 
@@ -40,7 +41,7 @@ def change_speed(
     profile: Mapping[float, float],
     trajectory: JointTrajectory,
     times: FloatArray,
-    limits: tuple[FloatArray, FloatArray],
+    limits: JointLimits,
 ) -> tuple[PiecewisePolynomial, PiecewisePolynomial, list[Finding]]:
     """A motion at another speed, within limits if the override is at most 1.
 
@@ -48,7 +49,7 @@ def change_speed(
         profile: Speed override by time [s].
         trajectory: The motion.
         times: Waypoint times [s].
-        limits: Limits of acceleration and jerk, shape (d,) each; infinite without one.
+        limits: Limits; those of acceleration and jerk are kept.
 
     Returns:
         The motion, its clock, and a finding if another override than requested is executed.
@@ -66,12 +67,12 @@ def change_speed(
         return approximate_by_cubics(compose(curve, clock), PATH_TOLERANCE, reached)[0], clock
 
     motion, clock = execute(requested)
-    if requested.rates.max() > 1.0 or keeps_joint_limits(motion, curve, *limits):
+    if requested.rates.max() > 1.0 or keeps_joint_limits(motion, curve, limits):
         return motion, clock, []
     for cap, factor in ATTEMPTS:
         executed = _slow_down(requested, cap, factor)
         slower, slower_clock = execute(executed)
-        if keeps_joint_limits(slower, curve, *limits):
+        if keeps_joint_limits(slower, curve, limits):
             finding = _override_finding(requested, executed, float(slower_clock.x[-1]))
             return slower, slower_clock, [finding]
     return motion, clock, []

@@ -34,7 +34,7 @@ def moved_paths(
     if old == new:
         return {}
     moved: dict[Location, str] = {}
-    for location, text in _texts(data):
+    for location, text in texts_in(data):
         path = old / text
         if not os.path.exists(path) or os.path.isabs(text):
             continue
@@ -48,13 +48,13 @@ def moved_paths(
     return moved
 
 
-def _texts(data: Any, location: Location = ()) -> Iterator[tuple[Location, str]]:
+def texts_in(data: Any, location: Location = ()) -> Iterator[tuple[Location, str]]:
     """All texts of a file's content, with their locations."""
     if isinstance(data, str):
         yield location, data
-    elif isinstance(data, dict | list):
-        for key, value in data.items() if isinstance(data, dict) else enumerate(data):
-            yield from _texts(value, (*location, key))
+    elif isinstance(data, Mapping | list | tuple):
+        for key, value in data.items() if isinstance(data, Mapping) else enumerate(data):
+            yield from texts_in(value, (*location, key))
 
 
 def with_moved_paths(model: type[BaseModel], data: Any, old: Path, new: Path | None) -> Any:

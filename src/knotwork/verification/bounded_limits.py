@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -12,7 +12,7 @@ import numpy as np
 from knotwork.joint_quantities import rate_unit
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_requirements import JointRequirements
-from knotwork.verification.finding import Finding, Group, Topic
+from knotwork.verification.finding import Finding, Findings, Group, Topic
 from knotwork.verification.limits import (
     LIMIT_SLACK,
     SMALLEST_SINGULAR_VALUE,
@@ -33,9 +33,7 @@ ALMOST_SINGULAR = 1e-3
 """Smallest singular value below which a motion is called almost singular if there is no limit."""
 
 
-def check_tool_limits(
-    motion: Motion, scenario: Scenario, joints: JointRequirements
-) -> Iterator[Finding]:
+def check_tool_limits(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
     """Compare speed and acceleration of the tool, and the speed of links, with their limits."""
     robot, limits = joints.robot, scenario.motion_limits
     if robot is None:
@@ -64,9 +62,7 @@ def check_tool_limits(
         yield replace(finding, remedy=slowing_remedy(finding, order, scenario))
 
 
-def check_singularity(
-    motion: Motion, scenario: Scenario, joints: JointRequirements
-) -> Iterator[Finding]:
+def check_singularity(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
     """Find the smallest singular value over the motion, and compare it with its limit, if any."""
     if joints.robot is None or joints.robot.tool_frame is None:
         return
@@ -95,9 +91,7 @@ def check_singularity(
     )
 
 
-def check_effort_limits(
-    motion: Motion, scenario: Scenario, joints: JointRequirements
-) -> Iterator[Finding]:
+def check_effort_limits(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
     """Compare joint torques and forces, by inverse dynamics, with their limits."""
     if joints.loaded_robots is None:
         if joints.robot is not None and joints.robot.base_moves:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -13,7 +13,7 @@ from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors.plain_text import waypoint_text
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_requirements import JointRequirements
-from knotwork.verification.finding import Finding, Group, Verdict
+from knotwork.verification.finding import Finding, Findings, Group, Verdict
 from knotwork.verification.limits import find_grossly_exceeded_limit
 from knotwork.verification.motion import AT_WAYPOINT, Motion, describe_time
 
@@ -26,9 +26,7 @@ MINIMUM_PRECISION = 2e-4
 """Precision of the clearance from another robot, see `clearance_from_robot` [m]."""
 
 
-def check_collisions(
-    motion: Motion, scenario: Scenario, joints: JointRequirements
-) -> Iterator[Finding]:
+def check_collisions(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
     """Prove over all time that all pairs of bodies keep their required clearances."""
     robot, scene = joints.robot, scenario.scene
     if robot is None or not scene.is_checked:
@@ -100,7 +98,7 @@ def _not_examined(reason: str) -> Finding:
     return Finding.of_motion(Group.COLLISIONS, "clearance", fact, "failed")
 
 
-def _shape_findings(model: CollisionModel, scenario: Scenario, robot: Robot) -> Iterator[Finding]:
+def _shape_findings(model: CollisionModel, scenario: Scenario, robot: Robot) -> Findings:
     """Report bodies without shapes, and pairs that are not checked."""
     notes: list[tuple[Verdict, str]] = [
         ("warning", f"{name}; it is not checked for collisions") for name in model.missing

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from knotwork.curves.polynomial.jumps import ALWAYS_A_JUMP, evaluation_noise, measure_jumps
 from knotwork.joint_quantities import MOTION_QUANTITIES, rate_unit
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_requirements import JointRequirements
-from knotwork.verification.finding import Finding, Group, Topic
+from knotwork.verification.finding import Findings, Group, Topic
 from knotwork.verification.motion import Motion
 
 JUMP_ORDERS = 3
@@ -27,9 +25,7 @@ are about 100 times lower.
 """
 
 
-def check_continuity(
-    motion: Motion, scenario: Scenario, joints: JointRequirements
-) -> Iterator[Finding]:
+def check_continuity(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
     """Find jumps of position, velocity and acceleration beyond rounding.
 
     There is a finding for every joint that jumps; if none does, for the joint nearest to a jump.
@@ -69,9 +65,7 @@ def check_continuity(
             )
 
 
-def check_resolution(
-    motion: Motion, scenario: Scenario, joints: JointRequirements
-) -> Iterator[Finding]:
+def check_resolution(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
     """Check that rounding errors of position, velocity and acceleration are negligible.
 
     Where large terms of opposite signs cancel, their rounding errors remain. All other checks

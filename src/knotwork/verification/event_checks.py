@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +13,7 @@ from knotwork.task.scenario.joint_requirements import JointRequirements
 from knotwork.task.scenario.motion_segments import motion_segments
 from knotwork.task.scenario.repetitions import repetition_starts
 from knotwork.task.scenario.scenario import RequestedEvent
-from knotwork.verification.finding import Finding, Group, Topic, Verdict
+from knotwork.verification.finding import Finding, Findings, Group, Topic, Verdict
 from knotwork.verification.motion import Motion
 from knotwork.verification.waypoint_checks import TIME_ROUNDING
 
@@ -21,9 +21,7 @@ MAX_NAMED_EVENTS = 4
 """Maximum number of events named in a short report."""
 
 
-def check_events(
-    motion: Motion, scenario: Scenario, joints: JointRequirements
-) -> Iterator[Finding]:
+def check_events(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
     """Report the time of each event, and compare the tool's position along a path with the task."""
     requested = [request.event for request in scenario.events]
     shown = [f"{event.text} {event.time:.3f} s" for event in requested[:MAX_NAMED_EVENTS]]
@@ -66,7 +64,7 @@ def _event_finding(
     return topic.finding("switching_time", fact, verdict, time=event.time, highlight=highlight)
 
 
-def _repeated_or_left_on(requested: Sequence[Event]) -> Iterator[Finding]:
+def _repeated_or_left_on(requested: Sequence[Event]) -> Findings:
     """Warn of signals switched to the value that they have, and of signals left on at the end."""
     last: dict[str | int, Event] = {}
     faults = []
@@ -83,9 +81,7 @@ def _repeated_or_left_on(requested: Sequence[Event]) -> Iterator[Finding]:
         yield _event_finding(event, "warning", fact, group=Group.WARNINGS)
 
 
-def _missing_from(
-    events: Sequence[Event], candidates: Sequence[Event], fault: str
-) -> Iterator[Finding]:
+def _missing_from(events: Sequence[Event], candidates: Sequence[Event], fault: str) -> Findings:
     """Report a failure for each candidate that is not among the events."""
     for event in candidates:
         slack = _time_slack(event)
@@ -125,9 +121,7 @@ def _compare_on_path(
     )
 
 
-def report_segments(
-    motion: Motion, scenario: Scenario, joints: JointRequirements
-) -> Iterator[Finding]:
+def report_segments(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
     """Report the interval of each segment of the motion."""
     for segment in motion.trajectory.segments or motion_segments(scenario):
         topic = Topic(Group.SEGMENTS, "segment", segment.name)
@@ -135,9 +129,7 @@ def report_segments(
         yield topic.finding("segment", segment.text, interval=interval)
 
 
-def report_cycles(
-    motion: Motion, scenario: Scenario, joints: JointRequirements
-) -> Iterator[Finding]:
+def report_cycles(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
     """Report the time from the first waypoint of a repetition to that of the next."""
     for rows in repetition_starts(scenario):
         starts = scenario.times[rows]

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, Literal, NamedTuple, get_args
+from typing import Any, Literal, NamedTuple, TypeAlias, get_args
 
 from knotwork.errors import InputError, format_value
 
@@ -225,7 +225,7 @@ class Finding:
         """Return the finding as plain data, ready for JSON; infinite numbers become `None`."""
         data = {key: value for key, value in asdict(self).items() if key not in NOT_IN_DATA}
         data |= {"ok": self.ok, "message": self.message, "form": self.form}
-        return {key: _plain(value) for key, value in data.items()}
+        return {key: _json_value(value) for key, value in data.items()}
 
     def __str__(self) -> str:
         return self.message
@@ -288,6 +288,10 @@ class Topic(NamedTuple):
         return self.finding(quantity, fact, verdict, **numbers, **more)
 
 
+Findings: TypeAlias = Iterator[Finding]
+"""Findings of a check, made one by one."""
+
+
 def unite_intervals(spans: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
     """Merge overlapping time intervals, in order."""
     merged: list[tuple[float, float]] = []
@@ -306,9 +310,9 @@ def verdict_on(ok: bool, *, required: bool = True) -> Verdict:
     return "met" if ok else "failed"
 
 
-def _plain(value: Any) -> Any:
+def _json_value(value: Any) -> Any:
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, Sequence) and not isinstance(value, str):
-        return [_plain(item) for item in value]
+        return [_json_value(item) for item in value]
     return value

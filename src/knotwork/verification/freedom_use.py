@@ -13,7 +13,7 @@ from knotwork.task.scenario import Scenario, ScenarioPath
 from knotwork.task.scenario.joint_requirements import JointRequirements
 from knotwork.units import Units
 from knotwork.verification.bounds.free_turn import free_angles, open_ranges
-from knotwork.verification.finding import Finding, Group, Subject, Topic
+from knotwork.verification.finding import Finding, Findings, Group, Subject, Topic
 from knotwork.verification.motion import Motion
 from knotwork.verification.path_checks import group_paths_by_turn
 from knotwork.waypoints import CartesianWaypoint, PoseFreedom
@@ -121,9 +121,7 @@ def _continue_turn(uses: list[FreedomUse]) -> list[FreedomUse]:
     ]
 
 
-def report_freedoms(
-    motion: Motion, scenario: Scenario, joints: JointRequirements
-) -> Iterator[Finding]:
+def report_freedoms(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
     """Report the sampled free values within their ranges, and how far external axes move."""
     robot = joints.robot
     if robot is None:
@@ -140,7 +138,7 @@ def report_freedoms(
     yield from _external_axis_findings(motion, scenario, robot)
 
 
-def _external_axis_findings(motion: Motion, scenario: Scenario, robot: Robot) -> Iterator[Finding]:
+def _external_axis_findings(motion: Motion, scenario: Scenario, robot: Robot) -> Findings:
     """Report how far external axes move along each path."""
     axes = [i for i, name in enumerate(robot.joint_names) if name in robot.external_axes]
     for path in scenario.paths:

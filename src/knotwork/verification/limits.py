@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 from itertools import starmap
@@ -18,7 +17,7 @@ from knotwork.joint_quantities import JOINT_QUANTITIES, MAGNITUDES, MOTION_QUANT
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_requirements import JointRequirements
 from knotwork.units import Units, rounded_up
-from knotwork.verification.finding import Finding, Group, Proof, Topic, verdict_on
+from knotwork.verification.finding import Finding, Findings, Group, Proof, Topic, verdict_on
 from knotwork.verification.motion import Motion, describe_time
 
 if TYPE_CHECKING:
@@ -43,9 +42,7 @@ MAX_ACCELERATION = 1e3
 """Acceleration that no arm reaches [rad/s² or m/s²], for joints without a limit."""
 
 
-def check_joint_limits(
-    motion: Motion, scenario: Scenario, joints: JointRequirements
-) -> Iterator[Finding]:
+def check_joint_limits(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
     """Check position, velocity, acceleration and jerk of each joint against their limits."""
     for finding in check_derivative_limits(joints, motion.curve):
         remedy = slowing_remedy(finding, MOTION_QUANTITIES.index(finding.quantity), scenario)
@@ -73,9 +70,7 @@ def slowing_remedy(finding: Finding, order: int, scenario: Scenario) -> str:
     return f"{factor:.4g} times the duration keeps this limit{paths}"
 
 
-def check_derivative_limits(
-    joints: JointRequirements, curve: PiecewisePolynomial
-) -> Iterator[Finding]:
+def check_derivative_limits(joints: JointRequirements, curve: PiecewisePolynomial) -> Findings:
     """Compare exact extrema of position, velocity, acceleration and jerk with the limits.
 
     Args:
@@ -263,7 +258,7 @@ def lower_order_jumps(curve: PiecewisePolynomial, order: int) -> dict[int, tuple
 
 def report_missing_limits(
     motion: Motion, scenario: Scenario, joints: JointRequirements
-) -> Iterator[Finding]:
+) -> Findings:
     """Report missing limits of a robot, with the peaks of the motion."""
     if joints.robot is None:
         return
@@ -290,7 +285,7 @@ def report_missing_limits(
 
 def check_acceleration_spike(
     motion: Motion, scenario: Scenario, joints: JointRequirements
-) -> Iterator[Finding]:
+) -> Findings:
     """Find accelerations above `MAX_ACCELERATION` of a robot's joints without a limit."""
     if joints.robot is None:
         return

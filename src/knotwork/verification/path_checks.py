@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from knotwork.task.scenario import Scenario, ScenarioPath, Stretch
 from knotwork.task.scenario.joint_requirements import JointRequirements
-from knotwork.verification.finding import Finding, Group, Topic, verdict_on
+from knotwork.verification.finding import Finding, Findings, Group, Topic, verdict_on
 from knotwork.verification.motion import Motion
 from knotwork.waypoints import CartesianWaypoint, PoseFreedom
 
@@ -36,9 +36,7 @@ Even a circle through five points is below it.
 """
 
 
-def check_tool_paths(
-    motion: Motion, scenario: Scenario, joints: JointRequirements
-) -> Iterator[Finding]:
+def check_tool_paths(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
     """Compare the motion of the tool with each stretch of each path of the scenario.
 
     At another speed than planned, woven paths and those in moving frames are not compared.
@@ -59,7 +57,7 @@ def check_tool_paths(
 
 def check_curve_between_points(
     motion: Motion, scenario: Scenario, joints: JointRequirements
-) -> Iterator[Finding]:
+) -> Findings:
     """Warn of a curve that deviates far from the straight line between two of its points.
 
     Its points are then too few or unevenly spaced, and the curve is hardly what the user means.
@@ -190,7 +188,7 @@ def _follow_stretches(
     return followed
 
 
-def _stretch_findings(scenario: Scenario, followed: _FollowedStretch) -> Iterator[Finding]:
+def _stretch_findings(scenario: Scenario, followed: _FollowedStretch) -> Findings:
     """Make the findings on a stretch, one for each criterion."""
     (begin, end), stretch, result = followed.ends, followed.stretch, followed.result
     tolerances, progress = scenario.tolerances, result.progress

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from knotwork.task.scenario.joint_reader import JointState
 from knotwork.task.scenario.joint_requirements import JointRequirements
 from knotwork.units import Units
 from knotwork.verification.bounds.free_turn import turned_beyond
-from knotwork.verification.finding import Finding, Group, Topic, verdict_on
+from knotwork.verification.finding import Finding, Findings, Group, Topic, verdict_on
 from knotwork.verification.motion import Motion
 from knotwork.waypoints import CartesianWaypoint, PoseFreedom
 
@@ -32,9 +33,33 @@ MAX_TIME_SLACK = 1e-6
 """Maximum rounding tolerance of times [s], unless their floating-point resolution is coarser."""
 
 
-def check_time_span(
-    motion: Motion, scenario: Scenario, joints: JointRequirements
-) -> Iterator[Finding]:
+class _Miss(NamedTuple):
+    """A value at a waypoint that differs from the requested one."""
+
+    quantity: str
+    requested: FloatArray
+    achieved: FloatArray
+    error: float
+    tolerance: float
+    unit: str
+
+    def finding(self, topic: Topic, time: float, units: Units) -> Finding:
+        """Compare the error at a time [s] with its tolerance."""
+        error, tolerance = (
+            units.text(size, self.unit, ".3g") for size in (self.error, self.tolerance)
+        )
+        fact = (
+            f"{waypoint_text(topic.name)} at {time:g} s: {self.quantity.replace('_', ' ')} is off "
+            f"by {error}, tolerance {tolerance}"
+        )
+        finding = topic.at_most(
+            self.quantity, fact, self.error, self.tolerance, self.unit, time=time
+        )
+        requested, achieved = (tuple(values.tolist()) for values in (self.requested, self.achieved))
+        return replace(finding, requested=requested, achieved=achieved)
+
+
+def check_time_span(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
     """Check that the motion has the time span of its scenario."""
     slack = _time_slack(motion)
     first, last = scenario.waypoints[0].time, scenario.waypoints[-1].time
@@ -45,9 +70,7 @@ def check_time_span(
     yield Finding.of_motion(Group.MOTION, "time_span", message, verdict_on(same))
 
 
-def report_no_start(
-    motion: Motion, scenario: Scenario, joints: JointRequirements
-) -> Iterator[Finding]:
+def report_no_start(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
     """Report that a motion without a start begins at its first waypoint, so has no approach."""
     if joints.robot is None or scenario.given.start is not None:
         return
@@ -64,7 +87,7 @@ def report_no_start(
 
 def check_tool_at_waypoints(
     motion: Motion, scenario: Scenario, joints: JointRequirements
-) -> Iterator[Finding]:
+) -> Findings:
     """Compare the tool's pose and velocity, by forward kinematics (eq 1), with the waypoints."""
     for i, time in _passing_times(motion, scenario).items():
         yield from _tool_findings(i, scenario.waypoints[i], time, motion, scenario, joints)
@@ -72,7 +95,7 @@ def check_tool_at_waypoints(
 
 def check_joints_at_waypoints(
     motion: Motion, scenario: Scenario, joints: JointRequirements
-) -> Iterator[Finding]:
+) -> Findings:
     """Compare joint values with those that the waypoints and the two ends require.
 
     Where the tool must stop, all joints must stop, because self-motion would not move the tool.
@@ -125,7 +148,7 @@ def _tool_findings(
     motion: Motion,
     scenario: Scenario,
     joints: JointRequirements,
-) -> Iterator[Finding]:
+) -> Findings:
     """Compare the tool at a time [s] with waypoint i, if it is given by a pose."""
     if joints.robot is None or not isinstance(waypoint, CartesianWaypoint):
         return
@@ -153,18 +176,17 @@ def _tool_findings(
     rate = float(np.linalg.norm(spin - waypoint.angular))
     quaternion, reached = (np.array(pin.Quaternion(R).coeffs()) for R in (rotation, pose.rotation))
     reached = reached if quaternion @ reached >= 0 else -reached
-    rows = (
-        ("position", waypoint.position, pose.translation, offset, "m"),
-        ("orientation", quaternion, reached, turn, "rad"),
-        ("linear_velocity", waypoint.linear, twist.linear, speed, "m/s"),
-        ("angular_velocity", waypoint.angular, spin, rate, "rad/s"),
-    )
-    for quantity, requested, achieved, error, unit in rows:
-        yield _error_finding(
-            Group.TOOL_AT_WAYPOINTS, waypoint.name, waypoint.time, quantity, requested=requested,
-            achieved=achieved, error=error, tolerance=getattr(scenario.tolerances, quantity),
-            unit=unit, units=scenario.units,
-        )  # fmt: skip
+    allowed = scenario.tolerances
+    topic = Topic(Group.TOOL_AT_WAYPOINTS, "waypoint", waypoint.name)
+    for miss in (
+        _Miss("position", waypoint.position, pose.translation, offset, allowed.position, "m"),
+        _Miss("orientation", quaternion, reached, turn, allowed.orientation, "rad"),
+        _Miss(
+            "linear_velocity", waypoint.linear, twist.linear, speed, allowed.linear_velocity, "m/s"
+        ),
+        _Miss("angular_velocity", waypoint.angular, spin, rate, allowed.angular_velocity, "rad/s"),
+    ):
+        yield miss.finding(topic, waypoint.time, scenario.units)
 
 
 def _excess_rotation(freedom: PoseFreedom, requested: FloatArray, reached: FloatArray) -> float:
@@ -192,11 +214,11 @@ def _joint_finding(
     tolerances = joints.tolerances[quantity]
     errors = np.abs(achieved - requested)
     worst = worst_joint(errors, tolerances)
-    return _error_finding(
-        Group.JOINTS_AT_WAYPOINTS, name, time, quantity, requested=requested, achieved=achieved,
-        error=float(errors[worst]), tolerance=float(tolerances[worst]),
-        unit=rate_unit(joints.joint_units[worst], order), units=scenario.units,
-    )  # fmt: skip
+    error, tolerance = float(errors[worst]), float(tolerances[worst])
+    unit = rate_unit(joints.joint_units[worst], order)
+    miss = _Miss(quantity, requested, achieved, error, tolerance, unit)
+    topic = Topic(Group.JOINTS_AT_WAYPOINTS, "waypoint", name)
+    return miss.finding(topic, time, scenario.units)
 
 
 def worst_joint(errors: FloatArray, tolerances: FloatArray) -> int:
@@ -204,36 +226,7 @@ def worst_joint(errors: FloatArray, tolerances: FloatArray) -> int:
     return int((errors / tolerances).argmax())
 
 
-def _error_finding(
-    group: str,
-    waypoint: str,
-    time: float,
-    quantity: str,
-    *,
-    requested: FloatArray,
-    achieved: FloatArray,
-    error: float,
-    tolerance: float,
-    unit: str,
-    units: Units,
-) -> Finding:
-    fact = (
-        f"{waypoint_text(waypoint)} at {time:g} s: {quantity.replace('_', ' ')} is off by "
-        f"{units.text(error, unit, '.3g')}, tolerance {units.text(tolerance, unit, '.3g')}"
-    )
-    return Topic(group, "waypoint", waypoint).at_most(
-        quantity,
-        fact,
-        error,
-        tolerance,
-        unit,
-        time=time,
-        requested=tuple(requested.tolist()),
-        achieved=tuple(achieved.tolist()),
-    )
-
-
-def check_waits(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Iterator[Finding]:
+def check_waits(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
     """Compare joint positions during each wait with those at its start, over all time."""
     tolerances = joints.tolerances["joint_position"]
     for i in joints.waits:

@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 MAX_KNOT_TICKS, MAX_LARGE_MARKS = 400, 60
 # Maximum number of motions whose knots are drawn, each in its own row.
 MAX_KNOT_ROWS = 3
+# Maximum number of joints in a picture of several motions.
 MAX_COLUMNS = 8
-"""Maximum number of joints in a picture of several motions."""
 
 
 @dataclass(frozen=True)

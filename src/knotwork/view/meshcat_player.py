@@ -19,16 +19,16 @@ if TYPE_CHECKING:
     from meshcat import Visualizer
 
 ROOT = "knotwork"
+# Frames per second of the animation; Meshcat interpolates between them.
 ANIMATION_RATE = 60.0
-"""Frames per second of the animation; Meshcat interpolates between them."""
+# Vertical field of view [deg].
 VIEW_ANGLE = 45.0
-"""Vertical field of view [deg]."""
+# Size of the board's picture [in].
 BOARD_WIDTH, BOARD_HEIGHT = 6.4, 3.2
-"""Size of the board's picture [in]."""
+# Maximum number of lines for failures on the board.
 MAX_BOARD_LINES = 5
-"""Maximum number of lines for failures on the board."""
+# Number of letters in a line of the board.
 LINE_LETTERS = 74
-"""Number of letters in a line of the board."""
 VERDICT_LOOKS = {True: ("passed", "#12803c"), False: ("FAILED", "#c01018"), None: ("", "black")}
 
 
@@ -55,7 +55,7 @@ def play_scene(scene: Mapping[str, Any], viewer: Any) -> None:
     nodes = []
     for number, part in enumerate(scene["things"]):
         carrier = joints[part["carrier"]] if "carrier" in part else root
-        node = carrier[_plain(f"{part['name']} {number}")]
+        node = carrier[_path_element(f"{part['name']} {number}")]
         _draw(node, unpack_mesh(part["mesh"]), lit=part["lit"])
         if part["hidden"]:
             node.set_property("visible", False)
@@ -99,11 +99,11 @@ def _joint_nodes(scene: Mapping[str, Any], root: Visualizer) -> list[Visualizer]
     """Nodes of the viewer, one per joint, after that of the fixed parts."""
     nodes = [root["arm"]]
     for joint in scene["joints"]:
-        nodes.append(nodes[joint["parent"]][_plain(joint["name"])])
+        nodes.append(nodes[joint["parent"]][_path_element(joint["name"])])
     return nodes
 
 
-def _plain(name: str) -> str:
+def _path_element(name: str) -> str:
     """A name as one element of a Meshcat path."""
     return name.replace("/", "|")
 

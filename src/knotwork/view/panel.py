@@ -20,18 +20,18 @@ if TYPE_CHECKING:
 CONSTANT_RANGE, SHOWN_RANGE = 1e-9, 0.2
 # Margins below the curves for the knots, and above them, as fractions of the range.
 FOOT_MARGIN, HEAD_MARGIN = 0.12, 0.07
+# Distance of a limit from the curves, relative to their range, above which it is not drawn.
 LIMIT_DISTANCE = 0.35
-"""Distance of a limit from the curves, relative to their range, above which it is not drawn."""
+# Number of waypoints above which their lines would hide the curves.
 MAX_WAYPOINT_LINES = 400
-"""Number of waypoints above which their lines would hide the curves."""
+# Height of a row of knots as a fraction of the panel's.
 KNOT_HEIGHT = 0.035
-"""Height of a row of knots as a fraction of the panel's."""
+# Letters of a note per inch of a panel's width.
 NOTE_LETTERS = 14
-"""Letters of a note per inch of a panel's width."""
+# Letters in a line of a quantity's name.
 LABEL_LETTERS = 12
-"""Letters in a line of a quantity's name."""
+# Width of a quantity's name and of the numbers beside a panel [in].
 LABEL_WIDTH = 1.0
-"""Width of a quantity's name and of the numbers beside a panel [in]."""
 
 
 class LimitLine(NamedTuple):

@@ -14,8 +14,8 @@ from knotwork.view.style import NIGHT, settings
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+# Accepted suffixes by kind of file.
 SUFFIXES = {"picture": (".png", ".svg", ".pdf"), "page": (".html", ".htm")}
-"""Accepted suffixes by kind of file."""
 # Without the date, equal figures give equal files.
 _UNDATED: dict[str, Any] = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
 # Parts of a picture that are left out or changed in a page.

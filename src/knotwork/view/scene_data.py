@@ -36,12 +36,12 @@ from knotwork.view.task_marks import draw_frames, draw_marks
 from knotwork.view.time_strip import time_strip
 from knotwork.view.tool_trace import tool_speeds, tool_trace
 
+# Parts of a scene that depend only on the robot; they are most of the data.
 ROBOT_PARTS = ("joints", "shapes")
-"""Parts of a scene that depend only on the robot; they are most of the data."""
+# Number of samples of the arm along the motion, all of which must be in view.
 OUTLINE_SAMPLES = 100
-"""Number of samples of the arm along the motion, all of which must be in view."""
+# Frame rate of an animation, unless it would have more than `MAX_FRAMES` frames [Hz].
 FRAME_RATE = 120.0
-"""Frame rate of an animation, unless it would have more than `MAX_FRAMES` frames [Hz]."""
 MAX_FRAMES = 240_000
 # Number of frames above which the tool's speed is left out.
 MAX_SPEEDS = 30_000

@@ -64,11 +64,10 @@ _LOOKS: dict[str, dict[str, Any]] = {
     "tolerance": _LIMIT,
     "beyond": {**_EXCESS, "label": "beyond the tolerance"},
 }
+# Style and name of each kind of mark, in panels and in the legend below them.
+#
+# The `gid` of a mark begins with its kind.
 MARK_LOOKS = {kind: {"label": kind} | look for kind, look in _LOOKS.items()}
-"""Style and name of each kind of mark, in panels and in the legend below them.
-
-The `gid` of a mark begins with its kind.
-"""
 
 # Points, for a picture 10 inches wide: at least 8 points on the width of A4 paper.
 LARGE, NORMAL, SMALL = 13.0, 11.0, 9.5

@@ -22,8 +22,8 @@ from knotwork.view.tool_curves import full_speeds
 STRIP_SAMPLES = 800
 # Minimum drawn duration of a failure, as a fraction of the motion.
 MIN_FAILURE_WIDTH = 0.003
-_Shares = list[tuple[Finding, FloatArray]]
-"""Findings with the utilisation of their limits at sample times, from `sample_utilisation`."""
+# Findings with the utilisation of their limits at sample times, from `sample_utilisation`.
+_Utilisations = list[tuple[Finding, FloatArray]]
 
 
 def time_strip(shown: ShownMotion) -> dict[str, Any]:
@@ -63,7 +63,7 @@ def time_strip(shown: ShownMotion) -> dict[str, Any]:
 
 
 def broken_spans(
-    failures: Sequence[Finding], utilisations: _Shares, time: FloatArray
+    failures: Sequence[Finding], utilisations: _Utilisations, time: FloatArray
 ) -> list[list[float]]:
     """Time intervals of failures, since the start [s], long enough to be visible.
 
@@ -88,7 +88,7 @@ def broken_spans(
 
 
 def _limiting_constraint(
-    segment: Segment, findings: Sequence[Finding], utilisations: _Shares, time: FloatArray
+    segment: Segment, findings: Sequence[Finding], utilisations: _Utilisations, time: FloatArray
 ) -> str:
     """Name the limiting constraint of a segment: that of chosen times, or else the tightest limit.
 

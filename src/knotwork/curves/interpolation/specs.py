@@ -28,8 +28,8 @@ class PlannerSpec:
         degree: Largest degree of its polynomials, for any number of waypoints.
         guarantees: Guarantees of the motion.
         limitations: Limitations of the motion.
-        supports: Names of the `PlannerOptions` that it supports.
         entry_point: Module in `knotwork.curves.interpolation`, and function, that make the curve.
+        supports: Names of the `PlannerOptions` that it supports.
     """
 
     name: str
@@ -38,8 +38,8 @@ class PlannerSpec:
     degree: int
     guarantees: str
     limitations: str
-    supports: tuple[str, ...]
     entry_point: str
+    supports: tuple[str, ...] = ()
 
 
 _ALL_PLANNERS = (
@@ -60,7 +60,6 @@ _ALL_PLANNERS = (
         degree=3,
         guarantees="positions and velocities at all waypoints",
         limitations="acceleration jumps at inner waypoints",
-        supports=(),
         entry_point="waypoint_polynomials:plan_cubic",
     ),
     PlannerSpec(
@@ -100,7 +99,6 @@ _ALL_PLANNERS = (
         degree=2,
         guarantees="positions and velocities at both ends; constant acceleration in transitions",
         limitations="cuts the corners of inner waypoints; acceleration jumps",
-        supports=(),
         entry_point="straight_lines:plan_blends",
     ),
     PlannerSpec(
@@ -110,7 +108,6 @@ _ALL_PLANNERS = (
         degree=3,
         guarantees="positions at all waypoints, velocities at both ends",
         limitations="ignores velocities at inner waypoints",
-        supports=(),
         entry_point="waypoint_polynomials:plan_bspline",
     ),
     PlannerSpec(
@@ -120,7 +117,6 @@ _ALL_PLANNERS = (
         degree=3,
         guarantees="positions and velocities at all waypoints",
         limitations="acceleration jumps at inner waypoints",
-        supports=(),
         entry_point="waypoint_polynomials:plan_cubic",
     ),
     PlannerSpec(
@@ -150,7 +146,6 @@ _ALL_PLANNERS = (
         degree=2,
         guarantees="positions at all waypoints; joints in phase, so straight in joint space",
         limitations="stops at each waypoint; acceleration jumps",
-        supports=(),
         entry_point="straight_lines:plan_trapezoids",
     ),
 )

@@ -14,6 +14,7 @@ from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.curves.polynomial.monotone import first_times
+from knotwork.joint_quantities import JointLimits
 
 STOP_BREAKS = np.concatenate(((0.0, 0.006, 0.014, 0.025, 0.04, 0.06), np.linspace(0.09, 1.0, 25)))
 """Ends of the parts of a stop in [0, 1]: shorter at first, where the motion may be at limits."""
@@ -40,8 +41,7 @@ def find_shortest_stop(
     start: float,
     end: float,
     guess: float,
-    acceleration: FloatArray,
-    jerk: FloatArray,
+    limits: JointLimits,
 ) -> PiecewisePolynomial | None:
     """Find the minimum-time clock whose rate goes from 1 to 0, within [0, 1] (C2 smooth).
 
@@ -50,13 +50,12 @@ def find_shortest_stop(
         start: First value of the clock.
         end: Maximum last value.
         guess: Approximate duration.
-        acceleration: Acceleration limits, shape (d,); infinite where there is none.
-        jerk: Jerk limits, shape (d,).
+        limits: Limits, of which those of acceleration and jerk are kept.
 
     Returns:
         The clock, from time 0 on; `None` if none was found.
     """
-    program = _StopProgram(curve, start, end, np.stack((acceleration, jerk)))
+    program = _StopProgram(curve, start, end, np.stack((limits.acceleration, limits.jerk)))
     unknowns, region = np.append(12.0 * MIDDLES - 6.0, guess), FIRST_REGION
     for _ in range(MAX_PROGRAMS):
         change = program.best_change(unknowns, region, guess)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from knotwork.arrays import FloatArray
@@ -10,6 +12,7 @@ from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.curves.retiming.composition import approximate_by_cubics, compose
 from knotwork.curves.retiming.shortest import find_shortest_stop
+from knotwork.joint_quantities import RATE_QUANTITIES, JointLimits
 
 LIMIT_SHARES = (0.999, 0.99, 0.95)
 """Candidate fractions of the limits at samples, in order, until the limits are kept between
@@ -33,7 +36,7 @@ MINIMUM_GAIN = 1e-3
 
 
 def stop_joints(
-    q: FloatArray, v: FloatArray, a: FloatArray, acceleration: FloatArray, jerk: FloatArray
+    q: FloatArray, v: FloatArray, a: FloatArray, limits: JointLimits
 ) -> PiecewisePolynomial | None:
     """Stop each joint in minimum time from a state (C2 smooth, cubics), which leaves the path.
 
@@ -45,17 +48,17 @@ def stop_joints(
         q: Positions [rad or m], shape (d,).
         v: Velocities.
         a: Accelerations.
-        acceleration: Limits of acceleration, finite.
-        jerk: Limits of jerk, finite.
+        limits: Limits, finite for acceleration and jerk; others are ignored.
 
     Returns:
         Positions over the time since the state [s]. Joints that stop earlier stay at rest. `None`
         for a state at rest, within rounding: its stop is shorter than `SHORTEST_PHASE`.
     """
+    jerk = limits.jerk
     # a state above the limit returns to it
     direction = np.where(v + a * np.abs(a) / (2.0 * jerk) > 0.0, -1.0, 1.0)
     unlimited = np.sqrt(np.maximum(0.5 * a**2 - direction * v * jerk, 0.0))
-    peak = np.minimum(unlimited, acceleration)
+    peak = np.minimum(unlimited, limits.acceleration)
     grow = np.abs(direction * peak - a) / jerk
     fade = peak / jerk
     changed = 0.5 * (a + direction * peak) * grow + 0.5 * direction * peak * fade
@@ -79,8 +82,7 @@ def stop_joints(
 def stop_on_path(
     curve: PiecewisePolynomial,
     at: float,
-    acceleration: FloatArray,
-    jerk: FloatArray,
+    limits: JointLimits,
     tolerance: float,
 ) -> tuple[PiecewisePolynomial, PiecewisePolynomial] | None:
     """Find the minimum-time stop on the path (C2 smooth, cubics), with an override of at most 1.
@@ -90,8 +92,7 @@ def stop_on_path(
     Args:
         curve: Positions over time, trailing shape (d,).
         at: Start time of the stop [s]; the curve is not at rest.
-        acceleration: Limits [rad/s² or m/s²], shape (d,); infinite where there is none.
-        jerk: Limits [rad/s³ or m/s³], shape (d,).
+        limits: Limits; those of acceleration and jerk are kept.
         tolerance: Maximum deviation of a joint from the path [rad or m].
 
     Returns:
@@ -101,23 +102,19 @@ def stop_on_path(
     rest_time = find_first_rest(curve, at)
     end = float(curve.x[-1]) if rest_time is None else rest_time
     best = np.inf if rest_time is None else rest_time - at
-    later_starts = curve.x[(curve.x > at + SHORTEST_PHASE) & (curve.x < end - SHORTEST_PHASE)][
-        :MAX_LATER_STARTS
-    ]
-    for begin in (at, *later_starts.tolist()):
-        min_duration = _min_duration(curve, begin, acceleration, jerk)
+    later = (curve.x > at + SHORTEST_PHASE) & (curve.x < end - SHORTEST_PHASE)
+    for begin in (at, *curve.x[later][:MAX_LATER_STARTS].tolist()):
+        min_duration = _min_duration(curve, begin, limits)
         if begin - at + min_duration >= (1.0 - MINIMUM_GAIN) * best:
             continue
         for share in LIMIT_SHARES:
-            limits = share * acceleration, share * jerk
-            clock = find_shortest_stop(
-                curve, begin, end, min(DURATION_GUESS * min_duration, best), *limits
-            )
+            guess = min(DURATION_GUESS * min_duration, best)
+            clock = find_shortest_stop(curve, begin, end, guess, limits.scaled(share))
             if clock is None or begin - at + clock.x[-1] >= best:
                 break
             clock = _start_earlier(clock, at, begin)
             motion, _ = approximate_by_cubics(compose(curve, clock), tolerance)
-            if keeps_joint_limits(motion, curve, acceleration, jerk):
+            if keeps_joint_limits(motion, curve, limits):
                 return clock, motion
     if rest_time is None:
         return None
@@ -136,13 +133,11 @@ def find_first_rest(curve: PiecewisePolynomial, at: float) -> float | None:
     return None if moves.all() else float(times[np.argmin(moves)])
 
 
-def _min_duration(
-    curve: PiecewisePolynomial, at: float, acceleration: FloatArray, jerk: FloatArray
-) -> float:
+def _min_duration(curve: PiecewisePolynomial, at: float, limits: JointLimits) -> float:
     """Time that the joints need to stop independently, a lower bound of stops on the path [s]."""
     q, v, a = (curve(at, nu) for nu in range(3))
-    jerk_bound = np.where(np.isfinite(jerk), jerk, acceleration / SHORTEST_PHASE)
-    stop = stop_joints(q, v, a, acceleration, jerk_bound)
+    jerk = np.where(np.isfinite(limits.jerk), limits.jerk, limits.acceleration / SHORTEST_PHASE)
+    stop = stop_joints(q, v, a, replace(limits, jerk=jerk))
     return 0.0 if stop is None else float(stop.x[-1])
 
 
@@ -157,13 +152,14 @@ def _start_earlier(clock: PiecewisePolynomial, at: float, begin: float) -> Piece
 
 
 def keeps_joint_limits(
-    motion: PiecewisePolynomial,
-    curve: PiecewisePolynomial,
-    acceleration: FloatArray,
-    jerk: FloatArray,
+    motion: PiecewisePolynomial, curve: PiecewisePolynomial, limits: JointLimits
 ) -> bool:
-    """Whether a motion keeps limits, or exceeds them at most as much as the curve."""
+    """Whether a motion keeps limits, or exceeds them at most as much as the curve.
+
+    Velocities need no test: the motion is at most as fast as the curve.
+    """
     return all(
-        (motion.extrema(nu).peak <= np.maximum(limit, curve.extrema(nu).peak)).all()
-        for nu, limit in ((2, acceleration), (3, jerk))
+        (motion.extrema(order).peak <= np.maximum(limits[name], curve.extrema(order).peak)).all()
+        for order, name in enumerate(RATE_QUANTITIES, 1)
+        if name != "velocity"
     )

@@ -14,7 +14,6 @@ from knotwork.planning.choosing.chosen_values import solutions_near
 from knotwork.planning.choosing.free_sections import FreeSection, FreeTask
 from knotwork.planning.choosing.path_limit_utilisation import planned_utilisation, state_limits
 from knotwork.planning.choosing.path_speed_problem import (
-    LARGEST_SLOWDOWN,
     ChosenSpeeds,
     NoSpeedsError,
     PathSpeedProblem,
@@ -45,21 +44,19 @@ class PathSpeeds:
     Attributes:
         free_task: The task with these speeds, or without them where a path can't be followed.
         chosen: The speeds along each of these paths.
-        fault: A limit that the motion exceeds, or `None`.
     """
 
     free_task: FreeTask
-    chosen: tuple[ChosenSpeeds, ...]
-    fault: SpeedFault | None = None
+    chosen: Sequence[ChosenSpeeds]
 
     @property
     def active_limits(self) -> tuple[ActiveLimit, ...]:
         """Bounds of the chosen speeds."""
         names = [waypoint.name for waypoint in self.free_task.scenario.waypoints]
         limits = []
-        for chosen in self.chosen:
-            for stretch, (_, bound) in chosen.speeds.items():
-                i = chosen.problem.path.first + stretch
+        for at in self.chosen:
+            for stretch, (_, bound) in at.speeds.items():
+                i = at.problem.path.first + stretch
                 subject, quantity = ("", bound.value) if isinstance(bound, Reason) else bound[:2]
                 limits.append(ActiveLimit(names[i], names[i + 1], subject, quantity, None))
         return tuple(limits)
@@ -73,13 +70,13 @@ class PathSpeeds:
             The problems; none if no path is slowed down.
         """
         ends = {section.waypoints[k] for section in sections for k in (0, -1)}
-        problems = [chosen.problem for chosen in self.chosen]
+        problems = [at.problem for at in self.chosen]
         slower = [
-            chosen.slowed_down(SLOWDOWN, Reason.ADJACENT_MOTION)
-            if ends & {chosen.problem.path.first, chosen.problem.path.last}
-            or any(bound is Reason.ADJACENT_MOTION for _, bound in chosen.speeds.values())
-            else chosen.problem
-            for chosen in self.chosen
+            at.slowed_down(SLOWDOWN, Reason.ADJACENT_MOTION)
+            if ends & {at.problem.path.first, at.problem.path.last}
+            or any(bound is Reason.ADJACENT_MOTION for _, bound in at.speeds.values())
+            else at.problem
+            for at in self.chosen
         ]
         return [] if slower == problems else slower
 
@@ -110,20 +107,20 @@ def maximum_path_speeds(
     faults: list[SpeedFault] = []
     for _ in range(MAX_MOTIONS):
         try:
-            chosen = tuple(problem.choose() for problem in problems)
+            chosen = [problem.choose() for problem in problems]
         except NoSpeedsError as no_speeds:
             faults = faults or [no_speeds.fault]
             break
-        if feasible and (budget.is_over or not _is_faster(chosen, feasible[-1].chosen)):
+        if feasible and (not _is_faster(chosen, feasible[-1].chosen) or budget.is_over):
             break
         speeds = _follow(free_task, chosen)
         problems = [at.problem for at in speeds.chosen]
-        if speeds.fault is None:
-            feasible.append(speeds)
+        if exceeded := [at.fault for at in speeds.chosen if at.fault is not None]:
+            faults = exceeded
         else:
-            faults.append(speeds.fault)
+            feasible.append(speeds)
     if not feasible:
-        raise path_speed_error(free_task, faults[-1])
+        raise path_speed_error(free_task, faults[0])
     return feasible[-1]
 
 
@@ -133,30 +130,15 @@ def _is_faster(chosen: Iterable[ChosenSpeeds], other: Iterable[ChosenSpeeds]) ->
     return time < (1.0 - MIN_GAIN) * other_time
 
 
-def _follow(free_task: FreeTask, chosen: tuple[ChosenSpeeds, ...]) -> PathSpeeds:
+def _follow(free_task: FreeTask, chosen: Sequence[ChosenSpeeds]) -> PathSpeeds:
     """Plan the motion along the paths with chosen speeds, and correct their problems."""
     try:
         timed = _with_speeds(free_task, chosen)
     except (PathError, FollowingError) as blocked:
         start = blocked.path_start
         faulty = [at for at in chosen if at.problem.path.first == start] or chosen
-        slower = tuple(
-            replace(at, problem=at.slowed_down(LARGEST_SLOWDOWN, Reason.TOLERANCES))
-            if at in faulty
-            else at
-            for at in chosen
-        )
-        fault = SpeedFault(faulty[0].problem.path, 0, Reason.TOLERANCES)
-        return PathSpeeds(free_task, slower, fault)
-    paths = timed.scenario.paths
-    corrected: list[ChosenSpeeds] = []
-    faults: list[SpeedFault | None] = []
-    for at in chosen:
-        problem = at.problem
-        planned = planned_utilisation(timed, paths[problem.number], problem.utilisation.limits)
-        corrected.append(at.corrected(planned))
-        faults.append(problem.fault_of(planned))
-    return PathSpeeds(timed, tuple(corrected), next(filter(None, faults), None))
+        return PathSpeeds(free_task, [at.blocked() if at in faulty else at for at in chosen])
+    return PathSpeeds(timed, [at.corrected(timed) for at in chosen])
 
 
 def _with_speeds(free_task: FreeTask, chosen: Sequence[ChosenSpeeds]) -> FreeTask:

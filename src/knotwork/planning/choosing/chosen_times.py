@@ -109,9 +109,7 @@ class ChosenValues:
         }
 
 
-def choose_times(
-    scenario: Scenario, budget: Budget, solution: TaskSolution | None = None
-) -> ChosenValues:
+def choose_times(free_task: FreeTask, budget: Budget) -> ChosenValues:
     """Choose the times, speeds and knots that a task leaves free.
 
     Constant speeds along tool paths come first: each is the maximum within the limits. Then the
@@ -121,14 +119,12 @@ def choose_times(
     budget lasts.
 
     Args:
-        scenario: A scenario with free values.
+        free_task: A scenario with free values, and solutions of its poses.
         budget: Computing time after which the best motion so far is taken, and progress.
-        solution: Solutions of the poses, if not the best.
 
     Raises:
-        InputError: The task can't be solved, or no motion within the limits was found.
+        InputError: No motion within the limits was found.
     """
-    free_task = FreeTask.solve(scenario, scenario.required_free_values, solution)
     motions = _find_motions(free_task, path_speed_problems(free_task), budget)
     while (shorter := _find_shorter(free_task, motions, budget)) is not None:
         motions = shorter
@@ -164,7 +160,7 @@ def _find_motions(
 
 
 def _find_shorter(free_task: FreeTask, motions: _Motions, budget: Budget) -> _Motions | None:
-    """Find motions of shorter total duration, with paths slowed down that were slowed down."""
+    """Find motions of shorter total duration, along slowed paths at still lower speeds."""
     slower = motions.speeds.slowed_down()
     if not slower or budget.is_over:
         return None

@@ -99,7 +99,9 @@ def _chosen_speed(free_task: FreeTask, i: int, q: FloatArray, v: FloatArray) -> 
     twist = robot.twist(q[columns], v[columns])
     if kind == "free":
         twist -= waypoint.twist  # the file gives relative velocities
-        scenario, axes, turn = free_task.scenario, "base", np.eye(3)
+        scenario = free_task.scenario
+        axes = "base"
+        turn = np.eye(3)
         if scenario.pose_frame_link and not waypoint.in_world_frame:
             # the base of the file moves relative to it
             axes = scenario.given.frame_of(scenario.given.waypoints[scenario.task_index[i]])

@@ -120,7 +120,7 @@ def _stop(section: FreeSection, problem: TimingProblem) -> PiecewisePolynomial |
     columns = [motion.joint_names.index(name) for name in problem.joint_names]
     curve = cut_curve(PiecewisePolynomial(curve.c[:, :, columns], curve.x), at, float(curve.x[-1]))
     curve = PiecewisePolynomial(curve.c, curve.x - at)
-    stopped = stop_on_path(curve, 0.0, limits.acceleration, limits.jerk, STOP_TOLERANCE)
+    stopped = stop_on_path(curve, 0.0, limits, STOP_TOLERANCE)
     return curve if stopped is None else stopped[1]
 
 
@@ -220,7 +220,8 @@ def _located_error(
     """
     free_task = section.free_task
     names = [free_task.scenario.waypoints[i].name for i in section.waypoints]
-    text, k = free_task.scenario.units.text, fault.waypoint
+    text = free_task.scenario.units.text
+    k = fault.waypoint
     bodies: tuple[str, ...] = ()
     if k is None:
         reason = f" was found among {fault.checks} configurations; one may exist all the same"

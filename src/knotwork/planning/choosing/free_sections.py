@@ -51,13 +51,10 @@ class FreeTask:
     solution: TaskSolution
 
     @classmethod
-    def solve(
-        cls, scenario: Scenario, free_values: FreeValues, solution: TaskSolution | None = None
-    ) -> FreeTask:
-        """A scenario with its joints; its poses are solved unless their solution is given."""
+    def solve(cls, scenario: Scenario, free_values: FreeValues) -> FreeTask:
+        """A scenario with its joints and the best solutions of its poses."""
         joints = read_joint_requirements(scenario)
-        solution = solution or solve_task(scenario, joints, knots_of(scenario))
-        return cls(scenario, free_values, joints, solution)
+        return cls(scenario, free_values, joints, solve_task(scenario, joints, knots_of(scenario)))
 
     @property
     def waypoints(self) -> JointWaypoints:
@@ -307,7 +304,8 @@ def _moving_base_error(scenario: Scenario, robot: Robot) -> InputError:
 
 def _check_limits(scenario: Scenario, joints: JointRequirements, limits: JointLimits) -> None:
     """Refuse a joint with unbounded acceleration."""
-    bounded, reason = np.isfinite(limits.acceleration), "no acceleration limit is given"
+    bounded = np.isfinite(limits.acceleration)
+    reason = "no acceleration limit is given"
     if joints.robot is not None:
         bounded |= np.isfinite(limits.effort)
         reason = "neither a limit of acceleration nor one of torque is known"

@@ -10,7 +10,8 @@ are then made slightly longer and fixed.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ import numpy as np
 from knotwork.arrays import FloatArray
 from knotwork.errors import FollowingError, InputError, OutOfReachError, TimingError
 from knotwork.planning.choosing.chosen_times import ChosenValues, choose_times
+from knotwork.planning.choosing.free_sections import FreeTask
 from knotwork.planning.timing.timed_motion import Budget
 from knotwork.task import ExpandedTask
 from knotwork.task.scenario import Scenario
@@ -59,9 +61,10 @@ def fix_arrival_times(scenario: Scenario, budget: Budget) -> Scenario:
     scenario = _with_speeds_before(scenario, budget)
     if not (scenario.free_values and scenario.free_values.time_dependent):
         return scenario
-    scenario, chosen = _first_choice(scenario, budget)
+    scenario, chosen = _first_choice(scenario, _guesses(scenario), budget)
     for count in range(MAX_ARRIVAL_ROUNDS):
-        expected, times = scenario.expected_times, _times(scenario, chosen)
+        expected = scenario.expected_times
+        times = _times(scenario, chosen)
         arrivals = list(scenario.required_free_values.time_dependent)
         if np.abs(times - expected)[arrivals].max() <= AGREEMENT:
             return _with_numbers(scenario, chosen)
@@ -74,7 +77,7 @@ def fix_arrival_times(scenario: Scenario, budget: Budget) -> Scenario:
         scenario = _with_fewer_free(scenario, task, by_task_index)
         if not (scenario.free_values and scenario.free_values.time_dependent):
             return scenario
-        chosen = choose_times(scenario, budget)
+        chosen = _choose(scenario, budget)
     i = max(arrivals, key=lambda k: abs(times[k] - expected[k]))
     raise TimingError(
         f"{scenario.waypoints[i].name!r} moves, and after {MAX_ARRIVAL_ROUNDS} iterations "
@@ -85,31 +88,52 @@ def fix_arrival_times(scenario: Scenario, budget: Budget) -> Scenario:
     )
 
 
-def _first_choice(scenario: Scenario, budget: Budget) -> tuple[Scenario, ChosenValues]:
-    """The scenario with the first expected times, and the choice based on them.
+def _choose(scenario: Scenario, budget: Budget) -> ChosenValues:
+    """Minimum times for the best solutions of the poses at the expected times."""
+    return choose_times(FreeTask.solve(scenario, scenario.required_free_values), budget)
+
+
+def _first_choice(
+    scenario: Scenario, guesses: Sequence[Mapping[int, float]], budget: Budget
+) -> tuple[Scenario, ChosenValues]:
+    """The scenario with the first expected times that have a solution, and the choice with them.
+
+    Args:
+        scenario: The scenario.
+        guesses: Expected times of waypoints [s], by index in the task.
+        budget: Computing time and progress.
 
     Raises:
-        InputError: There is no solution for any guess.
+        InputError: There is no solution for any guess; the error is that for the first one.
     """
-    free, (first, *_) = scenario.required_free_values, scenario.required_free_values.time_dependent
-    task_i, failure = scenario.task_index[first], None
-    guesses: list[dict[int, float]] = [{}]
-    at = free.waypoints[first]
-    if scenario.given.waypoints[task_i].time is None and at.duration_is_free:
-        start = scenario.expected_times[first - 1]
-        spans = dict.fromkeys(max(span, at.min_duration) for span in GUESSES)
-        guesses = [{task_i: start + span} for span in spans]
-    for expected in guesses:
-        try:
-            guessed = change_task(scenario, scenario.given, expected)
-            return guessed, choose_times(guessed, budget)
-        except (OutOfReachError, FollowingError) as error:
-            error.hint = (
-                "frames are taken at their expected times: after: {fastest: true, "
-                "at_least: seconds} delays the arrival until they are in reach"
-            )
-            failure = failure or error
-    raise failure or AssertionError("GUESSES is empty")
+    guess, *others = guesses
+    try:
+        guessed = change_task(scenario, scenario.given, guess)
+        return guessed, _choose(guessed, budget)
+    except (OutOfReachError, FollowingError) as error:
+        if others:
+            with suppress(OutOfReachError, FollowingError):
+                return _first_choice(scenario, others, budget)
+        error.hint = (
+            "frames are taken at their expected times: after: {fastest: true, "
+            "at_least: seconds} delays the arrival until they are in reach"
+        )
+        raise
+
+
+def _guesses(scenario: Scenario) -> list[dict[int, float]]:
+    """Expected times of the first moving frame to try [s], by index in the task."""
+    free = scenario.required_free_values
+    first = free.time_dependent[0]
+    task_i = scenario.task_index[first]
+    if (
+        scenario.given.waypoints[task_i].time is not None
+        or not free.waypoints[first].duration_is_free
+    ):
+        return [{}]
+    start = scenario.expected_times[first - 1]
+    spans = dict.fromkeys(max(span, free.waypoints[first].min_duration) for span in GUESSES)
+    return [{task_i: start + span} for span in spans]
 
 
 def _with_speeds_before(scenario: Scenario, budget: Budget) -> Scenario:
@@ -123,7 +147,7 @@ def _with_speeds_before(scenario: Scenario, budget: Budget) -> Scenario:
         return scenario
     try:
         part = task.replace(waypoints=task.waypoints[: scenario.task_index[first]])
-        chosen = choose_times(change_task(scenario, part), budget)
+        chosen = _choose(change_task(scenario, part), budget)
     except InputError:
         return scenario
     return _with_fewer_free(scenario, task.with_waypoints(_speeds(scenario, chosen)))
@@ -175,7 +199,8 @@ def _with_numbers(scenario: Scenario, chosen: ChosenValues) -> Scenario:
     changes: defaultdict[int, dict[str, Any]] = defaultdict(dict)
     changes.update(_speeds(scenario, chosen))
     for i in range(1, last + 1):
-        at, task_i = free.waypoints[i], scenario.task_index[i]
+        at = free.waypoints[i]
+        task_i = scenario.task_index[i]
         if at.duration_is_free and task.waypoints[task_i].time is None:
             span = float(spans[i - 1])
             waits = at.min_duration > span - AGREEMENT

@@ -22,6 +22,7 @@ from knotwork.planning.choosing.free_sections import FreeTask
 from knotwork.planning.choosing.path_limit_utilisation import (
     CONSTANT_SPEED_PART,
     PathUtilisation,
+    planned_utilisation,
 )
 from knotwork.planning.timing.state_limits import LimitedQuantity
 from knotwork.task.scenario import ScenarioPath
@@ -32,8 +33,11 @@ SPEED_DIGITS = 4
 MIN_SPEED = 1e-3
 """Speed that no speed is lowered below to keep a limit [m/s]."""
 
-EXPECTED_UTILISATION, PLANNED_UTILISATION = 0.998, 0.9995
-"""Largest utilisation of each limit, as expected and as planned; between samples it may be more."""
+EXPECTED_UTILISATION = 0.998
+"""Largest expected utilisation of each limit."""
+
+PLANNED_UTILISATION = 0.9995
+"""Largest utilisation by a planned motion; between samples it may be more."""
 
 SIGNIFICANT_UTILISATION = 0.3
 """Utilisation below which a limit is too far away to be corrected."""
@@ -208,7 +212,8 @@ class PathSpeedProblem:
         factor = min(factor, SMALLEST_SLOWDOWN)
         stretches = [k]
         if k not in self.caps:  # the next stretches with a chosen speed
-            before, after = [j for j in self.caps if j < k], [j for j in self.caps if j > k]
+            before = [j for j in self.caps if j < k]
+            after = [j for j in self.caps if j > k]
             stretches = before[-1:] + after[:1]
         if not stretches or factor * min(speeds[j] for j in stretches) < MIN_SPEED:
             raise NoSpeedsError(self.path, k, limit)
@@ -227,17 +232,8 @@ class PathSpeedProblem:
         """
         factors = np.maximum(utilisation, 1e-9) ** (-1.0 / self.utilisation.orders)
         column = int(factors.argmin())
-        return max(float(factors[column]), LARGEST_SLOWDOWN), self.utilisation.limits.quantities[
-            column
-        ]
-
-    def fault_of(self, planned: FloatArray) -> SpeedFault | None:
-        """The limit that a motion with a planned utilisation exceeds most, if it exceeds any."""
-        largest = planned.max(axis=1)
-        k, column = divmod(int(largest.argmax()), largest.shape[1])
-        if largest[k, column] <= PLANNED_UTILISATION:
-            return None
-        return SpeedFault(self.path, k, self.utilisation.limits.quantities[column])
+        limit = self.utilisation.limits.quantities[column]
+        return max(float(factors[column]), LARGEST_SLOWDOWN), limit
 
 
 @dataclass(frozen=True, eq=False)
@@ -245,39 +241,55 @@ class ChosenSpeeds:
     """Chosen speeds along one path.
 
     Attributes:
-        problem: The problem that they solve, later corrected by the motion with these speeds.
+        problem: The problem that they solve; once the motion with them is planned, corrected by it.
         speeds: Each speed and its bound, by index of the stretch.
         timing: Timing of the whole path with them.
+        fault: A limit that the motion with these speeds exceeds, or `None`.
     """
 
     problem: PathSpeedProblem
     speeds: Mapping[int, BoundedSpeed]
     timing: Timing
+    fault: SpeedFault | None = None
 
     def slowed_down(self, factor: float, reason: Reason) -> PathSpeedProblem:
         """The problem with caps at a fraction of these speeds."""
         caps = {k: BoundedSpeed(factor * v, reason) for k, (v, _) in self.speeds.items()}
         return replace(self.problem, caps=caps)
 
-    def corrected(self, planned: FloatArray) -> ChosenSpeeds:
-        """The speeds, with the expected utilisation of their problem corrected by a planned motion.
+    def blocked(self) -> ChosenSpeeds:
+        """The speeds as speeds that keep no tolerances, with lower caps of their problem."""
+        fault = SpeedFault(self.problem.path, 0, Reason.TOLERANCES)
+        slower = self.slowed_down(LARGEST_SLOWDOWN, Reason.TOLERANCES)
+        return replace(self, problem=slower, fault=fault)
+
+    def corrected(self, timed: FreeTask) -> ChosenSpeeds:
+        """The speeds, with their fault and a problem corrected by the planned motion.
 
         The problem caps the speeds with which this motion exceeds a limit.
 
         Args:
-            planned: Utilisation by the motion with these speeds, shape (n, 3, m).
+            timed: The task with these speeds.
         """
         problem = self.problem
+        limits = problem.utilisation.limits
+        planned = planned_utilisation(timed, timed.scenario.paths[problem.number], limits)
         expected = problem.utilisation.with_timing(self.timing)
         ratio = np.clip(planned / np.maximum(expected, 1e-9), 0.1, 1e3)
         compared = np.maximum(planned, problem.correction * expected) > SIGNIFICANT_UTILISATION
         correction = np.where(compared, ratio, problem.correction)
         caps = dict(problem.caps)
-        for k, largest in enumerate(planned.max(axis=1)):
-            if k in caps and largest.max() > PLANNED_UTILISATION:
-                factor, limit = problem.required_slowdown(largest / EXPECTED_UTILISATION)
+        largest = planned.max(axis=1)
+        for k, of_stretch in enumerate(largest):
+            if k in caps and of_stretch.max() > PLANNED_UTILISATION:
+                factor, limit = problem.required_slowdown(of_stretch / EXPECTED_UTILISATION)
                 caps[k] = BoundedSpeed(factor * self.speeds[k].speed, limit)
-        return replace(self, problem=replace(problem, caps=caps, correction=correction))
+        fault = None
+        if largest.max() > PLANNED_UTILISATION:
+            k, column = divmod(int(largest.argmax()), largest.shape[1])
+            fault = SpeedFault(problem.path, k, limits.quantities[column])
+        problem = replace(problem, caps=caps, correction=correction)
+        return replace(self, problem=problem, fault=fault)
 
 
 def round_speed(speed: float) -> float:

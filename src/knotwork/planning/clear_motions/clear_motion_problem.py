@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,11 +14,6 @@ from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.verification.bounds.clearance import Clearance, clearances
 
-MotionParts = tuple[
-    PiecewisePolynomial | None, PiecewisePolynomial | None, PiecewisePolynomial | None
-]
-"""Consecutive motions, each from time 0 on; `None` for missing ones."""
-
 
 @dataclass(frozen=True, eq=False)
 class ClearMotion:
@@ -28,8 +23,8 @@ class ClearMotion:
         curve: Joint positions over time, from time 0 on: cubic, C2.
         time: Times of the waypoints [s], shape (n,).
         line: The polyline from which it was planned, shape (n, d).
-        parts: The motion that rests at the corners of the polyline, between motions from and to
-            states that move.
+        parts: The motion from the first state to rest, the one that rests at the corners of the
+            polyline, and the one from rest to the last state, each from time 0 on, or `None`.
         rests: Whether it rests at corners of the polyline between the waypoints.
         extra_clearance: Clearance that it keeps beyond the margins [m].
     """
@@ -37,7 +32,7 @@ class ClearMotion:
     curve: PiecewisePolynomial
     time: FloatArray
     line: FloatArray
-    parts: MotionParts
+    parts: Sequence[PiecewisePolynomial | None]
     rests: bool
     extra_clearance: float = 0.0
 

@@ -16,7 +16,6 @@ from knotwork.planning.clear_motions.clear_motion_problem import (
     ClearMotion,
     ClearMotionProblem,
     ClearSearchError,
-    MotionParts,
 )
 from knotwork.planning.clear_motions.configuration_space import ConfigurationSpace
 from knotwork.planning.clear_motions.exchange import ExchangeSearch
@@ -190,8 +189,8 @@ class _ClearSearch:
         limits, errors = timing.limits, []
 
         def candidates() -> Iterator[PiecewisePolynomial | None]:
-            for part in BRAKING_SHARES:
-                yield stop_joints(q, v, a, part * limits.acceleration, part * limits.jerk)
+            for share in BRAKING_SHARES:
+                yield stop_joints(q, v, a, limits.scaled(share))
             if end == 0 and (stop := problem.stop()) is not None:
                 yield stop
 
@@ -280,42 +279,43 @@ class _ClearSearch:
         """The fastest motion near consecutive polylines."""
         line = np.concatenate((lines[0][:1], *(part[1:] for part in lines)))
         edges = [len(part) - 1 for part in lines]
-        passed, problem = np.cumsum([0, *edges]), self.problem
-        first = self._first_motion(line, passed)
-        if first is None:
+        passed = np.cumsum([0, *edges])
+        motion = self._first_motion(line, passed)
+        if motion is None:
             return None
-        curve, times, parts = first
         ends = self._timing_problem(line[passed], moving=True)
-        if problem.unproved_pairs(curve) or not keeps_limits(ends, curve):
+        unproved_pairs = self.problem.unproved_pairs
+        if unproved_pairs(motion.curve) or not keeps_limits(ends, motion.curve):
             return None
-        motion = ClearMotion(curve, times, line, parts, rests=len(line) > len(passed))
         if best is None:
             self.report(number, motion)
         pieces = min(max(PIECES_AN_EDGE * max(edges), MIN_PIECES), MAX_PIECES)
-        exchange = ExchangeSearch(self.space, ends, curve, times, pieces, problem.unproved_pairs)
-        max_duration = np.inf if best is None else best.duration
-        faster = exchange.run(self.is_out_of_time, max_duration)
-        if faster is curve:
+        exchange = ExchangeSearch(
+            self.space, ends, motion.curve, motion.time, pieces, unproved_pairs
+        )
+        faster = exchange.run(self.is_out_of_time, np.inf if best is None else best.duration)
+        if faster is motion.curve:
             return motion
-        return ClearMotion(faster, faster.x[::pieces], line, parts, rests=False)
+        return replace(motion, curve=faster, time=faster.x[::pieces], rests=False)
 
-    def _first_motion(
-        self, line: FloatArray, passed: IndexArray
-    ) -> tuple[PiecewisePolynomial, FloatArray, MotionParts] | None:
-        """A motion that rests at the corners of a line, its times there, and its parts."""
-        (before, after), middle, times = self.stops, None, np.zeros(len(passed))
+    def _first_motion(self, line: FloatArray, passed: IndexArray) -> ClearMotion | None:
+        """A motion that rests at the corners of a line, of which some are waypoints, or `None`."""
+        before, after = self.stops
+        middle = None
+        times = np.zeros(len(passed))
         if len(line) > 1:  # otherwise both ends have the same configuration at rest
             rests = resting_motion(self._timing_problem(line, moving=False), "resting")
             if rests is None:
                 return None
-            middle, times = rests.curve, rests.time[passed]
+            middle = rests.curve
+            times = rests.time[passed]
         parts = before, middle, after
         if parts == (None, None, None):
             return None
         curve = concatenate(*parts)
         times = times + (0.0 if before is None else before.x[-1])
         times[[0, -1]] = curve.x[[0, -1]]
-        return curve, times, parts
+        return ClearMotion(curve, times, line, parts, rests=len(line) > len(passed))
 
     def _timing_problem(self, line: FloatArray, *, moving: bool) -> TimingProblem:
         """The problem with rests at the corners of a polyline.

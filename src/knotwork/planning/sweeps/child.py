@@ -154,7 +154,8 @@ def map_in_children(
     def perform(item: Item) -> Answer:
         return task(thread.child, item)
 
-    remaining, waiting = iter(items), set[Future[Answer]]()
+    remaining = iter(items)
+    waiting: set[Future[Answer]] = set()
     with ThreadPoolExecutor(workers, initializer=begin) as pool:
         try:
             while True:

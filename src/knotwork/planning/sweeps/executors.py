@@ -60,13 +60,14 @@ def _plan_in_child(
     document: Document, time_limit: float, child: Child, numbered: _NumberedEdits
 ) -> tuple[int, Outcome]:
     """Plan a row in a child process, and report a timeout or crash."""
-    (row, edits), begin = numbered, time.perf_counter()
+    row, edits = numbered
+    begin = time.perf_counter()
     try:
         return row, child.call(outcome_of, document, edits, limit=time_limit)
     except (ChildTimeoutError, ChildCrashedError) as error:
-        verdict = ROW_TIME_LIMIT if isinstance(error, ChildTimeoutError) else ROW_CRASHED
+        result = ROW_TIME_LIMIT if isinstance(error, ChildTimeoutError) else ROW_CRASHED
         plan_time = time.perf_counter() - begin
-        return row, Outcome(verdict, verdict, str(error), plan_time=plan_time)
+        return row, Outcome(result, result, str(error), plan_time=plan_time)
 
 
 def distributed() -> Any:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from knotwork.errors import InputError
 from knotwork.files.documents import read, read_text
 from knotwork.scene.meshes.locating import find_mesh
+from knotwork.task.task_source import texts_in
 
 LARGEST_FILE = 500_000_000
 """Maximum size of a named file [bytes]. No reader accepts more, and a text may name any file."""
@@ -30,7 +31,7 @@ def named_files(data: Any, folder: Path) -> dict[str, Path]:
         Paths by name, sorted; the name of a file named in another one begins with that one's.
     """
     files: dict[str, Path] = {}
-    _add(files, "", ((text, folder / text) for text in _texts(data)))
+    _add(files, "", ((text, folder / text) for _, text in texts_in(data)))
     return dict(sorted(files.items()))
 
 
@@ -58,7 +59,7 @@ def _add(files: dict[str, Path], named_by: str, named: Iterator[tuple[str, Path]
 
 def _named_in(path: Path) -> Iterator[tuple[str, Path]]:
     if path.suffix in _DOCUMENTS:
-        for text in _texts(read(path).data):
+        for _, text in texts_in(read(path).data):
             yield text, path.parent / text
     elif path.suffix == ".urdf":
         for name in dict.fromkeys(_MESH.findall(read_text(path))):
@@ -66,11 +67,3 @@ def _named_in(path: Path) -> Iterator[tuple[str, Path]]:
                 yield name, find_mesh(name, path)
             except InputError:
                 continue
-
-
-def _texts(data: Any) -> Iterator[str]:
-    if isinstance(data, str):
-        yield data
-    elif isinstance(data, Mapping | list | tuple):
-        for item in data.values() if isinstance(data, Mapping) else data:
-            yield from _texts(item)

@@ -1,4 +1,4 @@
-"""Outcomes of rows: a verdict, the reason of a failure, and figures."""
+"""Outcomes of rows: a result, the reason of a failure, and figures."""
 
 from __future__ import annotations
 
@@ -11,11 +11,13 @@ from knotwork.planning import Plan, plan
 from knotwork.planning.sweeps.field_path import scenario_with
 from knotwork.planning.sweeps.figures import FIGURES
 
-ROW_PASSED, ROW_FAILED, ROW_REFUSED = "passed", "failed", "refused"
-"""Verdicts: all checks pass; a check fails; there is no motion."""
-ROW_TIME_LIMIT, ROW_CRASHED = "time limit", "crashed"
-"""Verdicts: the time limit was exceeded; the process crashed."""
-ROW_WRONG_INPUT = "wrong input"
+# results of rows
+ROW_PASSED = "passed"
+ROW_FAILED = "failed"  # a check fails
+ROW_REFUSED = "refused"  # there is no motion
+ROW_TIME_LIMIT = "time limit"
+ROW_CRASHED = "crashed"  # the process ended
+ROW_WRONG_INPUT = "wrong input"  # a reason
 # The first matching class decides.
 _REASONS: tuple[tuple[type[Exception], str], ...] = (
     (errors.OutOfReachError, "out of reach"),
@@ -35,7 +37,7 @@ class Outcome:
     """Outcome of one scenario.
 
     Attributes:
-        verdict: `ROW_PASSED`, `ROW_FAILED`, `ROW_REFUSED`, `ROW_TIME_LIMIT` or `ROW_CRASHED`.
+        result: `ROW_PASSED`, `ROW_FAILED`, `ROW_REFUSED`, `ROW_TIME_LIMIT` or `ROW_CRASHED`.
         reason: Reason of a failure, in a few words; else empty.
         message: Reason as a sentence; for a motion that passes, the number of requirements that are
             met at samples only, if any.
@@ -43,7 +45,7 @@ class Outcome:
         plan_time: Planning time [s].
     """
 
-    verdict: str
+    result: str
     reason: str = ""
     message: str = ""
     figures: dict[str, float | None] = field(default_factory=dict)

@@ -152,7 +152,9 @@ def _plan_missing(
     max_passed: float,
 ) -> None:
     """Plan the rows that are not finished, until enough rows pass; each outcome is kept at once."""
-    spec, begin, before = folder.spec, time.monotonic(), len(folder.rows)
+    spec = folder.spec
+    begin = time.monotonic()
+    before = len(folder.rows)
     passed = sum(row["verdict"] == ROW_PASSED for row in folder.rows.values())
     missing = [row for row in range(len(spec)) if row not in folder.rows]
     if passed >= max_passed or not missing:
@@ -160,7 +162,7 @@ def _plan_missing(
     with closing(executors.plan_rows(spec, missing, workers, scheduler)) as results:  # type: ignore[type-var]
         for row, outcome in results:
             folder.add(row, outcome)
-            passed += outcome.verdict == ROW_PASSED
+            passed += outcome.result == ROW_PASSED
             if progress is not None:
                 seconds = time.monotonic() - begin
                 progress(SweepProgress(len(folder.rows), len(spec), passed, before, seconds))

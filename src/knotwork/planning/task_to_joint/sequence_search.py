@@ -40,8 +40,6 @@ from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_requirements import JointRequirements
 from knotwork.waypoints import CartesianWaypoint
 
-HOME_CONFIGURATION = "home"
-
 
 class ChosenSequence(NamedTuple):
     """The chosen sequence.
@@ -64,8 +62,8 @@ class ChosenSequence(NamedTuple):
 def home(joints: JointRequirements) -> FloatArray:
     """The configuration `home`, or the middle of the joints' ranges."""
     robot = joints.robot
-    if robot is not None and HOME_CONFIGURATION in robot.configurations:
-        return np.array(robot.configurations[HOME_CONFIGURATION])
+    if robot is not None and "home" in robot.configurations:
+        return np.array(robot.configurations["home"])
     return range_middles(joints.limits.bounds("position"))
 
 

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from knotwork.arrays import BoolArray
+from knotwork.arrays import FloatArray
 from knotwork.errors import TimingError
 from knotwork.errors.plain_text import waypoint_text
 from knotwork.joint_quantities import JOINT_QUANTITIES, limit_text, rate_unit
@@ -142,9 +142,7 @@ def _infeasible_durations(problem: TimingProblem, direct: bool) -> Iterator[Timi
             yield _short_total(problem.total, reason, shortest)
         if len(problem.position) == 2:
             problem = replace(problem, duration=np.array([problem.total]), total=None)
-    wrong = problem.duration < min_durations(problem) * (1.0 - DERIVED_ROUNDING)
-    if wrong.any():
-        yield from _given_durations(problem, wrong, "", direct=direct)
+    yield from _short_durations(problem, min_durations(problem), direct=direct)
 
 
 def _short_total(total: float, reason: str, bound: float) -> TimingError:
@@ -152,20 +150,22 @@ def _short_total(total: float, reason: str, bound: float) -> TimingError:
     return TimingError(message, cause="duration", value=total, feasible_value=bound)
 
 
-def _given_durations(
-    problem: TimingProblem, wrong: BoolArray, prefix: str, *, direct: bool = True
+def _short_durations(
+    problem: TimingProblem, required: FloatArray, prefix: str = "", *, direct: bool = True
 ) -> Iterator[TimingError]:
-    """Errors for given durations, with durations in which the arm can come to rest.
+    """Errors for too short given durations, with durations in which the arm can come to rest.
 
     Args:
         problem: The timing problem.
-        wrong: Whether each duration is wrong.
+        required: Minimum duration of each interval [s], shape (n-1,).
         prefix: Beginning of the reason.
         direct: See `infeasible_values`.
     """
-    resting, shortest = resting_motion(with_longer(problem), "resting"), min_durations(problem)
-    together = ", with those named for the other intervals," if wrong.sum() > 1 else ""
-    for i in np.flatnonzero(wrong).tolist():
+    short = np.flatnonzero(problem.duration < required * (1.0 - DERIVED_ROUNDING)).tolist()
+    shortest = min_durations(problem)
+    resting = _resting_durations(problem) if short and direct else None
+    together = ", with those named for the other intervals," if len(short) > 1 else ""
+    for i in short:
         bound = float(shortest[i])
         reason = (
             f"under the limits of velocity and acceleration {slowest_text(problem, i)} takes more "
@@ -174,7 +174,7 @@ def _given_durations(
         if not direct:
             reason += "; without a time, the motion takes its minimum time"
         elif resting is not None:
-            bound = sufficient_duration(float(resting.time[i + 1] - resting.time[i]))
+            bound = sufficient_duration(float(resting[i]))
             reason += f"; {bound:.6g} s{together} is enough for a motion that stops at both ends"
         yield TimingError(
             f"from {problem.names[i]!r} to {problem.names[i + 1]!r} {problem.duration[i]:.6g} s "
@@ -187,15 +187,19 @@ def _given_durations(
         )
 
 
+def _resting_durations(problem: TimingProblem) -> FloatArray | None:
+    """Durations of a motion that rests in each interval, with given ones or longer [s], (n-1,)."""
+    resting = resting_motion(with_longer(problem), "resting")
+    return None if resting is None else np.diff(resting.time)
+
+
 def _too_short(problem: TimingProblem) -> list[TimingError]:
     """Given durations in which the arm can't come to rest, with durations in which it can."""
-    resting = resting_motion(with_longer(problem), "resting")
-    if resting is None:
+    takes = _resting_durations(problem)
+    if takes is None:
         return []
-    takes = np.diff(resting.time)
     if problem.total is None:
-        wrong = takes > problem.duration * (1.0 + DERIVED_ROUNDING)
-        return list(_given_durations(problem, wrong, f"{NO_MOTION}; "))
+        return list(_short_durations(problem, takes, f"{NO_MOTION}; "))
     sufficient = sufficient_duration(float(np.where(problem.free, takes, problem.duration).sum()))
     if problem.total >= sufficient:
         return []

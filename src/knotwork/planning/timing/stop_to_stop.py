@@ -101,8 +101,9 @@ def _next_to(
     a = problem.acceleration[i] if problem.acceleration_known[i] else np.zeros_like(q)
     if not v.any() and not a.any():
         return None, None
-    ramps = limits.acceleration / braking, (1.0 - STOP_MARGIN) * limits.jerk / braking
-    before, after = stop_joints(q, -v, a, *ramps), stop_joints(q, v, a, *ramps)
+    gentle = limits.scaled(1.0 / braking)
+    gentle = replace(gentle, jerk=(1.0 - STOP_MARGIN) * gentle.jerk)
+    before, after = stop_joints(q, -v, a, gentle), stop_joints(q, v, a, gentle)
     return None if before is None else reverse(before), after
 
 

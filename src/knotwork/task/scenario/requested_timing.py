@@ -10,7 +10,7 @@ import numpy as np
 
 from knotwork.curves import tool_paths
 from knotwork.curves.tool_paths import Timing
-from knotwork.errors import RampError, StretchTimeError
+from knotwork.errors import PathError, RampError, StretchTimeError
 
 SPEED_ROUNDS = 100
 """Largest number of rounds until speeds from times and speeds at junctions agree."""
@@ -82,6 +82,8 @@ class RequestedTiming:
                     raise type(error)(str(error), **{**vars(error), "stretch": k}) from None
             if np.allclose(speeds, before, rtol=1e-12, atol=0.0):
                 break
+        else:
+            raise PathError(f"speeds of its stretches still change after {SPEED_ROUNDS} rounds")
         timing = tool_paths.speed_profile(
             self.lengths,
             speeds,

@@ -196,7 +196,7 @@ def bounded_path_errors(
             ("path_speed", full_speed, in_full),
             ("path_ramp", 0.0, ~in_full),
         ):
-            errors = np.maximum(speed - full_speed, minimum - samples.along)
+            errors = np.maximum(speed - full_speed, minimum - samples.along_speed)
             upper = np.maximum(fastest - full_speed, minimum - slowest)
             criteria[quantity] = _criterion(tolerance, errors, upper, judged)
         lowest = float(slowest[in_full].min(initial=np.inf))

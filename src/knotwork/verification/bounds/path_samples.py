@@ -53,8 +53,8 @@ class PathSamples(NamedTuple):
         return rotation_angle(self.gap)
 
     @property
-    def along(self) -> FloatArray:
-        """Velocity along the path [m/s], shape (k,)."""
+    def along_speed(self) -> FloatArray:
+        """Speed along the path, negative backwards [m/s], shape (k,)."""
         return np.asarray((self.velocity * self.tangent).sum(axis=1))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
@@ -15,7 +15,7 @@ from knotwork.curves.polynomial.two_point import raise_degree
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.joint_quantities import rate_unit
 from knotwork.units import SI, Units
-from knotwork.verification.finding import Finding, Group, Subject, Topic
+from knotwork.verification.finding import Finding, Findings, Group, Topic, verdict_on
 from knotwork.verification.recording.alignment import Alignment
 from knotwork.verification.recording.log_delays import delay_text
 
@@ -42,7 +42,7 @@ def deviation_findings(
     robot: Robot | None = None,
     units: Units = SI,
     tolerances: LogTolerances = LogTolerances(),  # noqa: B008
-) -> Iterator[Finding]:
+) -> Findings:
     """Report the deviations of a log from its plan: time, each joint over all time, and the tool.
 
     Joint deviations are exact extrema between the smoothed log and the plan. Deviations of the tool
@@ -86,10 +86,11 @@ def deviation_findings(
         Group.AGAINST_PLAN, "time_shift", fact, value=alignment.lead, unit="s", highlight=highlight
     )
     largest = max(alignment.delays, key=lambda span: abs(span.delay))
-    yield _deviation(
-        "motion", "", "lateness", text or "the log is on time", largest.delay, "s", largest.start,
-        units, tolerances.delay,
-    )  # fmt: skip
+    fact, delay = text or "the log is on time", largest.delay
+    lateness = Finding.of_motion(
+        Group.AGAINST_PLAN, "lateness", fact, value=delay, unit="s", time=largest.start
+    )
+    yield _compared(lateness, tolerances.delay, units)
     yield from joints
     yield from tool
 
@@ -100,17 +101,18 @@ def _size(finding: Finding) -> float:
 
 def _joint_findings(
     motion: JointTrajectory, alignment: Alignment, units: Units, tolerances: LogTolerances
-) -> Iterator[Finding]:
+) -> Findings:
     gap = _difference(motion.polynomial, alignment.plan.polynomial)
     for order, word in enumerate(("", "velocity_")):
         extrema = gap.extrema(order)
         for j, (name, unit) in enumerate(zip(motion.joint_names, motion.joint_units, strict=True)):
-            fact = f"joint {name!r}:{' velocity' if order else ''} off the plan"
             limit = tolerances.joints.get(name, tolerances.joints.get(unit)) if not order else None
-            yield _deviation(
-                "joint", name, f"joint_{word}deviation", fact, float(extrema.peak[j]),
-                rate_unit(unit, order), float(extrema.peak_time[j]), units, limit,
-            )  # fmt: skip
+            fact = f"joint {name!r}:{' velocity' if order else ''} off the plan"
+            value, time = float(extrema.peak[j]), float(extrema.peak_time[j])
+            deviation = Topic(Group.AGAINST_PLAN, "joint", name).finding(
+                f"joint_{word}deviation", fact, value=value, unit=rate_unit(unit, order), time=time
+            )
+            yield _compared(deviation, limit, units)
 
 
 def _difference(curve: PiecewisePolynomial, plan: PiecewisePolynomial) -> PiecewisePolynomial:
@@ -129,7 +131,7 @@ def _tool_findings(
     robot: Robot | None,
     units: Units,
     tolerances: LogTolerances,
-) -> Iterator[Finding]:
+) -> Findings:
     if robot is None:
         return
     import pinocchio as pin
@@ -147,29 +149,27 @@ def _tool_findings(
     rows = ("tool_deviation", "position", "m"), ("tool_orientation_deviation", "orientation", "rad")
     for (quantity, word, unit), sizes in zip(rows, errors, strict=True):
         worst = int(sizes.argmax())
-        fact, limit = f"the tool's {word} is off the plan", tolerances.tool.get(unit)
         value, time = float(sizes[worst]), float(times[worst])
-        finding = _deviation("tool", "", quantity, fact, value, unit, time, units, limit)
-        yield replace(finding, proof="sampled")
+        fact = f"the tool's {word} is off the plan"
+        deviation = Topic(Group.AGAINST_PLAN, "tool").finding(
+            quantity, fact, value=value, unit=unit, time=time, proof="sampled"
+        )
+        yield _compared(deviation, tolerances.tool.get(unit), units)
 
 
-def _deviation(
-    subject: Subject,
-    name: str,
-    quantity: str,
-    fact: str,
-    value: float,
-    unit: str,
-    time: float,
-    units: Units,
-    limit: float | None,
-) -> Finding:
-    """Make the finding on a deviation from the plan, compared with its tolerance if it has one."""
-    if unit != "s":
-        fact += f" by up to {units.text(abs(value), unit, '.3g')}, at {time:.4f} s"
+def _compared(deviation: Finding, limit: float | None, units: Units) -> Finding:
+    """Add the size of a deviation to its fact, and compare it with its tolerance if it has one."""
+    size, fact = _size(deviation), deviation.fact
+    if deviation.unit != "s":
+        reached = units.text(size, deviation.unit, ".3g")
+        fact += f" by up to {reached}, at {deviation.time:.4f} s"
     if limit is None:
-        topic = Topic(Group.AGAINST_PLAN, subject, name)
-        return topic.finding(quantity, fact, value=value, unit=unit, time=time)
-    fact += f", tolerance {units.text(limit, unit, '.3g')}"
-    topic = Topic(Group.TOLERANCES, subject, name)
-    return topic.at_most(quantity, fact, value, limit, unit, time=time)
+        return replace(deviation, fact=fact)
+    return replace(
+        deviation,
+        group=Group.TOLERANCES,
+        verdict=verdict_on(size <= limit),
+        fact=f"{fact}, tolerance {units.text(limit, deviation.unit, '.3g')}",
+        limit=limit,
+        margin=limit - size,
+    )

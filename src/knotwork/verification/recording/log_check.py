@@ -9,7 +9,6 @@ jerk may jump.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -23,7 +22,7 @@ from knotwork.joint_quantities import MOTION_QUANTITIES
 from knotwork.units import SI, Units
 from knotwork.verification import Finding, Report, check
 from knotwork.verification.continuity import ROUNDING_QUANTITIES
-from knotwork.verification.finding import Group, Topic
+from knotwork.verification.finding import Findings, Group, Topic
 from knotwork.verification.recording.alignment import (
     PLAN_RESIDUAL_RATIO,
     STANDARD_ERRORS,
@@ -215,9 +214,7 @@ def _inertia(robot: Robot, q: FloatArray) -> FloatArray:
     return np.column_stack([robot.effort(q, still, unit) - static for unit in np.eye(q.size)])
 
 
-def _residual_findings(
-    alignment: Alignment, allowed: FloatArray, units: Units
-) -> Iterator[Finding]:
+def _residual_findings(alignment: Alignment, allowed: FloatArray, units: Units) -> Findings:
     """Report the residuals of the samples of each joint, relative to their noise.
 
     Args:
@@ -243,7 +240,7 @@ def _residual_findings(
         yield topic.at_most("sample_off_the_curve", fact, value, limit, unit, time=time)
 
 
-def _log_findings(alignment: Alignment, units: Units) -> Iterator[Finding]:
+def _log_findings(alignment: Alignment, units: Units) -> Findings:
     """Report the assumptions about the log: sampling, smoothing, noise and omissions."""
     curve, log, noise = alignment.smoothed, alignment.smoothed.log, alignment.smoothed.noise
     origin = "as given" if noise.stated else "estimated from the samples and their digits"
@@ -268,7 +265,7 @@ def _log_findings(alignment: Alignment, units: Units) -> Iterator[Finding]:
         yield Finding.of_motion(Group.LOG, "left_out", fact)
 
 
-def gap_findings(alignment: Alignment) -> Iterator[Finding]:
+def gap_findings(alignment: Alignment) -> Findings:
     """Report each gap in the plan's time, in which the motion of the robot is unknown.
 
     A gap fails if the plan moves during it, and is a warning if the plan is at rest. In a gap the
