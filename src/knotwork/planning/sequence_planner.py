@@ -60,7 +60,7 @@ class SequencePlanner:
         self.budget = budget
         self.fixed_arrivals = fixed_arrivals
         original = scenario.planner
-        with nullcontext() if planner else scenario.error_context("planner"):
+        with nullcontext() if planner else scenario.locations.errors_at("planner"):
             get_planner(planner or original)
         self.scenario = replace(scenario, planner=planner or original)
         self.joints = read_joint_requirements(self.scenario)
@@ -156,5 +156,5 @@ class SequencePlanner:
             if self.planner and field == ("planner",):
                 error.locate(f"{self.scenario.name}: planner")
                 raise
-            with self.scenario.error_context(*field):
+            with self.scenario.locations.errors_at(*field):
                 raise

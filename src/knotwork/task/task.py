@@ -235,7 +235,8 @@ class Task(TaskPart):
         Raises:
             InputError: The file can't be written.
         """
-        target, data = Path(path), self.to_dict()
+        target = Path(path)
+        data = self.to_dict()
         text = to_block_yaml(
             with_moved_paths(type(self), data, Path.cwd(), target.parent.resolve())
         )

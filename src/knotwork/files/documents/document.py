@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from knotwork.errors import DocumentError, Problem
+from knotwork.errors import DocumentError, InputError, Problem, suggest_name
 
 Location = tuple[str | int, ...]
 
@@ -58,6 +59,33 @@ class Locations:
         """Make the error for one problem at a location."""
         problem = Problem(self.line(location), self.path(location), message, accepted)
         return DocumentError(self.file, [problem])
+
+    def check_name(
+        self, location: Location, kind: str, name: str, available: Iterable[str]
+    ) -> None:
+        """Refuse an unknown name at a location.
+
+        Raises:
+            DocumentError: The name is not available.
+        """
+        available = list(available)
+        if name not in available:
+            hint = suggest_name(name, available)
+            raise self.error(location, f"unknown {kind} {name!r}", hint)
+
+    @contextmanager
+    def errors_at(self, *location: str | int) -> Iterator[None]:
+        """Locate errors of the input that are raised inside, unless they are problems of a file.
+
+        Args:
+            location: Keys and indices of the value at fault, for example `"tool", "frame"`.
+        """
+        try:
+            yield
+        except InputError as error:
+            if not isinstance(error, DocumentError):
+                error.locate(self.where(location))
+            raise
 
     def named_file(self, name: str, location: Location) -> Path:
         """Path of another file, whose name at a location is relative to the folder of this one.

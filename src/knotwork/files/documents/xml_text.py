@@ -59,12 +59,10 @@ def check_xml(data: bytes, max_elements: int) -> None:
     parser.EntityDeclHandler, parser.AttlistDeclHandler = entity, attribute
     try:
         parser.Parse(data, True)
-    except expat.ExpatError as error:
+    except InputError:
+        raise
+    except (expat.ExpatError, ValueError, LookupError) as error:  # or an unknown encoding
         raise InputError(f"it is not XML: {error}") from error
-    except (ValueError, LookupError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"it is not XML: {error}") from error  # an unknown encoding
 
 
 def _error_at(parser: expat.XMLParserType, reason: str) -> InputError:

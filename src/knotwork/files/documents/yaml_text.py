@@ -13,7 +13,7 @@ from typing import Any
 import yaml
 
 from knotwork.errors import DocumentError, Problem, format_value
-from knotwork.files.documents.document import Document, Location, field_path
+from knotwork.files.documents.document import Document, Location, Locations, field_path
 
 # Deeper than any real document, and shallow enough for the parser, which is recursive.
 MAX_YAML_DEPTH = 100
@@ -173,7 +173,7 @@ def parse(text: str, file: Path | None = None) -> Document:
         message = f"is not valid YAML: {text[error.start]!a} is half a character"
         raise DocumentError(file, [Problem(line, "", message)]) from error
     if node is None:
-        raise DocumentError(file, [Problem(None, "", "the file is empty")])
+        raise Locations(file=file).error((), "the file is empty")
     reader = _Reader(file, values)
     with _no_collector():
         first = node.start_mark.line + 1
@@ -220,8 +220,7 @@ def _checked_size(text: str, file: Path | None) -> int:
         elif isinstance(event, yaml.CollectionEndEvent):
             depth -= 1
         if values > MAX_YAML_VALUES:
-            problem = Problem(None, "", f"has more than {MAX_YAML_VALUES} values")
-            raise DocumentError(file, [problem])
+            raise Locations(file=file).error((), f"has more than {MAX_YAML_VALUES} values")
     return values
 
 
@@ -261,23 +260,19 @@ def read_text(path: Path, max_bytes: int = MAX_YAML_BYTES) -> str:
     Raises:
         DocumentError: The file can't be read, is too large or is not UTF-8 text.
     """
+    whole = Locations(file=path)
     try:
         if path.exists() and not (path.is_file() or path.is_dir()):
             # a pipe may never end, and /dev/zero does not either
-            problem = Problem(
-                None, "", "is not a regular file", "a file; write a pipe's output to one"
-            )
-            raise DocumentError(path, [problem])
+            accepted = "a file; write a pipe's output to one"
+            raise whole.error((), "is not a regular file", accepted)
         if path.is_file() and (size := path.stat().st_size) > max_bytes:
-            message = f"has {size} bytes, and at most {max_bytes} are read"
-            raise DocumentError(path, [Problem(None, "", message)])
+            raise whole.error((), f"has {size} bytes, and at most {max_bytes} are read")
         return path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
-        message = f"is not UTF-8 text (byte {error.start})"
-        raise DocumentError(path, [Problem(None, "", message)]) from error
+        raise whole.error((), f"is not UTF-8 text (byte {error.start})") from error
     except OSError as error:
-        message = f"can't be read: {error.strerror or error}"
-        raise DocumentError(path, [Problem(None, "", message)]) from error
+        raise whole.error((), f"can't be read: {error.strerror or error}") from error
 
 
 def to_flow_yaml(value: Any, column: int = 0, width: int = LINE_WIDTH) -> str:

@@ -280,14 +280,14 @@ def find_sections(free_task: FreeTask) -> list[FreeSection]:
 
 def jerk_limits(joints: JointRequirements) -> FloatArray:
     """Jerk limits [rad/s³ or m/s³]; without one, a bound that avoids jumps of the acceleration."""
-    jerk, acceleration = joints.limits["jerk"], joints.limits["acceleration"]
+    jerk, acceleration = joints.limits.jerk, joints.limits.acceleration
     ramped = np.where(np.isfinite(acceleration), acceleration / MIN_RAMP_TIME, MAX_JERK)
     return np.where(np.isfinite(jerk), jerk, np.minimum(ramped, MAX_JERK))
 
 
 def assumed_jerk(joints: JointRequirements) -> dict[str, float]:
     """Jerk bounds of the joints without a limit [rad/s³ or m/s³]."""
-    has_limit = np.isfinite(joints.limits["jerk"])
+    has_limit = np.isfinite(joints.limits.jerk)
     bounds = zip(joints.joint_names, has_limit, jerk_limits(joints), strict=True)
     return {name: float(bound) for name, has, bound in bounds if not has}
 

@@ -182,7 +182,7 @@ def _times(scenario: Scenario, chosen: ChosenValues) -> FloatArray:
         if time is None or ends_wait(scenario.task_index, i):
             continue
         if times[i] > time:
-            with scenario.error_context("waypoints", task_i, "time"):
+            with scenario.locations.errors_at("waypoints", task_i, "time"):
                 raise InputError(
                     f"{scenario.waypoints[i].name!r} is reached at "
                     f"{rounded_up(float(times[i])):.6g} s at the earliest that was found, "

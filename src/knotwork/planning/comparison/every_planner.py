@@ -121,7 +121,7 @@ def compare(
         get_planner(name)
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
-    with scenario.error_context("planner"):
+    with scenario.locations.errors_at("planner"):
         get_planner(scenario.planner)
     base_plan = _base_plan(scenario)
     own_options = planner_options(base_plan.scenario, base_plan.joints)

@@ -38,7 +38,7 @@ def joint_rules(robot: Robot) -> JointRules:
         upper=upper,
         unbounded=unbounded_joints(robot) & ~virtual,
         weights=robot.weights,
-        ramp=np.where(virtual, 0.0, speed / robot.limits["acceleration"]),
+        ramp=np.where(virtual, 0.0, speed / robot.limits.acceleration),
     )
 
 

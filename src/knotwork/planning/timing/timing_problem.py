@@ -37,9 +37,9 @@ class Objective:
     The integrals run over the whole motion and are sums over the joints.
 
     Attributes:
-        time: Weight of the total duration.
-        jerk: Weight of the integral of jerk squared [1/(rad²/s⁵)].
-        acceleration: Weight of the integral of acceleration squared [1/(rad²/s³)].
+        time: Weight of the total duration [1/s].
+        jerk: Weight of the integral of jerk squared [s⁵/rad²].
+        acceleration: Weight of the integral of acceleration squared [s³/rad²].
         effort: Weight of the integral of effort squared [1/(N² m² s)]. Needs dynamics.
 
     Raises:

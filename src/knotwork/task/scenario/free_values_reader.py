@@ -76,16 +76,6 @@ class FreeValues:
         return any(free.duration_is_free for free in self.waypoints)
 
     @property
-    def has_free_path_speeds(self) -> bool:
-        """Whether the constant speed along any path is free."""
-        return any(free.path_speed_is_free for free in self.waypoints)
-
-    @property
-    def has_free_speeds(self) -> bool:
-        """Whether the speed or velocity at any waypoint is free."""
-        return any(free.speed_kind != "given" for free in self.waypoints)
-
-    @property
     def duration_is_unknown(self) -> BoolArray:
         """Whether each duration is free, itself or by the speed of a path, shape (n - 1,)."""
         return np.array([free.duration_is_unknown for free in self.waypoints[1:]])
@@ -111,42 +101,45 @@ def ends_wait(task_index: Sequence[int], i: int) -> bool:
     return i > 0 and task_index[i] == task_index[i - 1]
 
 
-def min_duration(task: ExpandedTask, i: int) -> float | None:
-    """Lower bound of a free time to a waypoint [s], 0 without one; `None` for a given time."""
+def read_free_waypoint(task: ExpandedTask, i: int) -> FreeWaypoint:
+    """Read the free values at waypoint i of a task, in SI, and on the way to it."""
     waypoint = task.waypoints[i]
+    speed = getattr(waypoint, "speed", None)
+    speed_is_free = isinstance(speed, str | AtMost)
+    max_speed = speed.at_most if isinstance(speed, AtMost) else math.inf
     if isinstance(waypoint, PathWaypoint):
-        return None
-    if isinstance(waypoint.after, Fastest):
-        return waypoint.after.at_least or 0.0
-    first = i == 0 and task.start is None
-    unstated = waypoint.after is None and waypoint.time is None and not first
-    left_free = task.times is not None or clear_way(task, i) is not None
-    return 0.0 if waypoint.after == "fastest" or (unstated and left_free) else None
-
-
-def clear_way(task: ExpandedTask, i: int) -> ClearWay | None:
-    """Options of a collision-free motion to a waypoint, or `None`; in SI as the task is."""
-    waypoint = task.waypoints[i]
-    if isinstance(waypoint, PathWaypoint) or (i == 0 and task.start is None):
-        return None
-    given = waypoint.way or task.ways
-    return ClearWay.model_construct(clear=True) if given == "clear" else given
-
-
-def max_speed(speed: float | str | AtMost | None) -> float | None:
-    """Upper bound of a free speed, infinite without one; `None` for a given speed."""
-    if isinstance(speed, AtMost):
-        return speed.at_most
-    return math.inf if isinstance(speed, str) else None
+        return FreeWaypoint(path_speed_is_free=speed_is_free, max_speed=max_speed)
+    kind: Literal["given", "direction", "free"] = "direction" if speed_is_free else "given"
+    if getattr(waypoint, "velocity", None) == "free":
+        kind = "free"
+    is_first = i == 0 and task.start is None
+    way = None if is_first else waypoint.way or task.ways
+    if way == "clear":
+        way = ClearWay.model_construct(clear=True)
+    after = waypoint.after
+    duration_is_free = isinstance(after, str | Fastest)
+    if after is None and waypoint.time is None and not is_first:
+        duration_is_free = task.times is not None or way is not None
+    return FreeWaypoint(
+        duration_is_free=duration_is_free,
+        min_duration=after.at_least or 0.0 if isinstance(after, Fastest) else 0.0,
+        way=way,
+        speed_kind=kind,
+        max_speed=max_speed,
+    )
 
 
 def read_free_values(
-    task: ExpandedTask, locations: Locations, task_index: Sequence[int]
+    task: ExpandedTask,
+    free_in_task: Sequence[FreeWaypoint],
+    locations: Locations,
+    task_index: Sequence[int],
 ) -> FreeValues | None:
     """Read the values that a task leaves free, or `None` without any.
 
     Args:
         task: The task, in SI.
+        free_in_task: Free values at each of its waypoints.
         locations: Locations of its parts in the file, for errors.
         task_index: Index in the task of each waypoint of the scenario; -1 for the start.
 
@@ -158,7 +151,7 @@ def read_free_values(
     for i, task_i in enumerate(task_index):
         free = FreeWaypoint()
         if task_i >= 0 and not ends_wait(task_index, i):  # otherwise the start, or after a wait
-            free = _free_waypoint(task, task_i)
+            free = free_in_task[task_i]
             is_unknown = any(before.duration_is_unknown for before in waypoints)
             if task.waypoints[task_i].time is not None and is_unknown:
                 time_dependent.append(i)
@@ -178,25 +171,6 @@ def read_free_values(
     return values if values.has_any else None
 
 
-def _free_waypoint(task: ExpandedTask, i: int) -> FreeWaypoint:
-    """Read the free values at waypoint i of a task and on the way to it."""
-    given, least = task.waypoints[i], min_duration(task, i)
-    highest, on_path = max_speed(getattr(given, "speed", None)), isinstance(given, PathWaypoint)
-    kind: Literal["given", "direction", "free"] = "given"
-    if not on_path and highest is not None:
-        kind = "direction"
-    elif getattr(given, "velocity", None) == "free":
-        kind = "free"
-    return FreeWaypoint(
-        duration_is_free=least is not None,
-        min_duration=least or 0.0,
-        path_speed_is_free=on_path and highest is not None,
-        way=clear_way(task, i),
-        speed_kind=kind,
-        max_speed=math.inf if highest is None else highest,
-    )
-
-
 def _objective(task: ExpandedTask, *, has_free_times: bool) -> Weights:
     given = task.objective
     if isinstance(given, Weights):
@@ -205,24 +179,24 @@ def _objective(task: ExpandedTask, *, has_free_times: bool) -> Weights:
     return Weights(**{given or ("time" if timed else "jerk"): 1.0})
 
 
-def check_free_values(task: ExpandedTask, locations: Locations) -> None:
+def check_free_values(
+    task: ExpandedTask, free_in_task: Sequence[FreeWaypoint], locations: Locations
+) -> None:
     """Refuse times after free ones, free velocities at the ends and free times of paths.
+
+    Args:
+        task: The task, in SI.
+        free_in_task: Free values at each of its waypoints.
+        locations: Locations of its parts in the file, for errors.
 
     Raises:
         DocumentError: One of these is given.
     """
-    is_free = False
-    for i in range(len(task.waypoints)):
-        for key, message, accepted in _misplaced(task, i, after_free=is_free):
+    after_free = False
+    for i, free in enumerate(free_in_task):
+        for key, message, accepted in _misplaced(task, i, after_free=after_free):
             raise locations.error(("waypoints", i, key), message, accepted)
-        is_free |= time_is_free(task, i)
-
-
-def time_is_free(task: ExpandedTask, i: int) -> bool:
-    """Whether the time from the waypoint before waypoint i is free, itself or by a speed."""
-    waypoint = task.waypoints[i]
-    by_speed = isinstance(waypoint, PathWaypoint) and max_speed(waypoint.speed) is not None
-    return by_speed or min_duration(task, i) is not None
+        after_free |= free.duration_is_unknown
 
 
 def _misplaced(task: ExpandedTask, i: int, *, after_free: bool) -> Iterator[tuple[str, str, str]]:
@@ -233,7 +207,8 @@ def _misplaced(task: ExpandedTask, i: int, *, after_free: bool) -> Iterator[tupl
         i: Index of the waypoint.
         after_free: Whether an earlier time is free.
     """
-    waypoint, at_start = task.waypoints[i], i == 0 and task.start is None
+    waypoint = task.waypoints[i]
+    at_start = i == 0 and task.start is None
     fastest = isinstance(waypoint.after, str | Fastest)
     if at_start and fastest:
         message = "the first waypoint has no previous one, so no time to it can be chosen"
@@ -260,20 +235,22 @@ def _misused(
     task: ExpandedTask, free: FreeValues, task_index: Sequence[int]
 ) -> Iterator[tuple[Location, str, str]]:
     """Keys about free values although none is free, and free values that exclude each other."""
-    timed, objective = free.has_free_durations, task.objective is not None
+    is_timed = free.has_free_durations
     free_times = sum(waypoint.duration_is_free for waypoint in free.waypoints)
     has_free_times = free_times > len(free.time_dependent)
+    has_free_speeds = any(waypoint.speed_kind != "given" for waypoint in free.waypoints)
+    has_objective = task.objective is not None
     weighs_time = free.objective.time > 0.0
     if task.duration is not None and not has_free_times:
         accepted = "times: fastest, or after: fastest at a waypoint"
         yield ("duration",), "is given, but so is every time", accepted
-    if objective and not (has_free_times or free.knots_are_free or free.has_free_speeds):
+    if has_objective and not (has_free_times or free.knots_are_free or has_free_speeds):
         accepted = "times: fastest, after: fastest at a waypoint, or knots: optimal"
         yield ("objective",), "gives an objective, but no time is free", accepted
-    if objective and weighs_time and (not has_free_times or task.duration is not None):
+    if has_objective and weighs_time and (not has_free_times or task.duration is not None):
         message = "the time is given, so it can't be minimised"
         yield ("objective",), message, "jerk, effort or acceleration"
-    if timed and task.duration is None and not weighs_time:
+    if is_timed and task.duration is None and not weighs_time:
         message = "gives no weight to the time, so the slowest motion would be optimal"
         accepted = "time as well, for example {time: 1, effort: 0.01}, or duration: seconds"
         yield ("objective",), message, accepted

@@ -17,7 +17,7 @@ from knotwork.curves.polynomial.extended_curve import ExtendedCurve
 from knotwork.curves.tool_paths.seam import seam_frames, torch_rotation
 from knotwork.curves.tool_paths.task_frame import BASE_FRAME, TaskFrame
 from knotwork.curves.trajectory import JointTrajectory
-from knotwork.errors import InputError, PathError, suggest_name
+from knotwork.errors import InputError, PathError
 from knotwork.files.documents import Location, Locations
 from knotwork.task import Frame, FrameMotion, Placement, SeamTorch
 
@@ -137,12 +137,10 @@ class Frames(dict[str, TaskFrame]):
                     ("frames", reserved), "is a reserved name", "any other name for a frame"
                 )
         for name, frame in frames.items():
-            if frame.parent != "base" and frame.parent not in frames:
-                choices = ["base", *(choice for choice in frames if choice != name)]
-                raise locations.error(
-                    ("frames", name, "in"),
-                    f"unknown frame {frame.parent!r}",
-                    suggest_name(frame.parent, choices),
+            if frame.parent != name:
+                others = (choice for choice in frames if choice != name)
+                locations.check_name(
+                    ("frames", name, "in"), "frame", frame.parent, ["base", *others]
                 )
         parents = {name: [frame.parent] for name, frame in frames.items()}
         try:
@@ -173,12 +171,8 @@ class Frames(dict[str, TaskFrame]):
         Raises:
             DocumentError: The frame does not exist.
         """
-        if name in self or name in also:
-            return name
-        choices = [*self, *also]
-        raise self._locations.error(
-            location, f"unknown frame {name!r}", suggest_name(name, choices)
-        )
+        self._locations.check_name(location, "frame", name, [*self, *also])
+        return name
 
 
 def move_frame(frame: TaskFrame, motion: FrameMotion, locations: Locations, name: str) -> TaskFrame:

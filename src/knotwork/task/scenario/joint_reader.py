@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from knotwork.arrays import FloatArray
-from knotwork.errors import suggest_name
 from knotwork.joint_quantities import JOINT_QUANTITIES
 from knotwork.task import ChosenSectionFields, JointWaypoint
 from knotwork.task.scenario import JointTarget
@@ -47,10 +46,7 @@ class JointReader:
         if not isinstance(values, Mapping):
             return dict.fromkeys(self.names, float(values))
         for name in values:
-            if name not in self.names:
-                raise self.scenario.locations.error(
-                    (*location, name), f"unknown joint {name!r}", suggest_name(name, self.names)
-                )
+            self.scenario.locations.check_name((*location, name), "joint", name, self.names)
         return values
 
     def to_si(self, values: Any, *location: str | int) -> dict[str, Any]:
@@ -65,12 +61,8 @@ class JointReader:
     def array(self, values: Any, *location: str | int, missing: float | None = None) -> FloatArray:
         """A value for every joint, shape (d,), or a list, (d, m); `missing` for joints left out."""
         if isinstance(values, str):
-            if values not in self.configurations:
-                raise self.scenario.locations.error(
-                    location,
-                    f"unknown configuration {values!r}",
-                    suggest_name(values, self.configurations),
-                )
+            locations = self.scenario.locations
+            locations.check_name(location, "configuration", values, self.configurations)
             return np.array(self.configurations[values])
         values = self.to_si(values, *location)
         absent = [name for name in self.names if name not in values]
@@ -123,12 +115,8 @@ class JointReader:
         names = [waypoint.name for waypoint in self.scenario.waypoints]
         location = "chosen", i
         for name in motion.velocities:
-            if name not in names:
-                raise self.scenario.locations.error(
-                    (*location, "velocities", name),
-                    f"unknown waypoint {name!r}",
-                    suggest_name(name, names),
-                )
+            field = *location, "velocities", name
+            self.scenario.locations.check_name(field, "waypoint", name, names)
         return ChosenSection(
             np.array(motion.times),
             self.array(motion.accelerations, *location, "accelerations").T,

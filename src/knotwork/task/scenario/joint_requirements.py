@@ -103,13 +103,13 @@ def read_joint_requirements(scenario: Scenario) -> JointRequirements:
         return _bare_joints(scenario)
     robot = _with_unplanned_joints(scenario, moved_robot(scenario))
     if task.gravity is not None:
-        with scenario.error_context("gravity"):
+        with scenario.locations.errors_at("gravity"):
             robot = robot.with_gravity(task.gravity)
     if isinstance(task.prefer, Mapping):
-        with scenario.error_context("prefer"):
+        with scenario.locations.errors_at("prefer"):
             robot = robot.with_weights(task.prefer)
     if any(isinstance(waypoint, CartesianWaypoint) for waypoint in scenario.waypoints):
-        with scenario.error_context("robot"):
+        with scenario.locations.errors_at("robot"):
             robot.require_tool()
     _check_followers(scenario, robot)
     _check_motion_limits(scenario, robot)
@@ -126,7 +126,9 @@ def _with_requirements(
     loaded_robots: LoadedRobots | None = None,
 ) -> JointRequirements:
     """The joints of a reader with their limits, and the requirements of its scenario on them."""
-    scenario, targets, near = read.scenario, read.targets(), read.scenario.given.near
+    scenario = read.scenario
+    near = scenario.given.near
+    targets = read.targets()
     return JointRequirements(
         read.names,
         read.units,
@@ -155,10 +157,11 @@ def moved_robot(scenario: Scenario) -> Robot:
     from knotwork.robot import load_robot
     from knotwork.task.scenario.geometry import read_placement
 
-    given, file = scenario.given, scenario.locations.file
+    given = scenario.given
+    file = scenario.locations.file
     if given.robot is None:
         raise InputError(f"{scenario.name} names no robot")
-    with scenario.error_context("robot"):
+    with scenario.locations.errors_at("robot"):
         robot = load_robot(
             scenario.locations.document(given.robot, ("robot",))
             if isinstance(given.robot, dict)
@@ -170,11 +173,11 @@ def moved_robot(scenario: Scenario) -> Robot:
     if tool.offset is not None:
         offset = read_placement(tool.offset, scenario.locations, ("tool", "offset"))
     payload = read_payload(tool, scenario.locations, ("tool",))
-    with scenario.error_context("tool", "frame"):
+    with scenario.locations.errors_at("tool", "frame"):
         robot = robot.with_tool(frame=tool.frame, offset=offset, payload=payload)
     for name, frame in given.frames.items():  # all links that carry frames exist
         if frame.on is not None:
-            with scenario.error_context("frames", name, "on"):
+            with scenario.locations.errors_at("frames", name, "on"):
                 robot.frame_index(frame.on)
                 if frame.on == scenario.pose_frame_link and not robot.base_moves:
                     robot = robot.with_base(frame.on)
@@ -188,7 +191,7 @@ def _with_unplanned_joints(scenario: Scenario, robot: Robot) -> Robot:
         given["waypoints", i, "joints"] = getattr(waypoint, "joints", None)
     for location, joints in given.items():
         if isinstance(joints, str) and joints in robot.configurations:
-            with scenario.error_context(*location):
+            with scenario.locations.errors_at(*location):
                 robot = robot.with_unplanned_at(joints)
     return robot
 
@@ -210,11 +213,11 @@ def _check_motion_limits(scenario: Scenario, robot: Robot) -> None:
     limits = scenario.motion_limits
     for key, value in limits:
         if value is not None and key != "frame_speed":
-            with scenario.error_context("limits", key):
+            with scenario.locations.errors_at("limits", key):
                 robot.require_tool()
     for i, limit in enumerate(limits.link_speeds):
         place = [i] * (len(limits.link_speeds) > 1)
-        with scenario.error_context("limits", "frame_speed", *place, "frame"):
+        with scenario.locations.errors_at("limits", "frame_speed", *place, "frame"):
             robot.frame_index(limit.link)
 
 

@@ -36,7 +36,7 @@ spacing.
 """
 
 MESSAGE_DECIMALS = 9
-"""Number of decimals for points and lengths in messages, in the file's unit."""
+"""Number of decimals for points in messages [m]."""
 
 BLEND_ROUNDING = 1e-6
 """Fraction by which a blend may exceed half a line."""
@@ -79,26 +79,22 @@ class PathCurves:
             yield
         except InputError as error:
             message = (
-                error.in_units(self.text, partial(self._point_text, i))
+                error.in_units(self._length_text, partial(self._point_text, i))
                 if isinstance(error, PathError)
                 else str(error)
             )
             location: Location = ("waypoints", i, *(key or ("along",)))
             raise self.reading.locations.error(location, message) from error
 
-    def text(self, length: float, digits: int = 9) -> str:
-        """Write a length [m] in the file's unit, with a number of significant digits."""
-        number = round(length / self.reading.metres_per_unit, MESSAGE_DECIMALS)
-        return f"{number:.{digits}g} {self.reading.units.length}"
+    def _length_text(self, length: float) -> str:
+        return self.reading.units.text(length, "m", ".9g")
 
     def _point_text(self, i: int, point: FloatArray) -> str:
         """Format a point as in the file: in the frame of the path to waypoint i."""
-        local = (
-            self.reading.pose_frames[i].rest_placement.actInv(np.array(point))
-            / self.reading.metres_per_unit
-        )
-        values = np.round(local, MESSAGE_DECIMALS) + 0.0
-        return f"({', '.join(f'{value:.9g}' for value in values)}) {self.reading.units.length}"
+        units = self.reading.units
+        local = self.reading.pose_frames[i].rest_placement.actInv(np.array(point))
+        numbers = (units.number(x, "m", ".9g") for x in np.round(local, MESSAGE_DECIMALS))
+        return f"({', '.join(numbers)}) {units.length}"
 
     def stretch(self, i: int, start_rotation: FloatArray) -> StretchGeometry:
         """The stretch from the previous waypoint to waypoint i.
@@ -196,9 +192,8 @@ class PathCurves:
 
     def _arc(self, i: int, arc: Arc) -> Curve:
         start, end = self.poses[i - 1].translation, self.poses[i].translation
-        frame, normal = self.reading.pose_frames[i].rest_placement, None
-        if arc.normal is not None:
-            normal = frame.rotation @ np.array(arc.normal)
+        frame = self.reading.pose_frames[i].rest_placement
+        normal = None if arc.normal is None else frame.rotation @ np.array(arc.normal)
         if arc.through is not None:
             return tool_paths.Arc.through(start, frame.act(np.array(arc.through)), end)
         if arc.centre is not None:
@@ -237,7 +232,8 @@ class PathCurves:
         self, i: int, along: AlongPoints
     ) -> tuple[FloatArray, FloatArray | None, FloatArray | None]:
         """Points in the base frame, and the tool's rotations or z axes there, if any."""
-        frame, axes = self.reading.pose_frames[i].rest_placement, self.reading.pose_frames.axes(i)
+        frame = self.reading.pose_frames[i].rest_placement
+        axes = self.reading.pose_frames.axes(i)
         rotations = z_axes = None
         if isinstance(along.points, str):
             file = self.reading.locations.file
@@ -277,13 +273,14 @@ class PathCurves:
         if not spacing.size or not spacing.all():  # repeated points are reported elsewhere
             return
         allowed = MAX_SPACINGS * float(spacing.max())
+        text = self.reading.units.text
         for name, point, end in (("first", points[0], i - 1), ("last", points[-1], i)):
             gap = float(np.linalg.norm(point - self.poses[end].translation))
             if gap > allowed:
                 raise PathError(
-                    f"its {name} point is {self.text(gap, 6)} from waypoints[{end}]; the "
+                    f"its {name} point is {text(gap, 'm')} from waypoints[{end}]; the "
                     "points must begin and end at the waypoints, or at most this far from them: "
-                    f"{self.text(allowed, 6)}, {MAX_SPACINGS:g} times their spacing"
+                    f"{text(allowed, 'm')}, {MAX_SPACINGS:g} times their spacing"
                 )
 
     def round_corners(
@@ -291,7 +288,8 @@ class PathCurves:
     ) -> tuple[list[Curve], FloatArray]:
         """The curves with corners rounded, and the arc lengths at the ends of stretches."""
         pieces: list[Curve] = []
-        ends, length = [], 0.0
+        ends = []
+        length = 0.0
         begin: FloatArray | None = None  # start of a line after a rounded corner
         for k, (curve, waypoint) in enumerate(zip(curves, waypoints, strict=True)):
             if begin is not None and isinstance(curve, tool_paths.Line):
@@ -326,8 +324,8 @@ class PathCurves:
         if distance > longest * (1.0 + BLEND_ROUNDING):
             raise self.reading.locations.error(
                 ("waypoints", i, "blend"),
-                f"is {self.text(distance, 6)}, more than half of the shorter line",
-                f"at most {self.text(longest, 6)}",
+                f"is {self.reading.units.text(distance, 'm')}, more than half of the shorter line",
+                f"at most {self.reading.units.text(longest, 'm')}",
             )
         with self.errors(i, "blend"):
             blend: Curve = tool_paths.Blend(lines[0].start, lines[0].end, lines[1].end, distance)

@@ -18,7 +18,6 @@ from knotwork.errors import CornerError, PathError, RampError, StretchTimeError
 from knotwork.errors.plain_text import default_waypoint_name, waypoint_text
 from knotwork.files.documents import Location
 from knotwork.task import AlongArc, AlongPoints, PathOptions, PathWaypoint
-from knotwork.task.scenario.free_values_reader import max_speed
 from knotwork.task.scenario.path_curves import PathCurves, StretchGeometry, rescale_orientation
 from knotwork.task.scenario.requested_timing import RequestedTiming
 from knotwork.task.scenario.scenario import ScenarioPath, Stretch
@@ -213,7 +212,7 @@ class _PathReader:
         return durations
 
     def _requested_timing(self, lengths: FloatArray) -> RequestedTiming:
-        upper_bounds = [max_speed(waypoint.speed) for waypoint in self.waypoints]
+        free = self.reading.free[self.first + 1 : self.last + 1]
         return RequestedTiming(
             lengths=tuple(lengths.tolist()),
             speeds=tuple(
@@ -226,34 +225,37 @@ class _PathReader:
                 0.0 if self.reading.stops(self.last) else None,
             ),
             acceleration=self.reading.task.path.acceleration,
-            at_most={k: bound for k, bound in enumerate(upper_bounds) if bound is not None},
+            at_most={k: end.max_speed for k, end in enumerate(free) if end.path_speed_is_free},
         )
 
     def _solve_timing(self, requested: RequestedTiming) -> tuple[Timing, tuple[float, ...]]:
-        limit, durations, units = requested.acceleration, requested.durations, self.reading.units
+        limit = requested.acceleration
+        units = self.reading.units
         if requested.at_most:
             return requested.at_nominal_speed()
         try:
             return requested.timed()
         except RampError as error:
-            k, fits = error.stretch, error.highest_speed
+            k = error.stretch
+            fits = error.highest_speed
+            lowest = error.lowest_acceleration
             key = "speed" if requested.speeds[k] is not None else _time_key(self.waypoints[k])
-            lowest_acceleration, _ = units.shown(error.lowest_acceleration, "m/s²")
             raise self.reading.locations.error(
                 self._location(k, key),
                 f"the path is {units.text(error.length, 'm')} long here, but its changes of "
                 f"speed take {units.text(error.needed, 'm')} at {units.text(limit, 'm/s²')}",
                 (f"at most {units.text(fits, 'm/s')}, or " if fits else "")
-                + f"path: {{acceleration: {lowest_acceleration:.6g}}} or more",
+                + f"path: {{acceleration: {units.number(lowest, 'm/s²', '.6g')}}} or more",
             ) from error
         except StretchTimeError as error:
-            k, upper = error.stretch, f" and at most {error.longest:.6g} s"
+            k = error.stretch
+            upper = "" if error.longest == np.inf else f" and at most {error.longest:.6g} s"
             length = units.text(requested.lengths[k], "m")
             raise self.reading.locations.error(
                 self._location(k, _time_key(self.waypoints[k])),
-                f"leaves {durations[k]:.6g} s, but the path is {length} long "
+                f"leaves {requested.durations[k]:.6g} s, but the path is {length} long "
                 f"here, and with its changes of speed takes at least {error.shortest:.6g} s"
-                f"{'' if error.longest == np.inf else upper} at {units.text(limit, 'm/s²')}",
+                f"{upper} at {units.text(limit, 'm/s²')}",
                 "a feasible time, or another path: {acceleration: …}",
             ) from error
         except PathError as error:
@@ -272,7 +274,8 @@ def wait_in_moving_frame(
         begin: Waypoint at the start.
         end: End of the wait [s].
     """
-    R, start = np.array(pose.rotation), begin.time
+    R = np.array(pose.rotation)
+    start = begin.time
     line = Line(pose.translation, pose.translation + WAITING_LINE * R[:, 0])
     path = ToolPath([line], OrientationCurve.constant(R, line.length))
     motion = TimedPath(path, make_wait(end - start, WAITING_SPEED), start, frame)

@@ -32,8 +32,8 @@ def read_payload(
     """
     if part.mass is None:
         return None
-    i, inertia = part.inertia, None
-    if i is not None:
+    inertia = None
+    if (i := part.inertia) is not None:
         inertia = np.array([[i.ixx, i.ixy, i.ixz], [i.ixy, i.iyy, i.iyz], [i.ixz, i.iyz, i.izz]])
     fault = find_payload_fault(part.mass, inertia)
     if fault is not None:

@@ -187,7 +187,9 @@ class PoseFrames:
             DocumentError: A chosen speed, or an orientation relative to another motion.
         """
         location: Location = ("waypoints", i)
-        name, frame, requested = self.names[i], self[i], waypoint.orientation_in
+        name = self.names[i]
+        frame = self[i]
+        requested = waypoint.orientation_in
         of_others = _link_text(self.link)
         if self.in_world_frame(i) and frame.is_moving:
             raise self.locations.error(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import product
 from typing import Any
@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from knotwork.curves.tool_paths.points_file import read_points
-from knotwork.errors import DocumentError, suggest_name
 from knotwork.files.documents import Location, Locations
 from knotwork.files.documents.values import is_marked
 from knotwork.task import ExpandedTask, Frame, Grid, HeldObject, PlacesFile, Repeat, Task, Tool
@@ -113,8 +112,8 @@ class _Expansion:
         choices = [PLACE_FRAME, "base", *self.task.frames]
         for j, template in enumerate(block.repeat):
             name = getattr(template, "frame", None)
-            if name is not None and name not in (*choices, *self.frames):
-                raise self._no_frame(repr(name), name, (*location, "repeat", j, "frame"), choices)
+            if name is not None and name not in self.frames:
+                self.locations.check_name((*location, "repeat", j, "frame"), "frame", name, choices)
         names = {template.name for template in block.repeat}
         for number, frame in enumerate(frames, start=1):
             for j, template in enumerate(block.repeat):
@@ -160,21 +159,21 @@ class _Expansion:
 
     def _frames_of(self, block: Repeat, location: Location) -> Iterator[str]:
         """The frame of each repetition; missing frames are made."""
-        over, frames = block.over, self.task.frames
+        over = block.over
+        frames = self.task.frames
         grids = {name: frame.grid for name, frame in frames.items() if frame.grid is not None}
         if isinstance(over, PlacesFile):
             yield from self._frames_in_file(over, (*location, "file"))
         elif isinstance(over, str):
-            if over not in grids:
-                raise self._no_frame(f"{over!r} with a grid", over, location, grids)
+            self.locations.check_name(location, "frame with a grid", over, grids)
             yield from self._grid_frames(over, grids[over])
         else:
             for k, frame in enumerate(over):
                 if not isinstance(frame, str):
                     yield self._add_place(frame, (*location, k))
-                elif frame not in frames:
-                    raise self._no_frame(repr(frame), frame, (*location, k), frames)
-                elif frame in grids:
+                    continue
+                self.locations.check_name((*location, k), "frame", frame, frames)
+                if frame in grids:
                     yield from self._grid_frames(frame, grids[frame])
                 else:
                     yield frame
@@ -217,13 +216,6 @@ class _Expansion:
         self.frames[name] = frame
         self.origins["frames", name] = origin
         return name
-
-    def _no_frame(
-        self, subject: str, name: str, location: Location, names: Iterable[str]
-    ) -> DocumentError:
-        return self.locations.error(
-            location, f"there is no frame {subject}", suggest_name(name, names)
-        )
 
 
 def _at_place(part: PartT, frame: str) -> PartT:

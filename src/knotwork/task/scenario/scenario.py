@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -12,7 +10,6 @@ import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.curves.trajectory.motion_events import Event
-from knotwork.errors import DocumentError, InputError
 from knotwork.files.documents import Locations
 from knotwork.task.scenario.free_values_reader import FreeValues
 from knotwork.task.scenario.scene_model import Scene
@@ -187,23 +184,6 @@ class Scenario:
     def source(self) -> Path | None:
         """Its file, or `None`."""
         return self.locations.file
-
-    @contextmanager
-    def error_context(self, *location: str | int) -> Iterator[None]:
-        """Add the field of the file at fault to errors of the input.
-
-        Args:
-            location: Keys and indices of the field, for example `"tool", "frame"`.
-
-        Raises:
-            InputError: The error raised inside, with file and line where known.
-        """
-        try:
-            yield
-        except InputError as error:
-            if not isinstance(error, DocumentError):  # which already has its location
-                error.locate(self.where(*location))
-            raise
 
     def where(self, *location: str | int) -> str:
         """Location of a field for messages, with file and line where known.

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from knotwork.files.documents import Locations
 from knotwork.task import ExpandedTask, Placement, TaskUnits
+from knotwork.task.scenario.free_values_reader import FreeWaypoint, read_free_waypoint
 from knotwork.task.scenario.pose_frames import PoseFrames
 from knotwork.units import Units
 
@@ -43,6 +44,11 @@ class TaskReading:
     def pose_frames(self) -> PoseFrames:
         """The frames of its poses."""
         return PoseFrames(self.task, self.locations, self.units)
+
+    @cached_property
+    def free(self) -> tuple[FreeWaypoint, ...]:
+        """The free values at each waypoint, and on the way to it from the one before."""
+        return tuple(read_free_waypoint(self.task, i) for i in range(len(self.task.waypoints)))
 
     def placement(self, placement: Placement, *location: str | int) -> pin.SE3:
         """A placement at a location of the task, in its parent frame."""

@@ -12,11 +12,7 @@ from knotwork.errors.plain_text import default_waypoint_name
 from knotwork.files.documents import Location
 from knotwork.task import JointWaypoint, PathWaypoint, PoseWaypoint, Torch, Velocity
 from knotwork.task.poses import ORIENTATIONS
-from knotwork.task.scenario.free_values_reader import (
-    check_free_values,
-    min_duration,
-    time_is_free,
-)
+from knotwork.task.scenario.free_values_reader import check_free_values
 from knotwork.task.scenario.freedoms_reader import Freedoms, freedom_of, read_freedoms
 from knotwork.task.scenario.scenario import JointTarget, ScenarioPath, ScenarioWaypoint
 from knotwork.task.scenario.task_reading import TaskReading
@@ -66,7 +62,7 @@ def read_waypoints(reading: TaskReading, expected: Mapping[int, float]) -> Waypo
             "a motion needs at least two waypoints, and there is one",
             "two or more, or one with start: the start of the motion",
         )
-    check_free_values(task, locations)
+    check_free_values(task, reading.free, locations)
     arrivals = _read_arrivals(reading, expected, _rest_poses(reading))
     freedoms = read_freedoms(reading, arrivals.free_turns)
     paths = [
@@ -82,7 +78,8 @@ def read_waypoints(reading: TaskReading, expected: Mapping[int, float]) -> Waypo
         waypoints.append(JointTarget(START, 0.0, where))
         task_index.append(-1)
     for i, name in enumerate(names):
-        waypoint, wait = reader.waypoint(i, name), task.waypoints[i].dwell
+        waypoint = reader.waypoint(i, name)
+        wait = task.waypoints[i].dwell
         waypoints.append(waypoint)
         task_index.append(i)
         if wait is None:
@@ -178,7 +175,7 @@ def _read_arrivals(
     before = 0.0 if reading.task.start is not None else None
     is_chosen = False
     for i, waypoint in enumerate(reading.task.waypoints):
-        is_chosen |= time_is_free(reading.task, i)
+        is_chosen |= reading.free[i].duration_is_unknown
         if isinstance(waypoint, PathWaypoint):
             if not arrivals.paths or arrivals.paths[-1].last < i:
                 from knotwork.task.scenario.path_reader import read_path
@@ -208,15 +205,16 @@ def _arrival(
         expected: Its expected time if it is chosen [s], or `None`.
         is_chosen: Whether this or an earlier time is chosen.
     """
-    waypoint, at_least = reading.task.waypoints[i], min_duration(reading.task, i)
+    waypoint = reading.task.waypoints[i]
+    free = reading.free[i]
     location: Location = ("waypoints", i)
     if waypoint.time is not None:
         time = waypoint.time
         location = (*location, "time")
         if is_chosen and time <= (before or 0.0):  # only the expected time before is late
             time = (before or 0.0) + EXPECTED_DURATION
-    elif at_least is not None:
-        duration = max(at_least, EXPECTED_DURATION)
+    elif free.duration_is_free:
+        duration = max(free.min_duration, EXPECTED_DURATION)
         time = (before or 0.0) + duration if expected is None else expected
     elif isinstance(waypoint.after, float):
         time = (before or 0.0) + waypoint.after
@@ -259,7 +257,8 @@ class _WaypointReader:
         """A waypoint at the arrival of the tool, possibly along a path."""
         given = self.reading.task.waypoints[i]
         where = self.reading.locations.where(("waypoints", i))
-        time, freedom = self.arrivals.times[i], self.freedoms[i]
+        time = self.arrivals.times[i]
+        freedom = self.freedoms[i]
         if isinstance(given, JointWaypoint):
             if given.velocity is None:
                 self._check_stop(i, "velocity: by joint name")
@@ -294,7 +293,9 @@ class _WaypointReader:
         """Velocity of a waypoint relative to its frame."""
         import pinocchio as pin
 
-        reading, frames, times = self.reading, self.reading.pose_frames, self.arrivals.times
+        reading = self.reading
+        frames = reading.pose_frames
+        times = self.arrivals.times
         poses = frames.neighbours(i, self.arrivals.poses, times)
         velocity, speed = waypoint.velocity, waypoint.speed
         if isinstance(velocity, Velocity):

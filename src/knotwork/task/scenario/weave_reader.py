@@ -21,7 +21,6 @@ from knotwork.curves.tool_paths.weave import (
 )
 from knotwork.errors import DocumentError
 from knotwork.task import PathWaypoint, Weave
-from knotwork.task.scenario.free_values_reader import max_speed
 from knotwork.task.scenario.path_curves import PathCurves
 
 MIN_PERIODS, MAX_PERIODS = 2, 10_000
@@ -61,7 +60,7 @@ class WeaveReader:
             DocumentError: A weave is too short, fast or narrow, or along the seam.
         """
         for k, waypoint in enumerate(self.waypoints):
-            if max_speed(waypoint.speed) is not None:
+            if not isinstance(waypoint.speed, float | None):
                 raise self._error(k, "is chosen on a path with a weave", "a speed", "speed")
         weaves: list[WeavePattern | None] = []
         times, states, breaks = [np.zeros(1)], [np.zeros((3, 1, 3))], []
@@ -93,7 +92,7 @@ class WeaveReader:
         self, k: int, requested: Weave, duration: float
     ) -> tuple[WeavePattern, FloatArray | None]:
         """The weave that begins on a stretch, by index, and its given normal."""
-        text = self.curves.text
+        text = self.curves.reading.units.text
         periods = duration * requested.frequency
         if not MIN_PERIODS <= periods <= MAX_PERIODS:
             low, high = (count / duration for count in (MIN_PERIODS, MAX_PERIODS))
@@ -108,8 +107,8 @@ class WeaveReader:
         if requested.width <= 2.0 * allowed:
             raise self._error(
                 k,
-                f"is {text(requested.width)}, within the tolerance of the path on both sides",
-                f"more than {text(2.0 * allowed)}, or less in tolerances: {{path: …}}",
+                f"is {text(requested.width, 'm')}, within the tolerance of the path on both sides",
+                f"more than {text(2.0 * allowed, 'm')}, or less in tolerances: {{path: …}}",
                 "weave",
                 "width",
             )

@@ -178,7 +178,7 @@ def _move_nearest_samples(
     short moves.
     """
     robot, speed = search.robot, search.robot.limits.velocity
-    acceleration = robot.limits["acceleration"]
+    acceleration = robot.limits.acceleration
     scales = [joint_scales(robot)]
     if np.isfinite((speed + acceleration)[~robot.virtual]).all():
         with np.errstate(invalid="ignore"):  # virtual joints have no limits
