@@ -14,7 +14,7 @@ from knotwork.files import documents
 from knotwork.files.documents import Document, validate
 from knotwork.files.foreign import read_trajectory
 from knotwork.files.storage import changed_since_report
-from knotwork.planning.replanning import SCENE_KEYS, joint_state
+from knotwork.planning.replanning import SETUP_KEYS, joint_state
 from knotwork.task import OtherRobot, Task
 from knotwork.task.scenario import Scenario, load_scenario, resolve_task
 from knotwork.task.scenario.joint_requirements import (
@@ -73,10 +73,10 @@ def check_without_task(
     surroundings = read_document(scene) if scene is not None else Document({})
     if not isinstance(surroundings.data, dict):
         raise surroundings.error(
-            (), "is not a mapping", f"keys of a scenario: {', '.join(SCENE_KEYS)}"
+            (), "is not a mapping", f"keys of a scenario: {', '.join(SETUP_KEYS)}"
         )
     data = {
-        key: copy.copy(surroundings.data[key]) for key in SCENE_KEYS if key in surroundings.data
+        key: copy.copy(surroundings.data[key]) for key in SETUP_KEYS if key in surroundings.data
     }
     if limits is not None:
         data["limits"] = {**(data.get("limits") or {}), **_limits(limits)}

@@ -17,7 +17,7 @@ from knotwork.curves.retiming import find_first_rest, stop_joints, stop_on_path
 from knotwork.curves.trajectory import JointTrajectory, Segment
 from knotwork.curves.trajectory.motion_events import signals_on_at
 from knotwork.errors import InputError
-from knotwork.planning.replanning import SCENE_KEYS, on_moving_frames, task_with_scene_from
+from knotwork.planning.replanning import SETUP_KEYS, in_moving_frames, task_with_scene_from
 from knotwork.planning.speed_override import PATH_TOLERANCE, TIME_TOLERANCE, change_speed
 from knotwork.task import Task
 from knotwork.task.scenario import JointTarget, Scenario, resolve_task
@@ -35,7 +35,7 @@ from knotwork.verification.report import CheckedMotion
 from knotwork.verification.waypoint_checks import check_tool_at_waypoints
 from knotwork.waypoints import CartesianWaypoint, JointWaypoints
 
-EXECUTED_KEYS = {*SCENE_KEYS, "name", "joint_units", "frame", "outputs", "rate", "description"}
+EXECUTED_KEYS = {*SETUP_KEYS, "name", "joint_units", "frame", "outputs", "rate", "description"}
 """Keys of a task that apply to an executed motion; the others are for planning."""
 
 MotionT = TypeVar("MotionT", bound=CheckedMotion)
@@ -66,19 +66,19 @@ class Execution:
 
 
 def scaled_motion(plan: MotionT, profile: Mapping[float, float]) -> MotionT:
-    """Execute a planned motion at another speed: see `Plan.scaled`."""
+    """A plan at another speed: see `Plan.scaled`."""
     scenario, limits = plan.scenario, plan.joints.limits
-    moving = on_moving_frames(scenario.given)
+    moving = in_moving_frames(scenario.given)
     if moving:
         raise scenario.locations.error(
             ("waypoints", moving[0]), "is in a moving frame, which keeps its own speed"
         )
     motion, clock, warnings = change_speed(profile, plan.trajectory, scenario.times, limits)
-    return _checked(plan, _execute(plan, motion, clock, (START, "end")), warnings)
+    return _checked_plan(plan, _execution_of(plan, motion, clock, (START, "end")), warnings)
 
 
 def stopped_motion(plan: MotionT, at: float, *, on_path: bool) -> MotionT:
-    """Stop a planned motion: see `Plan.stop`."""
+    """A plan that stops: see `Plan.stop`."""
     name, joints, planned = plan.scenario.name, plan.joints, plan.trajectory
     q, v, a = (planned(at, nu) for nu in range(3))
     at_rest = InputError(f"{name}: the motion is at rest at {at:g} s; it can't be stopped")
@@ -109,10 +109,10 @@ def stopped_motion(plan: MotionT, at: float, *, on_path: bool) -> MotionT:
             fact = "the motion leaves the tool paths of the task, which are not checked"
             warnings = [Finding.of_motion(Group.WARNINGS, "path", fact, "warning")]
     ends = f"stop from {at:g} s", "stopped"
-    return _checked(plan, _execute(plan, motion, clock, ends), warnings)
+    return _checked_plan(plan, _execution_of(plan, motion, clock, ends), warnings)
 
 
-def _execute(
+def _execution_of(
     plan: CheckedMotion,
     motion: PiecewisePolynomial,
     clock: PiecewisePolynomial,
@@ -137,7 +137,7 @@ def _execute(
     for limit in (start, end):
         times[np.abs(times - limit) < TIME_TOLERANCE] = limit
     on_path = first < last
-    unposed = on_moving_frames(planned.given) if on_path else planned.task_index
+    unposed = in_moving_frames(planned.given) if on_path else planned.task_index
     passed_indices = np.flatnonzero(passes).tolist()
     task_index = [planned.task_index[i] for i in passed_indices]
     waypoints: list[ScenarioWaypoint] = []
@@ -198,7 +198,7 @@ def _passed_paths(
             yield replace(path, first=parts[0][0], stretches=stretches, clock=clock)
 
 
-def _checked(plan: MotionT, executed: Execution, warnings: Sequence[Finding] = ()) -> MotionT:
+def _checked_plan(plan: MotionT, executed: Execution, warnings: Sequence[Finding] = ()) -> MotionT:
     """Check an executed motion against a task of the waypoints that it reaches.
 
     Args:

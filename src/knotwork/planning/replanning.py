@@ -21,7 +21,7 @@ from knotwork.task.scenario.waypoint_reader import START
 from knotwork.task.task_part import plain
 from knotwork.verification.report import CheckedMotion
 
-SCENE_KEYS = (
+SETUP_KEYS = (
     *("units", "robot", "tool", "gravity", "frames", "scene", "collisions", "limits"),
     *("continuity", "tolerances"),
 )
@@ -106,7 +106,7 @@ def held_at(scenario: Scenario, at: float) -> list[str]:
     return [item.name for item in held if times[item.taken_at] <= at < times[item.released_at]]
 
 
-def on_moving_frames(task: ExpandedTask) -> list[int]:
+def in_moving_frames(task: ExpandedTask) -> list[int]:
     """Indices in a task of the waypoints that are in moving frames."""
     frames = map(task.frame_of, task.waypoints)
     return [i for i, name in enumerate(frames) if task.is_moving_frame(name)]
