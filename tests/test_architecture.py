@@ -212,7 +212,7 @@ IMPORTED_BY_TESTS = {
     "a clock of the test's own": (
         "planning.planning",
         "planning.choosing.chosen_times",
-        "planning.timing.timed_motion",
+        "planning.timing.budget",
     ),
     "the command in this process": ("cli.main",),
     "the text that shows progress, without a clock": ("cli.progress_display",),

@@ -22,7 +22,7 @@ from knotwork.planning.choosing.path_speed_problem import (
     round_speed,
 )
 from knotwork.planning.timing import ActiveLimit
-from knotwork.planning.timing.timed_motion import Budget
+from knotwork.planning.timing.budget import Budget
 from knotwork.task.scenario.resolve import change_task
 from knotwork.units import rounded_up
 from knotwork.verification.limits import LIMIT_SLACK
@@ -111,7 +111,7 @@ def maximum_path_speeds(
         except NoSpeedsError as no_speeds:
             faults = faults or [no_speeds.fault]
             break
-        if feasible and (not _is_faster(chosen, feasible[-1].chosen) or budget.is_over):
+        if feasible and (not _is_faster(chosen, feasible[-1].chosen) or budget.time_limit.is_over):
             break
         speeds = _follow(free_task, chosen)
         problems = [at.problem for at in speeds.chosen]
