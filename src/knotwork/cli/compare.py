@@ -11,9 +11,9 @@ from knotwork.cli import tables
 from knotwork.cli.parameters import (
     FAILED,
     PASSED,
-    Listed,
     folder_option,
     json_option,
+    names_option,
     package_path_option,
 )
 from knotwork.cli.progress_display import show_planning
@@ -40,12 +40,10 @@ FIGURE_ROUNDING, SMALL_FIGURE = 1e-9, 0.01
 
 @click.command()
 @click.argument("scenario")
-@click.option(
+@names_option(
     "--planners",
-    type=Listed(),
-    metavar="A,B,…",
-    help="Planners to compare, separated by commas; all by default. A rule may follow a "
-    "colon: septic:estimated.",
+    "Planners to compare, separated by commas; all by default. A rule may follow a colon: "
+    "septic:estimated.",
 )
 @folder_option("Write comparison.json and comparison.csv there.")
 @package_path_option

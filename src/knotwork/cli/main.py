@@ -7,7 +7,6 @@ import contextlib
 import gc
 import importlib
 import io
-import json
 import os
 import sys
 from typing import NoReturn, cast
@@ -23,7 +22,7 @@ from knotwork.cli.parameters import (
     WRONG_INPUT,
     exit_codes,
 )
-from knotwork.cli.terminal import echo, internal_error
+from knotwork.cli.terminal import echo, echo_json, error_to_dict, internal_error
 from knotwork.errors import KnotworkError
 
 # No schema here uses pydantic's plugins, and searching for them takes time at every start.
@@ -91,8 +90,7 @@ def main() -> NoReturn:
         code = INTERRUPTED
     except KnotworkError as error:
         if "--json" in sys.argv:
-            fault = {"type": type(error).__name__, "message": str(error)}
-            echo(json.dumps({"ok": False, "error": fault}, indent=1))
+            echo_json({"ok": False, "error": error_to_dict(error)})
         echo(f"error: {error}", err=True)
         code = WRONG_INPUT
     except BrokenPipeError:

@@ -119,6 +119,11 @@ no_open_option = click.option(
 )
 
 
+def names_option(name: str, help: str) -> Callable[[Command], Command]:
+    """Make an option for names separated by commas."""
+    return click.option(name, type=Listed(), metavar="A,B,…", help=help)
+
+
 def folder_option(help: str) -> Callable[[Command], Command]:
     """Make the option for a folder to write."""
     return click.option("--out", "-o", metavar="DIR", type=GivenPath(path_type=Path), help=help)

@@ -23,7 +23,7 @@ from knotwork.cli.parameters import (
 )
 from knotwork.cli.progress_display import show_planning
 from knotwork.cli.short_report import describe_left_out, print_next, print_short
-from knotwork.cli.terminal import echo, echo_json, echo_line
+from knotwork.cli.terminal import echo, echo_json, echo_line, error_to_dict
 from knotwork.errors import InputError, KnotworkError
 from knotwork.files.storage import trajectory_to_dict
 from knotwork.planning import Plan
@@ -125,11 +125,7 @@ def plan_to_dict(
 ) -> dict[str, Any]:
     """Plain data on a plan, or on its error, and on the written files, for `--json`."""
     if isinstance(result, KnotworkError):
-        return {
-            "scenario": reference,
-            "ok": False,
-            "error": {"type": type(result).__name__, "message": str(result)},
-        }
+        return {"scenario": reference, "ok": False, "error": error_to_dict(result)}
     return {
         "scenario": result.scenario.name,
         "ok": result.report.ok,

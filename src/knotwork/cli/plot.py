@@ -11,10 +11,10 @@ from knotwork import view
 from knotwork.cli.logs import LogOptions, log_options
 from knotwork.cli.parameters import (
     GivenPath,
-    Listed,
     PlanOptions,
     exit_codes,
     motion_options,
+    names_option,
     package_path_option,
 )
 from knotwork.cli.sources import print_failures, read_motions
@@ -55,20 +55,12 @@ _WRITTEN = "the picture is written, also where a check fails"
     help="Picture to write: .png, .svg or .pdf. By default a .png named after the motion, in "
     "the current folder. An existing picture is replaced.",
 )
-@click.option(
-    "--joints", type=Listed(), metavar="A,B,…", help="Joints to draw. By default all are drawn."
+@names_option("--joints", "Joints to draw. By default all are drawn.")
+@names_option(
+    "--quantities", "Quantities of position, velocity, acceleration and jerk; all by default."
 )
-@click.option(
-    "--quantities",
-    type=Listed(),
-    metavar="A,B,…",
-    help="Quantities of position, velocity, acceleration and jerk; all by default.",
-)
-@click.option(
-    "--compare",
-    type=Listed(),
-    metavar="A,B,…",
-    help="Planners to draw as well; a rule may follow a colon: quintic:estimated.",
+@names_option(
+    "--compare", "Planners to draw as well; a rule may follow a colon: quintic:estimated."
 )
 @click.option(
     "--tool",

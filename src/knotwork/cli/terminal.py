@@ -68,6 +68,11 @@ def internal_error(error: Exception) -> str:
     )
 
 
+def error_to_dict(error: Exception) -> dict[str, str]:
+    """Return an error as plain data, for `--json`."""
+    return {"type": type(error).__name__, "message": str(error)}
+
+
 def echo_json(data: object) -> None:
     """Print plain data as JSON."""
     echo(json.dumps(data, indent=1, allow_nan=False))

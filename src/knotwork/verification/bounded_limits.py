@@ -35,7 +35,8 @@ ALMOST_SINGULAR = 1e-3
 
 def check_tool_limits(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
     """Compare speed and acceleration of the tool, and the speed of links, with their limits."""
-    robot, limits = joints.robot, scenario.motion_limits
+    robot = joints.robot
+    limits = scenario.motion_limits
     if robot is None:
         return
     from knotwork.verification.bounds import tool_acceleration_bound, tool_speed_bound
@@ -80,15 +81,10 @@ def check_singularity(motion: Motion, scenario: Scenario, joints: JointRequireme
         )
         return
     highlight = f"almost singular: smallest singular value {bound.value:.4g} at {bound.time:.3f} s"
-    yield topic.finding(
-        SMALLEST_SINGULAR_VALUE,
-        f"{label} is {bound.value:.4g} at {bound.time:.6g} s",
-        value=bound.value,
-        time=bound.time,
-        proof=worst.proof,
-        proof_gap=worst.proof_gap,
-        highlight=highlight if bound.value < ALMOST_SINGULAR else "",
-    )
+    if bound.value >= ALMOST_SINGULAR:
+        highlight = ""
+    fact = f"{label} is {bound.value:.4g} at {bound.time:.6g} s"
+    yield topic.finding(SMALLEST_SINGULAR_VALUE, fact, highlight=highlight, **worst.numbers)
 
 
 def check_effort_limits(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
@@ -109,7 +105,8 @@ def check_effort_limits(motion: Motion, scenario: Scenario, joints: JointRequire
     ]
     for i, bounds in enumerate(zip(*parts, strict=True)):
         bound = _worst_bound(bounds)
-        side, jump = math.copysign(1.0, bound.value), jumps.get(i, next(iter(jumps.values()), None))
+        side = math.copysign(1.0, bound.value)
+        jump = jumps.get(i, next(iter(jumps.values()), None))
         worst = LimitedValue.from_bound(bound, side * float(limits[i]), side)
         yield joint_finding(joints, i, "effort", worst, jump)
 

@@ -192,7 +192,8 @@ def finding_lines(findings: Sequence[Finding], max_kinds: int | None = None) -> 
         findings: The findings.
         max_kinds: Maximum number of kinds; another line has the number of remaining findings.
     """
-    kinds, lines = group_alike(findings), []
+    kinds = group_alike(findings)
+    lines = []
     for worst, *similar in kinds[:max_kinds]:
         lines.append(f"{worst} (and {len(similar)} more like it)" if similar else str(worst))
     remaining = sum(map(len, kinds[len(lines) :]))

@@ -61,7 +61,8 @@ def clearance_from_robot(
     Returns:
         The finding on the nearest pair of bodies; `None` if no pair is checked.
     """
-    robot, motion = joints.robot, Motion(trajectory, joints)
+    robot = joints.robot
+    motion = Motion(trajectory, joints)
     if robot is None:
         return None
     if exceeded_limit := find_grossly_exceeded_limit(motion.curve, joints):
@@ -71,7 +72,8 @@ def clearance_from_robot(
     model = motion_model(motion, scenario, robot)
     is_other = [body.name.startswith(f"{name}/") for body in model.bodies]
     pairs = tuple(pair for pair in model.pairs if is_other[pair.first] or is_other[pair.second])
-    model, resolution = replace(model, pairs=pairs), scenario.scene.collisions.resolution
+    resolution = scenario.scene.collisions.resolution
+    model = replace(model, pairs=pairs)
     nearest = least_clearance(model, motion.curve, resolution, MINIMUM_PRECISION)
     return None if nearest is None else _pair_finding(nearest, scenario, robot, hidden=False)
 

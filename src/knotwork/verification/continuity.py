@@ -51,7 +51,8 @@ def check_continuity(motion: Motion, scenario: Scenario, joints: JointRequiremen
             yield Topic(Group.CONTINUITY, "joint", names[joint]).at_most(
                 f"{quantity}_jump", fact, value, limit, unit, required=required, time=time
             )
-        rates, limit = motion.curve.extrema(order + 1), FASTEST_CHANGES[order]
+        rates = motion.curve.extrema(order + 1)
+        limit = FASTEST_CHANGES[order]
         for joint in np.flatnonzero(~(rates.peak <= limit)):
             value, time = float(rates.peak[joint]), float(rates.peak_time[joint])
             unit = rate_unit(joints.joint_units[joint], order + 1)
@@ -74,8 +75,10 @@ def check_resolution(motion: Motion, scenario: Scenario, joints: JointRequiremen
     noise = evaluation_noise(motion.curve, JUMP_ORDERS)
     for order, quantity in enumerate(MOTION_QUANTITIES[:JUMP_ORDERS]):
         for joint in np.flatnonzero(~(noise[order] <= ALWAYS_A_JUMP[order])):
-            name, unit = joints.joint_names[joint], rate_unit(joints.joint_units[joint], order)
-            value, limit = float(noise[order, joint]), ALWAYS_A_JUMP[order]
+            name = joints.joint_names[joint]
+            unit = rate_unit(joints.joint_units[joint], order)
+            value = float(noise[order, joint])
+            limit = ALWAYS_A_JUMP[order]
             fact = (
                 f"joint {name!r}: the terms of its polynomials cancel, so {quantity} has a "
                 f"rounding error of {scenario.units.text(value, unit, '.3g')}, tolerance "

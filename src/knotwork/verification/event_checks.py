@@ -111,7 +111,8 @@ def _compare_on_path(
         time, pose.translation[None], pose.rotation[None], np.zeros((1, 3))
     )
     requested = path.motion.path.position(np.array([request.arc_length]))
-    miss, tolerance = float(np.linalg.norm(reached - requested)), scenario.tolerances.path
+    miss = float(np.linalg.norm(reached - requested))
+    tolerance = scenario.tolerances.path
     shown, allowed = (scenario.units.text(length, "m", ".3g") for length in (miss, tolerance))
     located = f"{event.text} at {event.time:.3f} s, {_location_text(request, scenario)}"
     fact = f"{located}: the tool is {shown} from that position, tolerance {allowed}"

@@ -283,7 +283,8 @@ class Topic(NamedTuple):
             required: Whether a larger value fails; otherwise the finding is information.
             more: Other attributes of `Finding`.
         """
-        margin, verdict = limit - abs(value), verdict_on(abs(value) <= limit, required=required)
+        margin = limit - abs(value)
+        verdict = verdict_on(abs(value) <= limit, required=required)
         numbers = {"value": value, "limit": limit, "margin": margin, "unit": unit}
         return self.finding(quantity, fact, verdict, **numbers, **more)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 from itertools import starmap
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -141,6 +141,15 @@ class LimitedValue(NamedTuple):
         margin = self.side * (self.limit - self.value)
         return margin - self.proof_gap if margin >= 0.0 else margin
 
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """Attributes of the finding on this value; without a limit it has no margin."""
+        numbers = self._asdict()
+        del numbers["side"]
+        if np.isfinite(self.limit):
+            return numbers | {"margin": self.margin}
+        return numbers | {"limit": None}
+
 
 def add_slack(limit: ArrayLike) -> FloatArray:
     """Increase limits by their rounding tolerance."""
@@ -200,18 +209,8 @@ def limit_finding(
     required = bool(np.isfinite(worst.limit))
     text = compare_text(worst, unit, units) if required else "has no limit given"
     ok = keeps_limit(worst.margin, worst.limit) if ok is None else ok
-    return topic.finding(
-        quantity,
-        f"{label} {text}",
-        verdict_on(ok, required=required),
-        value=worst.value,
-        limit=worst.limit if required else None,
-        margin=worst.margin if required else None,
-        unit=unit,
-        time=worst.time,
-        proof=worst.proof,
-        proof_gap=worst.proof_gap,
-    )
+    verdict = verdict_on(ok, required=required)
+    return topic.finding(quantity, f"{label} {text}", verdict, unit=unit, **worst.numbers)
 
 
 def joint_finding(
@@ -233,7 +232,8 @@ def joint_finding(
     if jump is not None and np.isfinite(worst.limit):
         time, side = jump
         worst = LimitedValue(side * np.inf, time, side * abs(worst.limit), side)
-    name, unit = joints.joint_names[i], JOINT_QUANTITIES[quantity].units[joints.joint_units[i]]
+    name = joints.joint_names[i]
+    unit = JOINT_QUANTITIES[quantity].units[joints.joint_units[i]]
     label = f"joint {name!r}: {quantity}"
     topic = Topic(Group.JOINT_LIMITS, "joint", name)
     return limit_finding(topic, quantity, label, worst, unit, joints.units)
@@ -267,7 +267,8 @@ def report_missing_limits(
         missing = np.flatnonzero(np.isinf(joints.limits[quantity]))
         if not missing.size or (quantity == "effort" and joints.robot.base_moves):
             continue
-        order, part = JOINT_QUANTITIES[quantity].order, quantity
+        order = JOINT_QUANTITIES[quantity].order
+        part = quantity
         if missing.size < len(joints.joint_names):
             part += " of " + ", ".join(joints.joint_names[i] for i in missing)
         if order is not None:
@@ -292,7 +293,8 @@ def check_acceleration_spike(
     extrema = motion.curve.extrema(2)
     unlimited = np.isinf(joints.limits.acceleration)
     for i in np.flatnonzero(unlimited & ~(extrema.peak <= MAX_ACCELERATION)):
-        name, unit = joints.joint_names[i], rate_unit(joints.joint_units[i], 2)
+        name = joints.joint_names[i]
+        unit = rate_unit(joints.joint_units[i], 2)
         value, time = float(extrema.peak[i]), float(extrema.peak_time[i])
         reached, allowed = (scenario.units.text(x, unit) for x in (value, MAX_ACCELERATION))
         fact = (

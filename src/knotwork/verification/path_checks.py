@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from knotwork.task.scenario import Scenario, ScenarioPath, Stretch
 from knotwork.task.scenario.joint_requirements import JointRequirements
-from knotwork.verification.finding import Finding, Findings, Group, Topic, verdict_on
+from knotwork.verification.finding import Finding, Findings, Group, Proof, Topic, verdict_on
+from knotwork.verification.limits import LimitedValue
 from knotwork.verification.motion import Motion
 from knotwork.waypoints import CartesianWaypoint, PoseFreedom
 
@@ -27,6 +29,8 @@ CRITERION_UNITS = {
     "path_ramp": "m/s",
 }
 """SI unit of each criterion."""
+LENGTH_DIGITS = 9
+"""Decimals of lengths along a path in texts [m]."""
 POSE_TOLERANCE = 1e-9
 """Poses are equal if they differ by less than this, relative to their numbers."""
 MAX_BULGE = 0.2
@@ -62,17 +66,19 @@ def check_curve_between_points(
 
     Its points are then too few or unevenly spaced, and the curve is hardly what the user means.
     """
-    scale, unit = scenario.units.per_metre, scenario.units.length
     for path in scenario.paths:
         last = scenario.waypoints[path.last]
         for curve in path.motion.path.curves:
             chords, bulges = curve.chords_and_bulges()
             if (bulges > MAX_BULGE * chords).any():
                 i = int((bulges / chords).argmax())
+                chord, bulge = (
+                    scenario.units.text(size[i], "m", ".4g") for size in (chords, bulges)
+                )
                 fact = (
                     f"the curve through points to {last.name!r} leaves the straight line between "
                     f"points {i + 1} and {i + 2} of {len(chords) + 1} (its start is point 1), "
-                    f"{scale * chords[i]:.4g} {unit} apart, by {scale * bulges[i]:.4g} {unit}: "
+                    f"{chord} apart, by {bulge}: "
                     "add points there, or leave out points that are much nearer to one another"
                 )
                 topic = Topic(Group.WARNINGS, "waypoint", last.name)
@@ -140,7 +146,8 @@ def _follow_paths(
     freedom = paths[0].freedom if first else None
     if freedom is None or not math.isfinite(freedom.turn[1] - freedom.turn[0]):
         return first
-    start, slack = first[0].result.errors.turns[0], scenario.tolerances.path_orientation
+    start = first[0].result.errors.turns[0]
+    slack = scenario.tolerances.path_orientation
     low, high = freedom.turn[0] - slack - start, freedom.turn[1] + slack - start
     whole_turns = range(math.ceil(low / math.tau), math.floor(high / math.tau) + 1)
     for count in (0, *whole_turns):
@@ -168,7 +175,8 @@ def _follow_stretches(
     from knotwork.verification.bounds.path_criteria import PathLimits, SpeedLimit
     from knotwork.verification.bounds.stretch_bounds import path_bounds
 
-    allowed, followed = scenario.tolerances, []
+    allowed = scenario.tolerances
+    followed = []
     for path in paths:
         for i, stretch in enumerate(path.stretches, path.first):
             interval = stretch.start, stretch.end
@@ -190,8 +198,10 @@ def _follow_stretches(
 
 def _stretch_findings(scenario: Scenario, followed: _FollowedStretch) -> Findings:
     """Make the findings on a stretch, one for each criterion."""
-    (begin, end), stretch, result = followed.ends, followed.stretch, followed.result
-    tolerances, progress = scenario.tolerances, result.progress
+    _, (begin, end), stretch, result = followed
+    tolerances = scenario.tolerances
+    progress = result.progress
+    units = scenario.units
     bounds = dict(result.bounds)
     bounds["path_progress"] = bounds["path_deviation"]._replace(  # proved if the distance is
         limit=max(tolerances.path, tolerances.position),
@@ -201,72 +211,65 @@ def _stretch_findings(scenario: Scenario, followed: _FollowedStretch) -> Finding
     )
     for quantity, bound in bounds.items():
         unit = CRITERION_UNITS[quantity]
-        text, highlight = _error_text(quantity, bound, followed, scenario), ""
-        fact = f"from {begin!r} to {end!r} {text}"
+        fact = f"from {begin!r} to {end!r} {_error_text(quantity, bound, followed, scenario)}"
+        proof: Proof = "bounded"
         if not bound.proved:
+            proof = "sampled"
             low, high = bound.where
-            upper = scenario.units.text(bound.bound, unit, ".3g")
+            upper = units.text(bound.bound, unit, ".3g")
             fact += f"; this is not proved: from {low:.6g} s to {high:.6g} s it may be {upper}"
+        highlight = ""
         if quantity == "path_deviation":
-            scale, length = scenario.units.per_metre, scenario.units.length
-            off = f"{scale * bound.value:.3g} of {scale * bound.limit:.3g} {length} off"
-            highlight = f"{begin} to {end}: {off}"
+            off = units.number(bound.value, "m", ".3g")
+            highlight = f"{begin} to {end}: {off} of {units.text(bound.limit, 'm', '.3g')} off"
             if "path_speed" in bounds:
-                highlight += f", {_speed_range_text(result.errors, scenario, 4)}"
-        yield Finding(
-            group=Group.TOOL_PATHS,
-            subject="path",
-            name=f"{begin} to {end}",
-            quantity=quantity,
-            verdict=verdict_on(bound.proved and bound.value <= bound.limit),
-            fact=fact,
-            value=bound.value,
-            limit=bound.limit,
-            margin=bound.limit - (bound.value if bound.value > bound.limit else bound.bound),
-            unit=unit,
-            time=bound.time,
-            interval=stretch.full_speed_interval
-            if quantity == "path_speed"
-            else (stretch.start, stretch.end),
-            proof="bounded" if bound.proved else "sampled",
-            proof_gap=max(bound.bound - bound.value, 0.0),
-            highlight=highlight,
+                highlight += f", {_speed_range_text(result.errors, units, '.4g')}"
+        interval = stretch.start, stretch.end
+        if quantity == "path_speed":
+            interval = stretch.full_speed_interval
+        gap = max(bound.bound - bound.value, 0.0)
+        worst = LimitedValue(bound.value, bound.time, bound.limit, 1.0, proof, gap)
+        verdict = verdict_on(bound.proved and bound.value <= bound.limit)
+        finding = Topic(Group.TOOL_PATHS, "path", f"{begin} to {end}").finding(
+            quantity, fact, verdict, unit=unit, interval=interval, **worst.numbers
         )
+        yield replace(finding, highlight=highlight)
 
 
 def _error_text(
     quantity: str, bound: PathBound, followed: _FollowedStretch, scenario: Scenario
 ) -> str:
     """Text of the error on a stretch by one criterion."""
-    stretch, progress, freedom = followed.stretch, followed.result.progress, followed.path.freedom
-    scale, length = scenario.units.per_metre, scenario.units.length
+    path, _, stretch, result = followed
+    units = scenario.units
     value, limit, beyond = (
-        scenario.units.text(number, CRITERION_UNITS[quantity], ".3g")
+        units.text(number, CRITERION_UNITS[quantity], ".3g")
         for number in (abs(bound.value), bound.limit, max(bound.value, 0.0))
     )
     if quantity == "path_deviation":
         return f"the tool leaves the {stretch.kind} by {value}, tolerance {limit}"
     if quantity == "path_orientation":
         return f"the orientation of the tool is off by {value}, tolerance {limit}"
-    if quantity == "path_turn" and freedom is not None:
+    if quantity == "path_turn" and path.freedom is not None:
         side = "outside" if bound.value > 0.0 else "inside"
-        ranges = _angle_ranges_text(freedom, scenario.units)
+        ranges = _angle_ranges_text(path.freedom, units)
         return f"the orientation is {value} {side} its free range ({ranges}), tolerance {limit}"
     if quantity == "path_progress":
+        progress = result.progress
         start, end, total, backward = (
-            f"{round(scale * value, 6) + 0.0:.6g}"
-            for value in (progress.start, progress.end, progress.length, progress.back)
+            units.text(round(length, LENGTH_DIGITS), "m")
+            for length in (progress.start, progress.end, progress.length, progress.back)
         )
         return (
-            f"the tool moves from {start} {length} to {end} {length} of the {stretch.kind}'s "
-            f"{total} {length} and moves back by {backward} {length}, tolerance {limit}"
+            f"the tool moves from {start} to {end} of the {stretch.kind}'s {total} and moves back "
+            f"by {backward}, tolerance {limit}"
         )
-    speed = f"{scale * stretch.speed:.5g}"
+    speed = units.number(stretch.speed, "m/s", ".5g")
     within = f"tolerance {100 * scenario.tolerances.path_speed:.3g} %"
     if quantity == "path_ramp":
         return f"where the speed changes it is {beyond} beyond 0 to {speed}, {within}"
     start, end = (f"{time:.3f} s" for time in stretch.full_speed_interval)
-    speeds = _speed_range_text(followed.result.errors, scenario, 5)
+    speeds = _speed_range_text(result.errors, units, ".5g")
     return f"the speed is {speeds}, required {speed} from {start} to {end}, {within}"
 
 
@@ -281,7 +284,7 @@ def _angle_ranges_text(freedom: PoseFreedom, units: Units) -> str:
     )
 
 
-def _speed_range_text(errors: PathErrors, scenario: Scenario, digits: int) -> str:
+def _speed_range_text(errors: PathErrors, units: Units, form: str) -> str:
     """Text of the proved minimum and maximum speed where full speed is required."""
-    scale, length = scenario.units.per_metre, scenario.units.length
-    return f"{scale * errors.slowest:.{digits}g} to {scale * errors.fastest:.{digits}g} {length}/s"
+    slowest = units.number(errors.slowest, "m/s", form)
+    return f"{slowest} to {units.text(errors.fastest, 'm/s', form)}"

@@ -86,9 +86,12 @@ def deviation_findings(
         Group.AGAINST_PLAN, "time_shift", fact, value=alignment.lead, unit="s", highlight=highlight
     )
     largest = max(alignment.delays, key=lambda span: abs(span.delay))
-    fact, delay = text or "the log is on time", largest.delay
-    lateness = Finding.of_motion(
-        Group.AGAINST_PLAN, "lateness", fact, value=delay, unit="s", time=largest.start
+    lateness = Topic(Group.AGAINST_PLAN).finding(
+        "lateness",
+        text or "the log is on time",
+        value=largest.delay,
+        unit="s",
+        time=largest.start,
     )
     yield _compared(lateness, tolerances.delay, units)
     yield from joints
@@ -159,7 +162,8 @@ def _tool_findings(
 
 def _compared(deviation: Finding, limit: float | None, units: Units) -> Finding:
     """Add the size of a deviation to its fact, and compare it with its tolerance if it has one."""
-    size, fact = _size(deviation), deviation.fact
+    size = _size(deviation)
+    fact = deviation.fact
     if deviation.unit != "s":
         reached = units.text(size, deviation.unit, ".3g")
         fact += f" by up to {reached}, at {deviation.time:.4f} s"

@@ -79,7 +79,8 @@ def check_log(
         joints: The scenario's joints and robot.
         tolerances: Tolerances of the log relative to its plan, or `None`.
     """
-    report, units = check(alignment.trajectory, scenario, joints=joints), scenario.units
+    report = check(alignment.trajectory, scenario, joints=joints)
+    units = scenario.units
     compared = compare_log(alignment, joints.robot, units, tolerances)
     findings = list(compared.findings)
     undecided = 0
@@ -197,7 +198,8 @@ def _uncertainty(finding: Finding, alignment: Alignment, joints: JointRequiremen
         return float(np.linalg.norm(row * errors(2)))
     if finding.unit not in _UNIT_ORDERS:
         return None
-    jacobian, turning = robot.jacobian(q), finding.unit in _ROTATION_UNITS
+    jacobian = robot.jacobian(q)
+    turning = finding.unit in _ROTATION_UNITS
     error = float(np.linalg.norm(jacobian[3 * turning :][:3] * errors(_UNIT_ORDERS[finding.unit])))
     if finding.unit == "rad" and finding.subject != "waypoint":
         # on a path the orientation depends on the position along it
