@@ -22,7 +22,7 @@ from sweeps import mostly_exhaustive
 ROOT = Path(__file__).parents[1]
 PATHS = sorted((ROOT / "scenarios").glob("*.yaml"))
 SLOW = LONG | {"panda_bookshelf", "panda_three_parts", "ur10_weave", "ur5_dome"}
-SLOW |= {"ur5_machine_door", "ur5_two_arms"}
+SLOW |= {"ur5_machine_door", "ur5_two_arms", "ur5_wall"}
 QUICK = [path for path in PATHS if path.stem not in SLOW]
 
 WARNINGS = {

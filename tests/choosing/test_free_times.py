@@ -15,7 +15,7 @@ import yaml
 import knotwork as kw
 from knotwork.errors import InputError, OptionError
 from knotwork.planning import planning
-from knotwork.planning.timing.timed_motion import Budget
+from knotwork.planning.timing.budget import Budget
 from knotwork.task.scenario import load_scenario
 
 LIMITS = {"velocity": 2, "acceleration": 4}

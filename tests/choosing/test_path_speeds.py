@@ -14,7 +14,7 @@ import knotwork as kw
 from knotwork.errors import InputError, PathError
 from knotwork.planning.choosing import chosen_times, free_sections
 from knotwork.planning.task_to_joint import solve_task
-from knotwork.planning.timing.timed_motion import Budget
+from knotwork.planning.timing.budget import Budget
 from knotwork.task.scenario.joint_requirements import read_joint_requirements
 from sweeps import mostly_exhaustive
 

@@ -60,7 +60,7 @@ def test_a_file_is_written_and_kept(knotwork: Command, tmp_path: Path, name: str
         ("ur5_deburring", ("json", "--knots-only")),
         ("ur5_deburring", ("pvt", "--degrees")),
         ("ur5_deburring", ("ros2", "--goal")),
-        *((name, ("ros2",)) for name in (SCENARIO, "ur5_deburring", "ur10_weld")),
+        ("ur10_weld", ("ros2",)),
     ],
 )
 def test_exports_pass_the_check_again(

@@ -33,7 +33,7 @@ def from_csv(text: str) -> dict[str, np.ndarray]:
 
 
 @given(st.floats(0.3, 2000.0))
-@examples()
+@examples(8)
 def test_the_last_sample_is_the_end_whatever_the_rate(rate: float) -> None:
     columns = from_csv(motion().to_csv(rate=rate))
     time = columns["time_s"]

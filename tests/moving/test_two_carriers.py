@@ -114,6 +114,7 @@ def test_keeps_speeds_and_free_turns_at_fixed_poses(folder: Path) -> None:
     assert plan.report.select(quantity="free_range", name="by")
 
 
+@pytest.mark.exhaustive
 def test_frozen_times_and_speeds_give_same_motion(folder: Path, tmp_path: Path) -> None:
     """Velocities that are chosen, at a pose in the cell and at one on the plate."""
     given = fetch(folder, limits={"acceleration": 10})

@@ -189,6 +189,7 @@ def test_pallet_needs_few_lines(counts: str, boxes: int, tmp_path: Path, knotwor
     assert [mass for _, mass, _ in controller.payloads] == [1.5, *[7.5, 1.5] * boxes]
 
 
+@pytest.mark.exhaustive
 def test_released_boxes_are_obstacles(tmp_path: Path) -> None:
     """With rows that are too near to one another the second box would touch the first."""
     path = of_boxes(tmp_path, "[1, 2]")

@@ -158,9 +158,9 @@ def swing(**options: Any) -> TimingProblem:
 @pytest.mark.parametrize(
     ("wrong", "says"),
     [
-        ({"margin": 0}, "margin is 0; it must be a positive"),
-        ({"margin": float("nan")}, "margin is nan"),
-        ({"margin": "a"}, "margin is 'a'"),
+        ({"used_fraction": 0}, "margin is 0; it must be a positive"),
+        ({"used_fraction": float("nan")}, "margin is nan"),
+        ({"used_fraction": "a"}, "margin is 'a'"),
         ({"jerk": "a"}, "jerk limit must be numbers, not 'a'"),
         ({"jerk": [float("nan")]}, r"jerk limits are \[nan\]; give positive ones"),
         ({"upper": 1.0}, r"upper limit must have shape \(1,\)"),

@@ -163,7 +163,7 @@ def test_seven_joints_and_many_waypoints(points: int) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", mostly_exhaustive(SCENARIO_FILES, "ur5_deburring", "paper_case_presets")
+    "name", mostly_exhaustive(SCENARIO_FILES, "planar2_closed_form", "paper_case_presets")
 )
 def test_shipped_scenarios(name: str) -> None:
     plan = kw.plan(name)

@@ -73,6 +73,7 @@ def test_reports_missing_clear_motion() -> None:
     assert "not attempted" not in line
 
 
+@pytest.mark.exhaustive
 def test_proposes_all_motions_in_one_line() -> None:
     (line,) = tried(across(at("back", -250, after=3), at("still", -250, after=1)))
     assert "way: clear at 'there' and 'back' may avoid the collisions (not attempted)" in line
@@ -165,6 +166,7 @@ def test_the_scene_has_the_way_and_says_so_in_the_legend(tmp_path: Path) -> None
     assert "▪▪▪ way" not in other.html
 
 
+@pytest.mark.exhaustive
 def test_progress_names_the_duration_found_and_the_attempt() -> None:
     steps: list[Progress] = []
     plan = kw.plan(once(tries=2), progress=steps.append)

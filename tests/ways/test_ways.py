@@ -79,6 +79,7 @@ def test_consecutive_clear_motions_meet() -> None:
     assert len(plan.scenario.waypoints) == 3
 
 
+@pytest.mark.exhaustive
 def test_chooses_solutions_at_both_ends(tmp_path: Path) -> None:
     given = past({"post": box([200, 200, 600], [400, 40, 300])})
     for waypoint, y, z in zip(given["waypoints"], (-350, 350), (340, 220), strict=True):
@@ -168,6 +169,7 @@ def test_brakes_each_joint_independently(end: int) -> None:
     assert v == pytest.approx([90, 0, 0, 0, 0, 10], abs=1e-9)
 
 
+@pytest.mark.exhaustive
 def test_brakes_gently_enough_for_effort() -> None:
     """A stop at the limit of acceleration would take more effort than there is."""
     start, end = ({"joints": OUTSIDE | {"shoulder_pan_joint": q}} for q in (-60, 60))

@@ -100,7 +100,7 @@ def _next_sequence(
     """The best sequence without blocked steps, or `None` if no other one is to be planned."""
     is_timed = sequences.scenario.free_values is None
     count = MAX_SEQUENCES_WITH_TIMES if is_timed else MAX_SEQUENCES_WITHOUT_TIMES
-    is_last = len(attempts) == count or sequences.budget.is_over
+    is_last = len(attempts) == count or sequences.budget.time_limit.is_over
     if is_last or not attempts[-1].blocked:
         return None
     following = sequences.solve([step for attempt in attempts for step in attempt.blocked])
@@ -118,7 +118,7 @@ def _colliding_intervals(plan: Plan) -> list[int]:
 
 def _around_obstacles(sequences: SequencePlanner, best: Plan, tried: int) -> Plan:
     """A plan around the obstacles that every sequence hits, or the best plan and the attempts."""
-    is_over = sequences.budget.is_over
+    is_over = sequences.budget.time_limit.is_over
     free = sequences.scenario.free_values
     notes: list[str] = []
     untried = find_avoidable_ends(best, sequences.scenario)

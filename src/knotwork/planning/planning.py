@@ -10,7 +10,7 @@ from typing import Any
 from knotwork.planning.best_sequence import best_of_sequences
 from knotwork.planning.planned_motion import Plan
 from knotwork.planning.sequence_planner import SequencePlanner
-from knotwork.planning.timing.timed_motion import Budget, Progress
+from knotwork.planning.timing.budget import Budget, Progress
 from knotwork.task import Task
 from knotwork.task.scenario import Scenario, load_scenario
 

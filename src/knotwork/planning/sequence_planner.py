@@ -19,7 +19,7 @@ from knotwork.errors.plain_text import waypoint_text
 from knotwork.planning.planned_motion import Plan
 from knotwork.planning.planner_options import planner_options, supported_options
 from knotwork.planning.task_to_joint import SequenceStep, TaskSolution, solve_task
-from knotwork.planning.timing.timed_motion import Budget
+from knotwork.planning.timing.budget import Budget
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_requirements import read_joint_requirements
 from knotwork.task.scenario.motion_segments import find_clear_motions, motion_segments
@@ -93,8 +93,7 @@ class SequencePlanner:
 
         free_task = FreeTask(self.scenario, free_values, self.joints, solution)
         chosen = replace(choose_times(free_task, self.budget), fixed_arrivals=self.fixed_arrivals)
-        self.budget.finish(self.budget.work)
-        self.budget.step(0, chosen.duration, "check")
+        self.budget.finish_all(chosen.duration)
         timed = self.with_scenario(chosen.scenario)
         return timed._interpolate(timed.solve(), chosen)
 

@@ -86,12 +86,12 @@ class UrdfFile(NamedTuple):
 
 
 def add_axes(
-    robot: Element, axes: Axes, root: str, urdfs: Mapping[str, tuple[Element, str]]
+    urdf: Element, axes: Axes, root: str, urdfs: Mapping[str, tuple[Element, str]]
 ) -> tuple[UrdfFile, ...]:
     """Add external axes to a URDF, below a new root link `CELL`.
 
     Args:
-        robot: The URDF, which is changed.
+        urdf: The URDF, which is changed.
         axes: The axes.
         root: Root link of the URDF.
         urdfs: URDF of each axis that has one, whose elements are moved, and its root link.
@@ -102,21 +102,21 @@ def add_axes(
     Raises:
         InputError: The URDF of an axis has no moving joint, or a name that is used.
     """
-    names = {kind: set(elements_by_name(robot, kind)) for kind in ("link", "joint")}
+    names = {kind: set(elements_by_name(urdf, kind)) for kind in ("link", "joint")}
     names["link"].add(CELL)
-    append_element(robot, "link", name=CELL)
+    append_element(urdf, "link", name=CELL)
     if not any(axis.carries == ROBOT for _, axis in axes):
-        _append_joint(robot, f"{CELL} to {root}", "fixed", (CELL, root))
+        _append_joint(urdf, f"{CELL} to {root}", "fixed", (CELL, root))
     for name, axis in axes:
         if axis.urdf is None:
-            _add_joint(robot, name, axis, root, names)
+            _add_joint(urdf, name, axis, root, names)
     shared = {}
     for kind, used_names in names.items():
         added = (elements_by_name(element, kind) for element, _ in urdfs.values())
         counts = Counter(chain(used_names, *added))
         shared[kind] = {name for name, count in counts.items() if count > 1}
     files = [
-        _add_urdf(robot, name, axis, urdfs[name], names, shared)
+        _add_urdf(urdf, name, axis, urdfs[name], names, shared)
         for name, axis in axes
         if axis.urdf is not None
     ]
@@ -124,7 +124,7 @@ def add_axes(
 
 
 def _add_joint(
-    robot: Element, name: str, axis: ExternalAxis, root: str, names: Mapping[str, set[str]]
+    urdf: Element, name: str, axis: ExternalAxis, root: str, names: Mapping[str, set[str]]
 ) -> None:
     link = axis.carries or name
     names["joint"].add(name)
@@ -132,9 +132,9 @@ def _add_joint(
         link = root
     else:
         names["link"].add(link)
-        append_element(robot, "link", name=link)
+        append_element(urdf, "link", name=link)
     kind = "prismatic" if axis.slides else "revolute" if axis.range else "continuous"
-    joint = _append_joint(robot, name, kind, (axis.parent, link), xyz=axis.position, rpy=axis.rpy)
+    joint = _append_joint(urdf, name, kind, (axis.parent, link), xyz=axis.position, rpy=axis.rpy)
     append_element(joint, "axis", xyz=_format_numbers(axis.slides or axis.turns or ()))
     lower, upper = map(repr, axis.range or (0.0, 0.0))
     append_element(
@@ -143,25 +143,24 @@ def _add_joint(
 
 
 def _add_urdf(
-    robot: Element,
+    urdf: Element,
     name: str,
     axis: ExternalAxis,
-    urdf: tuple[Element, str],
+    added: tuple[Element, str],
     names: Mapping[str, set[str]],
     shared: Mapping[str, set[str]],
 ) -> UrdfFile:
     """Move links and joints of another URDF into the robot's, renaming `shared` names."""
-    root_element, root = urdf
-    if all(
-        joint.getAttribute("type") == "fixed" for joint in child_elements(root_element, "joint")
-    ):
+    other_urdf, root = added
+    joints = child_elements(other_urdf, "joint")
+    if all(joint.getAttribute("type") == "fixed" for joint in joints):
         raise InputError(
             f"{name}: {axis.urdf} has no joint that moves; accepted: the URDF of a positioner, or, "
             "for what does not move, scene: objects of a scenario"
         )
     new_names: dict[str, dict[str, str]] = {}
     for kind, used_names in names.items():
-        elements = elements_by_name(root_element, kind)
+        elements = elements_by_name(other_urdf, kind)
         new_names[kind] = {old: f"{name}_{old}" if old in shared[kind] else old for old in elements}
         for old, new in new_names[kind].items():
             if new in used_names or (new != old and new in elements):
@@ -170,15 +169,15 @@ def _add_urdf(
                     f"the name of one, too; accepted: another name for {name!r}, the prefix"
                 )
         used_names.update(new_names[kind].values())
-    for element in (*child_elements(root_element, "link"), *child_elements(root_element, "joint")):
+    for element in (*child_elements(other_urdf, "link"), *joints):
         _rename(element, "name", new_names[element.tagName])
         for tag, key in (("parent", "link"), ("child", "link"), ("mimic", "joint")):
             for part in child_elements(element, tag):
                 _rename(part, key, new_names[key])
-        robot.appendChild(element)
+        urdf.appendChild(element)
     new_root = new_names["link"][root]
     _append_joint(
-        robot,
+        urdf,
         f"{name} to {new_root}",
         "fixed",
         (axis.parent, new_root),
@@ -193,19 +192,19 @@ def _rename(element: Element, key: str, new_names: Mapping[str, str]) -> None:
     element.setAttribute(key, new_names.get(old, old))
 
 
-def invert_to_root(robot: Element, link: str) -> None:
+def invert_to_root(urdf: Element, link: str) -> None:
     """Make a link the root of a URDF, by inverting the joints between it and the root.
 
     A joint places its child at T · J(q) in its parent, so it places the parent at J(-q) · T⁻¹ in
     the child. This is a joint with the opposite axis, followed by a fixed joint.
 
     Args:
-        robot: The URDF, which is changed.
+        urdf: The URDF, which is changed.
         link: One of its links.
     """
     import pinocchio as pin  # the keys of robot files do not need it
 
-    by_child = {read_link(joint, "child"): joint for joint in child_elements(robot, "joint")}
+    by_child = {read_link(joint, "child"): joint for joint in child_elements(urdf, "joint")}
     while link in by_child:
         child = link
         joint = by_child[child]
@@ -220,20 +219,20 @@ def invert_to_root(robot: Element, link: str) -> None:
         append_element(joint, "parent", link=child)
         append_element(joint, "child", link=between)
         append_element(joint, "axis", xyz=_format_numbers(-axis))
-        append_element(robot, "link", name=between)
+        append_element(urdf, "link", name=between)
         rpy = pin.rpy.matrixToRpy(inverse.rotation)
-        _append_joint(robot, between, "fixed", (between, link), xyz=inverse.translation, rpy=rpy)
+        _append_joint(urdf, between, "fixed", (between, link), xyz=inverse.translation, rpy=rpy)
 
 
 def _append_joint(
-    robot: Element,
+    urdf: Element,
     name: str,
     kind: str,
     ends: tuple[str, str],
     xyz: Sequence[float] | FloatArray = (0.0, 0.0, 0.0),
     rpy: Sequence[float] | FloatArray = (0.0, 0.0, 0.0),
 ) -> Element:
-    joint = append_element(robot, "joint", name=name, type=kind)
+    joint = append_element(urdf, "joint", name=name, type=kind)
     append_element(joint, "origin", xyz=_format_numbers(xyz), rpy=_format_numbers(rpy))
     for end, link in zip(("parent", "child"), ends, strict=True):
         append_element(joint, end, link=link)

@@ -45,28 +45,28 @@ def select_chain(description: Description) -> JointChain:
         RobotError: The base does not carry the tool, no joint moves the tool, a joint between them
             is not supported, or a joint can't be locked at its position.
     """
-    urdf, robot, locked = description.urdf, description.name, description.locked
+    urdf, robot_name, locked = description.urdf, description.name, description.locked
     tool_frame = description.tool_frame
     full = urdf.model
     base = description.base_frame or urdf.root
     for link in (base, tool_frame):
         if link is not None and link not in urdf.links:
-            raise UnknownNameError("frame", link, urdf.links, where=f"robot {robot!r}")
+            raise UnknownNameError("frame", link, urdf.links, where=f"robot {robot_name!r}")
     if tool_frame is None:
         moving = [i for i in range(1, full.njoints) if _explain_unsupported(urdf, i) is None]
         moving = [i for i in moving if full.names[i] not in locked]
     else:
-        moving = _find_moving_joints(urdf, robot, base, tool_frame, locked)
+        moving = _find_moving_joints(urdf, robot_name, base, tool_frame, locked)
     if len(moving) > MAX_JOINTS:
         raise RobotError(
-            robot,
+            robot_name,
             f"{len(moving)} joints would be planned, but at most {MAX_JOINTS} can be; give a "
             "tool frame that fewer of them carry, or list others under `locked`",
         )
     planned = set(moving)
     still = [i for i in range(1, full.njoints) if i not in planned]
     reference, values = _find_locked_configuration(
-        urdf, robot, still, {**description.unplanned, **locked}
+        urdf, robot_name, still, {**description.unplanned, **locked}
     )
     names = tuple(full.names[i] for i in moving)
     mimicked = {full.names[i]: _list_mimicked(urdf, full.names[i], locked) for i in still}
@@ -113,7 +113,7 @@ def _explain_unsupported(urdf: Urdf, index: int) -> str | None:
 
 
 def _find_moving_joints(
-    urdf: Urdf, robot: str, base: str, tool: str, locked: Mapping[str, float]
+    urdf: Urdf, robot_name: str, base: str, tool: str, locked: Mapping[str, float]
 ) -> list[int]:
     full = urdf.model
     base_joint, tool_joint = (
@@ -122,7 +122,7 @@ def _find_moving_joints(
     carriers = list(full.supports[tool_joint])
     if base_joint not in carriers:
         raise RobotError(
-            robot,
+            robot_name,
             f"tool frame {tool!r} is not carried by base frame {base!r}; give a base frame on "
             f"the way from the root {urdf.root!r} to the tool",
             link=tool,
@@ -133,12 +133,12 @@ def _find_moving_joints(
         locked_names = [full.names[i] for i in chain]
         why = f"; these joints are locked: {', '.join(locked_names)}" if locked_names else ""
         message = f"no joint moves tool frame {tool!r} relative to base frame {base!r}{why}"
-        raise RobotError(robot, message, link=tool)
+        raise RobotError(robot_name, message, link=tool)
     for i in moving:
         why_not = _explain_unsupported(urdf, i)
         if why_not is not None:
             raise RobotError(
-                robot,
+                robot_name,
                 f"joint {full.names[i]!r} on the way to {tool!r} {why_not}, which is not supported "
                 "(revolute, continuous and prismatic joints are); lock it "
                 f"with `locked: {{{full.names[i]}: 0}}`",
@@ -148,7 +148,7 @@ def _find_moving_joints(
 
 
 def _find_locked_configuration(
-    urdf: Urdf, robot: str, still: list[int], locked: Mapping[str, float]
+    urdf: Urdf, robot_name: str, still: list[int], locked: Mapping[str, float]
 ) -> tuple[Any, dict[str, float]]:
     """Find the configuration of the whole model at which joints are locked, and its values."""
     full = urdf.model
@@ -161,7 +161,7 @@ def _find_locked_configuration(
         if joint.nq != 1:
             if wanted:
                 raise RobotError(
-                    robot,
+                    robot_name,
                     f"joint {name!r} of type {urdf.types.get(name)!r} can only be locked at 0, "
                     f"where it is neutral, not at {wanted:g}",
                     joint=name,
@@ -175,7 +175,7 @@ def _find_locked_configuration(
             wanted = min(max(0.0, lower), upper)
         elif not lower <= wanted <= upper:
             raise RobotError(
-                robot,
+                robot_name,
                 f"joint {name!r} is locked at {wanted:g}, outside its limits "
                 f"[{lower:g}, {upper:g}] {'m' if urdf.types[name] == 'prismatic' else 'rad'}",
                 joint=name,

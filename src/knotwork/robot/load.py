@@ -129,13 +129,13 @@ def _load_document(document: Document, folder: Path) -> Robot:
     return robot
 
 
-def _resolve_axes(content: RobotFile, document: Document, folder: Path, robot: str) -> Axes:
+def _resolve_axes(content: RobotFile, document: Document, folder: Path, robot_name: str) -> Axes:
     """Resolve the paths of the URDFs of external axes."""
     axes = []
     for name, axis in content.external_axes.items():
         if axis.urdf is not None:
             try:
-                path = _require_file(axis.urdf, folder, robot, "URDF")
+                path = _require_file(axis.urdf, folder, robot_name, "URDF")
             except InputError as error:
                 error.locate(document.where(("external_axes", name, "urdf")))
                 raise
@@ -182,19 +182,19 @@ def _check_configuration(robot: Robot, name: str) -> None:
             )
 
 
-def _require_file(reference: str, folder: Path, robot: str, kind: str) -> Path:
+def _require_file(reference: str, folder: Path, robot_name: str, kind: str) -> Path:
     """Find the file of a reference, and check that it exists; `kind` is `"URDF"` or `"SRDF"`."""
-    path = _resolve_path(reference, folder, robot)
+    path = _resolve_path(reference, folder, robot_name)
     if not os.path.isfile(path):
-        raise RobotError(robot, f"there is no {kind} file {path}")
+        raise RobotError(robot_name, f"there is no {kind} file {path}")
     return path
 
 
-def _resolve_path(reference: str, folder: Path, robot: str) -> Path:
+def _resolve_path(reference: str, folder: Path, robot_name: str) -> Path:
     """Find the path of a reference, relative to a folder or in an installed Python package."""
     if reference.startswith(EXAMPLE_ROBOT_DATA):
         inside = reference.removeprefix(EXAMPLE_ROBOT_DATA).lstrip("/")
-        return find_example_robot_data(robot) / inside
+        return find_example_robot_data(robot_name) / inside
     path = folder / os.path.expanduser(reference)
     match = _IN_PACKAGE.fullmatch(reference)
     if match is None or path.exists():
@@ -203,7 +203,7 @@ def _resolve_path(reference: str, folder: Path, robot: str) -> Path:
     if module is None:
         name = _INSTALLED_AS.get(match[1], match[1])
         raise RobotError(
-            robot,
+            robot_name,
             f"{reference} is in the Python package {match[1]!r}, which is not installed; install "
             f"it with `pip install {name}`",
         )
@@ -215,7 +215,7 @@ def _find_module_folder(module: str) -> Path | None:
     return next((path for folder in sys.path if (path := Path(folder) / module).is_dir()), None)
 
 
-def find_example_robot_data(robot: str) -> Path:
+def find_example_robot_data(robot_name: str) -> Path:
     """Find the folder `robots` of the package example-robot-data, without importing it.
 
     Raises:
@@ -226,7 +226,7 @@ def find_example_robot_data(robot: str) -> Path:
     if folder.is_dir():  # the second place is that of conda
         return folder
     raise RobotError(
-        robot,
+        robot_name,
         "its URDF comes with the package example-robot-data, which is not installed; install it "
         'with `pip install "example-robot-data>=5.0,<6"`',
     )

@@ -79,12 +79,12 @@ class Urdf(NamedTuple):
         return frozenset(map(frozenset, self.parents.items()))
 
 
-def read_urdf(path: Path, robot: str, axes: Axes = (), seen_from: str = "") -> Urdf:
+def read_urdf(path: Path, robot_name: str, axes: Axes = (), seen_from: str = "") -> Urdf:
     """Read a URDF file. The result is cached by the file's text, so it must not be changed.
 
     Args:
         path: The file.
-        robot: Name of the robot, for errors.
+        robot_name: Name of the robot, for errors.
         axes: External axes; paths of their URDFs are absolute.
         seen_from: New root link; by default the root of the file.
 
@@ -95,7 +95,7 @@ def read_urdf(path: Path, robot: str, axes: Axes = (), seen_from: str = "") -> U
     """
     paths = (path, *(Path(file.urdf) for _, file in axes if file.urdf is not None))
     texts = tuple(read_text(file, max_bytes=MAX_URDF_BYTES) for file in paths)
-    return _parse(texts, path, robot, axes, seen_from)
+    return _parse(texts, path, robot_name, axes, seen_from)
 
 
 @lru_cache(maxsize=16)
@@ -109,21 +109,21 @@ def parse_root(text: str) -> Any:
 
 
 @lru_cache(maxsize=32)
-def _parse(texts: tuple[str, ...], path: Path, robot: str, axes: Axes, seen_from: str) -> Urdf:
-    root, base = _parse_tree(texts[0], path, robot)
+def _parse(texts: tuple[str, ...], path: Path, robot_name: str, axes: Axes, seen_from: str) -> Urdf:
+    root, base = _parse_tree(texts[0], path, robot_name)
     elements = {kind: elements_by_name(root, kind) for kind in ("link", "joint")}
     files = [UrdfFile(path, tuple((link, link) for link in elements["link"]))]
     if axes:
         trees = {}
         placed = [(name, Path(axis.urdf)) for name, axis in axes if axis.urdf is not None]
         for (name, file), text in zip(placed, texts[1:], strict=True):
-            trees[name] = _parse_tree(text, file, robot)
-            _build_model(reduce_to_tree(trees[name][0]), file, robot)  # so that errors name it
+            trees[name] = _parse_tree(text, file, robot_name)
+            _build_model(reduce_to_tree(trees[name][0]), file, robot_name)  # so that errors name it
         try:
             files += add_axes(root, axes, base, trees)
             base = check_tree(root)
         except InputError as error:
-            raise RobotError(robot, f"external_axes: {error}") from error
+            raise RobotError(robot_name, f"external_axes: {error}") from error
     parents = {
         read_link(element, "child"): read_link(element, "parent")
         for element in child_elements(root, "joint")
@@ -136,7 +136,7 @@ def _parse(texts: tuple[str, ...], path: Path, robot: str, axes: Axes, seen_from
     for name, kind in types.items():
         if kind == "continuous":
             _set_wide_limits(joints[name])
-    model = _build_model(reduce_to_tree(root), path, robot)
+    model = _build_model(reduce_to_tree(root), path, robot_name)
     links = tuple(elements_by_name(root, "link"))
     carriers = set(parents.values())
     return Urdf(
@@ -155,7 +155,7 @@ def _parse(texts: tuple[str, ...], path: Path, robot: str, axes: Axes, seen_from
     )
 
 
-def _parse_tree(text: str, path: Path, robot: str) -> tuple[Element, str]:
+def _parse_tree(text: str, path: Path, robot_name: str) -> tuple[Element, str]:
     """Parse a URDF, and check its tree of links; return its root element and its root link."""
     try:
         root = parse_xml(text.encode(), MAX_URDF_ELEMENTS).documentElement
@@ -172,7 +172,7 @@ def _parse_tree(text: str, path: Path, robot: str) -> tuple[Element, str]:
             )
         return root, check_tree(root)
     except InputError as error:
-        raise RobotError(robot, f"{path} is not a valid URDF: {error}") from error
+        raise RobotError(robot_name, f"{path} is not a valid URDF: {error}") from error
 
 
 def _read_mimic(joint: Element) -> Mimic | None:
@@ -197,14 +197,14 @@ def _set_wide_limits(joint: Element) -> None:
     limit.setAttribute("upper", _WIDE_LIMIT)
 
 
-def _build_model(text: str, path: Path, robot: str) -> Any:
+def _build_model(text: str, path: Path, robot_name: str) -> Any:
     captured: list[str] = []
     try:
         with _capture_stderr(captured):
             model = pin.buildModelFromXML(text)
     except Exception as error:  # Boost.Python passes on all exceptions of the parser
         reason = captured[0] if captured and captured[0] else str(error)
-        raise RobotError(robot, f"{path} is not a valid URDF: {reason}") from error
+        raise RobotError(robot_name, f"{path} is not a valid URDF: {reason}") from error
     for frame in model.frames:
         for name, numbers in (
             ("origin", frame.placement.homogeneous),
@@ -212,7 +212,7 @@ def _build_model(text: str, path: Path, robot: str) -> Any:
         ):
             if not np.isfinite(numbers).all():
                 fault = f"the {name} of {frame.name!r} is not finite"
-                raise RobotError(robot, f"{path} is not a valid URDF: {fault}")
+                raise RobotError(robot_name, f"{path} is not a valid URDF: {fault}")
     return model
 
 

@@ -22,20 +22,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knotwork.arrays import FloatArray
 from knotwork.curves.trajectory import Event, JointTrajectory
 from knotwork.errors import ExportError
 from knotwork.files.export.labels import one_ascii_line, unsupported_event
 from knotwork.files.export.straight import (
     ARM_AXES,
-    AXES_ACCEPTED,
-    CONTROLLER_UNITS,
     RESTING_SPEED,
     STRAIGHT,
     TIME_TICK,
     StraightPoints,
-    arm_joints,
     bound_text,
+    controller_axes,
     from_horizontal,
     straight_points,
 )
@@ -58,21 +55,21 @@ class ProgramStep:
         time: Duration [s].
         moving_time: Time at its end since the arm was last at rest [s].
         at_rest: Whether the arm is at rest.
-        first, last: Whether the arm starts to move, or comes to rest at the end.
+        starts, stops: Whether the arm starts to move, or comes to rest at the end.
         notes: Names of the segments that begin with the step.
-        flying: Events at its end that are switched while the arm moves.
-        resting: Events at its end that are switched at rest.
+        events_in_motion: Events at its end that are switched while the arm moves.
+        events_at_rest: Events at its end that are switched at rest.
     """
 
     to: int
     time: float
     moving_time: float
     at_rest: bool
-    first: bool
-    last: bool
+    starts: bool
+    stops: bool
     notes: tuple[str, ...]
-    flying: tuple[Event, ...]
-    resting: tuple[Event, ...]
+    events_in_motion: tuple[Event, ...]
+    events_at_rest: tuple[Event, ...]
 
 
 def to_krl(
@@ -103,7 +100,7 @@ def to_krl(
         InputError: The tolerance is out of range.
     """
     points = straight_points(motion, **STRAIGHT["krl"], tolerance=tolerance)
-    arm, external, external_units = _axes(points, points.position, robot)
+    arm, external, external_units = controller_axes(points, points.position, robot)
     names = [f"A{j + 1}" for j in range(ARM_AXES)] + [f"E{j + 1}" for j in range(external.shape[1])]
 
     def axes(i: int) -> str:
@@ -114,14 +111,14 @@ def to_krl(
         return f"$OUT[{_output_number(event, 'KUKA')}]={'TRUE' if event.value else 'FALSE'}"
 
     def move(step: ProgramStep) -> Iterator[str]:
-        if step.first:
+        if step.starts:
             yield from ("PTP_SPLINE", "  TIME_BLOCK START")
-        for event in step.flying:
+        for event in step.events_in_motion:
             yield f"  TRIGGER WHEN PATH=0 DELAY=0 DO {switch(event)}"
         yield f"  SPTP {axes(step.to)}"
         # parts are proportions of the time at the end of the block
         yield f"  TIME_BLOCK PART = {step.time:.3f}"
-        if step.last:
+        if step.stops:
             yield from (f"  TIME_BLOCK END = {step.moving_time:.3f}", "ENDSPLINE")
 
     about = (*_about(points, "KUKA", external_units), "File: knotwork_motion.src.")
@@ -146,27 +143,27 @@ def to_rapid(
     67
     """
     points = straight_points(motion, **STRAIGHT["rapid"], tolerance=tolerance)
-    arm, external, external_units = _axes(points, points.position, robot)
+    arm, external, external_units = controller_axes(points, points.position, robot)
     unused = ["9E9"] * (ARM_AXES - external.shape[1])
     targets = []
     for angles, values in zip(arm, external, strict=True):
         written = [f"{value:.6f}" for value in values] + unused
         targets.append(f"  [[{','.join(f'{x:.6f}' for x in angles)}],[{','.join(written)}]]")
     program = list(_steps(points))
-    flying = [event for step in program for event in step.flying]
+    flying = [event for step in program for event in step.events_in_motion]
     triggers = {event: f"kw_t{n}" for n, event in enumerate(flying, 1)}
 
     def switch(event: Event) -> str:
         return f"SetDO {_signal(event)}, {int(bool(event.value))};"
 
     def move(step: ProgramStep) -> Iterator[str]:
-        if len(step.flying) > MAX_TRIGGERS:
-            given = f"{len(step.flying)} signals at {points.time[step.to]:.6g} s"
+        if len(step.events_in_motion) > MAX_TRIGGERS:
+            given = f"{len(step.events_in_motion)} signals at {points.time[step.to]:.6g} s"
             raise ExportError(f"{given}; an ABB move switches at most {MAX_TRIGGERS}")
-        first, *others = [triggers[event] for event in step.flying] or [""]
+        first, *others = [triggers[event] for event in step.events_in_motion] or [""]
         name = "TriggAbsJ" if first else "MoveAbsJ"
         names = first + "".join(rf"\T{n}:={other}" for n, other in enumerate(others, 2))
-        zone = ("fine" if step.last else "z0") if not first else f"{names}, z0"
+        zone = ("fine" if step.stops else "z0") if not first else f"{names}, z0"
         yield rf"{name} kw_q{{{step.to + 1}}}\NoEOffs, v5000\T:={step.time:.3f}, {zone}, tool0;"
 
     data = [
@@ -202,17 +199,18 @@ def to_ls(
     65
     """
     points = straight_points(motion, **STRAIGHT["ls"], tolerance=tolerance)
-    arm, external, external_units = _axes(points, from_horizontal(points, robot), robot)
+    arm, external, external_units = controller_axes(points, from_horizontal(points, robot), robot)
 
     def switch(event: Event) -> str:
         return f"  DO[{_output_number(event, 'FANUC')}]={'ON' if event.value else 'OFF'}"
 
     def move(step: ProgramStep) -> Iterator[str]:
-        end = "FINE" if step.last else "CNT100"
+        end = "FINE" if step.stops else "CNT100"
         # one output can be switched with a move, and others after it
-        first = f" TB .00sec,{switch(step.flying[0]).lstrip()}" if step.flying else ""
-        yield f"J P[{step.to + 1}] {round(step.time / TIME_TICK)}msec {end}{first}"
-        yield from map(switch, step.flying[1:])
+        first, *others = map(switch, step.events_in_motion) if step.events_in_motion else [""]
+        with_move = f" TB .00sec,{first.lstrip()}" if first else ""
+        yield f"J P[{step.to + 1}] {round(step.time / TIME_TICK)}msec {end}{with_move}"
+        yield from others
 
     about = f"{points.time[-1]:.3f} s, lines {bound_text(points.error, 2)} off"
     remark = f"  !{{:.{MAX_REMARK_LENGTH}}}"
@@ -241,25 +239,8 @@ def _body(
     for step in steps:
         lines += [remark.format(note) for note in step.notes]
         lines += [wait.format(step.time)] if step.at_rest else move(step)
-        lines += map(switch, step.resting)
+        lines += map(switch, step.events_at_rest)
     return lines
-
-
-def _axes(
-    points: StraightPoints, q: FloatArray, robot: Robot | None
-) -> tuple[FloatArray, FloatArray, dict[str, str]]:
-    """Angles of the arm [deg], shape (n, 6), external axes, and their units: deg or mm."""
-    units = points.trajectory.joint_units
-    arm = arm_joints(points.trajectory, robot)
-    external = [i for i in range(len(units)) if i not in arm]
-    if len(arm) != ARM_AXES or len(external) > ARM_AXES:
-        have = f"{len(arm)} revolute joints and {len(external)} external axes"
-        raise ExportError(f"the arm has {have}; {AXES_ACCEPTED}")
-    names = points.trajectory.joint_names
-    shown = {names[i]: CONTROLLER_UNITS[units[i]] for i in external}
-    factors = np.array([factor for _, factor in shown.values()])
-    shown_units = {name: unit for name, (unit, _) in shown.items()}
-    return np.degrees(q[:, arm]), q[:, external] * factors, shown_units
 
 
 def _steps(points: StraightPoints) -> Iterator[ProgramStep]:
@@ -283,11 +264,18 @@ def _steps(points: StraightPoints) -> Iterator[ProgramStep]:
     for before, i in pairwise([0, *ends, len(time) - 1]):
         duration = float(time[i] - time[before])
         moving_time = 0.0 if at_rest[i] else moving_time + duration
-        first, last = at_rest[before], at_rest[i + 1]
-        is_flying = not (at_rest[i] or last)
-        flying, resting = (switched[i], []) if is_flying else ([], switched[i])
-        texts = tuple(notes[before + 1]), tuple(flying), tuple(resting)
-        yield ProgramStep(i, duration, moving_time, at_rest[i], first, last, *texts)
+        moves_on = not (at_rest[i] or at_rest[i + 1])
+        yield ProgramStep(
+            to=i,
+            time=duration,
+            moving_time=moving_time,
+            at_rest=at_rest[i],
+            starts=at_rest[before],
+            stops=at_rest[i + 1],
+            notes=tuple(notes[before + 1]),
+            events_in_motion=tuple(switched[i]) if moves_on else (),
+            events_at_rest=() if moves_on else tuple(switched[i]),
+        )
 
 
 def _find_rests(points: StraightPoints) -> list[bool]:

@@ -113,6 +113,23 @@ def from_horizontal(points: StraightPoints, robot: Robot | None = None) -> Float
     return q
 
 
+def controller_axes(
+    points: StraightPoints, q: FloatArray, robot: Robot | None
+) -> tuple[FloatArray, FloatArray, dict[str, str]]:
+    """Angles of the arm [deg], shape (n, 6), external axes, and their units: deg or mm."""
+    units = points.trajectory.joint_units
+    arm = arm_joints(points.trajectory, robot)
+    external = [i for i in range(len(units)) if i not in arm]
+    if len(arm) != ARM_AXES or len(external) > ARM_AXES:
+        have = f"{len(arm)} revolute joints and {len(external)} external axes"
+        raise ExportError(f"the arm has {have}; {AXES_ACCEPTED}")
+    names = points.trajectory.joint_names
+    shown = {names[i]: CONTROLLER_UNITS[units[i]] for i in external}
+    factors = np.array([factor for _, factor in shown.values()])
+    shown_units = {name: unit for name, (unit, _) in shown.items()}
+    return np.degrees(q[:, arm]), q[:, external] * factors, shown_units
+
+
 def straight_points(
     motion: JointTrajectory | StraightPoints,
     *,

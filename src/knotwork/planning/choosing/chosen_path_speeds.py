@@ -23,7 +23,7 @@ from knotwork.planning.choosing.path_speed_problem import (
     round_speed,
 )
 from knotwork.planning.timing import ActiveLimit
-from knotwork.planning.timing.timed_motion import Budget
+from knotwork.planning.timing.budget import Budget
 from knotwork.task.scenario.resolve import change_task
 from knotwork.units import rounded_up
 from knotwork.verification.limits import LIMIT_SLACK
@@ -108,7 +108,7 @@ def maximum_path_speeds(
             faults = faults or [no_speeds.fault]
             break
         duration = sum(at.timing.duration for at in chosen)
-        if feasible and (duration >= longest or budget.is_over):
+        if feasible and (duration >= longest or budget.time_limit.is_over):
             break
         speeds = _follow(free_task, chosen)
         problems = [at.problem for at in speeds.chosen]

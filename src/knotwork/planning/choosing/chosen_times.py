@@ -26,8 +26,9 @@ from knotwork.planning.choosing.free_sections import (
 from knotwork.planning.choosing.path_speed_problem import PathSpeedProblem, path_speed_problems
 from knotwork.planning.task_to_joint import TaskSolution
 from knotwork.planning.timing import ActiveLimit, Objective, TimedMotion
+from knotwork.planning.timing.budget import Budget
 from knotwork.planning.timing.infeasible import infeasible_values
-from knotwork.planning.timing.timed_motion import Budget, Status, worst_status
+from knotwork.planning.timing.timed_motion import Status, worst_status
 from knotwork.task.scenario import Scenario
 
 MAX_SLOWDOWNS = 9
@@ -161,7 +162,7 @@ def _find_motions(
 def _find_shorter(free_task: FreeTask, motions: _Motions, budget: Budget) -> _Motions | None:
     """Find motions of shorter total duration, along slowed paths at still lower speeds."""
     slower = motions.speeds.slowed_down()
-    if not slower or budget.is_over:
+    if not slower or budget.time_limit.is_over:
         return None
     try:
         other = _find_motions(free_task, slower, budget)

@@ -102,7 +102,8 @@ def _conditions(chosen: ChosenValues) -> str:
     """Text of the chosen speeds along paths and fixed arrivals, on which the bound depends."""
     times = {waypoint.name: waypoint.time for waypoint in chosen.scenario.waypoints}
     conditions = [f"{name!r} met at {times[name]:.6g} s" for name in chosen.fixed_arrivals]
-    if chosen.requested.required_free_values.has_free_path_speeds:
+    free_values = chosen.requested.required_free_values
+    if any(free.path_speed_is_free for free in free_values.waypoints):
         conditions.insert(0, "these speeds along its paths")
     return f" with {', '.join(conditions)}" if conditions else ""
 

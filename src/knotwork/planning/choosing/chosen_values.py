@@ -80,8 +80,8 @@ def solutions_near(
         if isinstance(waypoint, CartesianWaypoint) and index[i] not in followed:
             poses.setdefault(index[i], i)
     return {
-        k: {"near": by_joint(free_task.joints, positions[free_task.rows[i]], units)}
-        for k, i in poses.items()
+        task_i: {"near": by_joint(free_task.joints, positions[free_task.rows[i]], units)}
+        for task_i, i in poses.items()
     }
 
 

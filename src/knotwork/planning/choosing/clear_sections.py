@@ -20,10 +20,10 @@ from knotwork.planning.clear_motions.clear_motion_problem import (
 from knotwork.planning.clear_motions.clear_search import find_clear_motion, slow_to_duration
 from knotwork.planning.clear_motions.configuration_space import bodies_at
 from knotwork.planning.timing import TimedMotion, TimingProblem
+from knotwork.planning.timing.budget import Budget
 from knotwork.planning.timing.minimum_durations import lower_bound, sufficient_duration
 from knotwork.planning.timing.section_motion import SectionMotion
 from knotwork.planning.timing.solving import timed_motion
-from knotwork.planning.timing.timed_motion import Budget
 from knotwork.robot import Robot
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.task import PoseWaypoint
@@ -80,7 +80,7 @@ def plan_clear_section(
             clear_problem,
             tries=options.tries,
             extra_clearance=options.room,
-            is_out_of_time=lambda: budget.is_over,
+            is_out_of_time=lambda: budget.time_limit.is_over,
             report=report,
         )
     except ClearSearchError as fault:

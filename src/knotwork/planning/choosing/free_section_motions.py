@@ -11,9 +11,9 @@ from knotwork.errors import InputError, TimingError, merge_errors
 from knotwork.planning.choosing.clear_sections import plan_clear_section
 from knotwork.planning.choosing.free_sections import FreeSection, FreeTask
 from knotwork.planning.timing import Objective, TimedMotion
+from knotwork.planning.timing.budget import Budget
 from knotwork.planning.timing.minimum_durations import sufficient_duration
 from knotwork.planning.timing.solving import solve_within
-from knotwork.planning.timing.timed_motion import Budget
 from knotwork.units import rounded_up
 
 SMOOTHEST = Objective(time=0.0, jerk=1.0)

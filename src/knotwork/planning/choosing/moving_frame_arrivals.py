@@ -20,7 +20,7 @@ from knotwork.arrays import FloatArray
 from knotwork.errors import FollowingError, InputError, OutOfReachError, TimingError
 from knotwork.planning.choosing.chosen_times import ChosenValues, choose_times
 from knotwork.planning.choosing.free_sections import FreeTask
-from knotwork.planning.timing.timed_motion import Budget
+from knotwork.planning.timing.budget import Budget
 from knotwork.task import ExpandedTask
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.free_values_reader import ends_wait

@@ -8,6 +8,7 @@ import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.planning.timing.budget import Budget
 from knotwork.planning.timing.long_intervals import guessed_states
 from knotwork.planning.timing.motion_curves import concatenate
 from knotwork.planning.timing.motion_states import States
@@ -15,7 +16,7 @@ from knotwork.planning.timing.nonlinear_program import Solution
 from knotwork.planning.timing.section_program import SectionProgram
 from knotwork.planning.timing.stop_to_stop import SLOWDOWN_FACTORS, resting_intervals
 from knotwork.planning.timing.tightening import first_tightening, keeps_limits, tighten
-from knotwork.planning.timing.timed_motion import Budget, Status
+from knotwork.planning.timing.timed_motion import Status
 from knotwork.planning.timing.timing_problem import TimingProblem
 
 MAX_TIGHTENINGS = 12
@@ -59,7 +60,7 @@ def solve_section(problem: TimingProblem, budget: Budget) -> SectionMotion | Non
     motion = _optimised_motion(problem, budget)
     if motion is not None:
         return motion
-    return resting_motion(problem, "budget" if budget.is_over else "resting")
+    return resting_motion(problem, "budget" if budget.time_limit.is_over else "resting")
 
 
 def resting_motion(problem: TimingProblem, status: Status) -> SectionMotion | None:
@@ -86,7 +87,7 @@ def _optimised_motion(problem: TimingProblem, budget: Budget) -> SectionMotion |
     guess, tightening = plain_guess(problem), first_tightening(problem)
     last: Solution | None = None
     for _ in range(MAX_TIGHTENINGS):
-        seconds = budget.remaining()
+        seconds = budget.time_limit.remaining
         if seconds <= 0.0:
             return None
         program = SectionProgram(problem, guess, tightening)

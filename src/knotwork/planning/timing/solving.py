@@ -12,18 +12,13 @@ from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import TimingError, merge_errors
+from knotwork.planning.timing.budget import Budget, Progress
 from knotwork.planning.timing.infeasible import infeasible_values, unsolved_errors
 from knotwork.planning.timing.minimum_durations import lower_bound
 from knotwork.planning.timing.motion_curves import concatenate
 from knotwork.planning.timing.section_motion import SectionMotion, solve_section
 from knotwork.planning.timing.state_limits import LimitedQuantity, limits_of
-from knotwork.planning.timing.timed_motion import (
-    ActiveLimit,
-    Budget,
-    Progress,
-    TimedMotion,
-    worst_status,
-)
+from knotwork.planning.timing.timed_motion import ActiveLimit, TimedMotion, worst_status
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.verification import metrics
 
@@ -99,10 +94,11 @@ def solve_within(problem: TimingProblem, budget: Budget) -> TimedMotion:
         motion = solve_windows(section, budget)
         if motion is not None:
             motions.append(motion)
-        elif budget.is_over:
+        elif budget.time_limit.is_over:
             message = (
                 "no motion that keeps every limit was found within the budget of "
-                f"{budget.seconds:g} s; allow more time, or none, for a search to its end"
+                f"{budget.time_limit.seconds:g} s; allow more time, or none, for a search to its "
+                "end"
             )
             raise TimingError(message, cause="budget")
         else:

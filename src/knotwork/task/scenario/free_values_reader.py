@@ -76,11 +76,6 @@ class FreeValues:
         return any(free.duration_is_free for free in self.waypoints)
 
     @property
-    def has_free_path_speeds(self) -> bool:
-        """Whether the constant speed along any path is free."""
-        return any(free.path_speed_is_free for free in self.waypoints)
-
-    @property
     def duration_is_unknown(self) -> BoolArray:
         """Whether each duration is free, itself or by the speed of a path, shape (n - 1,)."""
         return np.array([free.duration_is_unknown for free in self.waypoints[1:]])

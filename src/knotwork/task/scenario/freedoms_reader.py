@@ -9,6 +9,7 @@ from knotwork.files.documents import Location, Locations
 from knotwork.task import ExpandedTask, FreePose, JointWaypoint, PathWaypoint, Torch, Velocity
 from knotwork.task.scenario.scenario import ScenarioPath
 from knotwork.task.scenario.task_reading import TaskReading
+from knotwork.units import Units
 from knotwork.waypoints import PoseFreedom, TorchRanges
 
 Freedoms = list[PoseFreedom | None]
@@ -96,17 +97,20 @@ def _torch_ranges(reading: TaskReading, i: int, pose: FreePose, location: Locati
         angle = getattr(torch, name)
         low, high = getattr(pose, name) or (angle, angle)
         if not -0.5 * math.pi < low <= angle <= high < 0.5 * math.pi:
-            (lower, _), (given, _), (upper, unit) = (
-                reading.units.shown(value, "rad") for value in (low, angle, high)
-            )
             raise reading.locations.error(
                 (*location, name),
-                f"is [{lower:g}, {upper:g}] {unit}",
-                f"a range with the pose's {given:g} in it, below a quarter of a turn",
+                f"is {_range_text(low, high, reading.units)}",
+                f"a range with the pose's {reading.units.text(angle, 'rad')} in it, below a "
+                "quarter of a turn",
             )
         ranges.append((low - angle, high - angle))
     axis_angle = TOOL_AXES[torch.tangent]
     return TorchRanges(ranges[0], ranges[1], torch.travel_angle, torch.work_angle, axis_angle)
+
+
+def _range_text(low: float, high: float, units: Units) -> str:
+    """Write a range of angles [rad] as in the file."""
+    return f"[{units.number(low, 'rad', 'g')}, {units.number(high, 'rad', 'g')}] {units.angle}"
 
 
 def _read(reading: TaskReading, i: int, pose: FreePose, location: Location) -> PoseFreedom:
@@ -116,11 +120,10 @@ def _read(reading: TaskReading, i: int, pose: FreePose, location: Location) -> P
     box = PoseFreedom.box
     torch = None
     if tilt >= 0.5 * math.pi:
-        quarter, _ = units.shown(0.5 * math.pi, "rad")
         raise reading.locations.error(
             (*location, "tilt"),
             f"is {units.text(tilt, 'rad')}",
-            f"an angle below a quarter of a turn, {quarter:.6g}",
+            f"an angle below a quarter of a turn, {units.text(0.5 * math.pi, 'rad')}",
         )
     if pose.position is not None:
         ranges = (pose.position.x, pose.position.y, pose.position.z)
@@ -132,14 +135,12 @@ def _read(reading: TaskReading, i: int, pose: FreePose, location: Location) -> P
     max_turn = MAX_FREE_TURNS * 2.0 * math.pi
     is_in_range = low <= 0.0 <= high and max(-low, high) <= max_turn * (1.0 + 1e-12)
     if pose.turn != "z" and not is_in_range:
-        (lower, _), (upper, unit), (limit, _) = (
-            units.shown(angle, "rad") for angle in (low, high, max_turn)
-        )
+        limit = units.text(max_turn, "rad")
         raise reading.locations.error(
             (*location, "turn"),
-            f"is [{lower:g}, {upper:g}] {unit}",
-            f"turns from the pose: a lower bound from -{limit:.6g} to 0, and an upper bound from 0 "
-            f"to {limit:.6g}; or z, for any turn",
+            f"is {_range_text(low, high, units)}",
+            f"turns from the pose: a lower bound from -{limit} to 0, and an upper bound from 0 "
+            f"to {limit}; or z, for any turn",
         )
     freedom = PoseFreedom((low, high), tilt, box, torch)
     _check_velocity(reading, i, freedom)

@@ -236,24 +236,26 @@ class _PathReader:
         try:
             return requested.timed()
         except RampError as error:
-            k, fits = error.stretch, error.highest_speed
+            k = error.stretch
+            fits = error.highest_speed
+            lowest = error.lowest_acceleration
             key = "speed" if requested.speeds[k] is not None else _time_key(self.waypoints[k])
-            lowest_acceleration, _ = units.shown(error.lowest_acceleration, "m/s²")
             raise self.reading.locations.error(
                 self._location(k, key),
                 f"the path is {units.text(error.length, 'm')} long here, but its changes of "
                 f"speed take {units.text(error.needed, 'm')} at {units.text(limit, 'm/s²')}",
                 (f"at most {units.text(fits, 'm/s')}, or " if fits else "")
-                + f"path: {{acceleration: {lowest_acceleration:.6g}}} or more",
+                + f"path: {{acceleration: {units.number(lowest, 'm/s²', '.6g')}}} or more",
             ) from error
         except StretchTimeError as error:
-            k, upper = error.stretch, f" and at most {error.longest:.6g} s"
+            k = error.stretch
+            upper = "" if error.longest == np.inf else f" and at most {error.longest:.6g} s"
             length = units.text(requested.lengths[k], "m")
             raise self.reading.locations.error(
                 self._location(k, _time_key(self.waypoints[k])),
                 f"leaves {requested.durations[k]:.6g} s, but the path is {length} long "
                 f"here, and with its changes of speed takes at least {error.shortest:.6g} s"
-                f"{'' if error.longest == np.inf else upper} at {units.text(limit, 'm/s²')}",
+                f"{upper} at {units.text(limit, 'm/s²')}",
                 "a feasible time, or another path: {acceleration: …}",
             ) from error
         except PathError as error:

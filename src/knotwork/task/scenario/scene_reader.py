@@ -48,16 +48,14 @@ def read_scene(
     Raises:
         DocumentError: A frame or a waypoint does not exist, or a name is given twice.
     """
-    names = [waypoint.name for waypoint in waypoints]
-    return _SceneReader(reading, names, waypoints, task_index).scene()
+    return _SceneReader(reading, waypoints, task_index).scene()
 
 
 @dataclass(frozen=True, eq=False)
 class _SceneReader:
-    """Reads a scene; `names` has the names of all waypoints."""
+    """Reads a scene."""
 
     reading: TaskReading
-    names: Sequence[str]
     waypoints: Sequence[ScenarioWaypoint]
     task_index: Sequence[int]
 
@@ -91,8 +89,9 @@ class _SceneReader:
 
     def _waypoint(self, name: str, location: Location) -> int:
         """Index of a waypoint by name."""
-        self.reading.locations.check_name(location, "waypoint", name, self.names)
-        return self.names.index(name)
+        names = [waypoint.name for waypoint in self.waypoints]
+        self.reading.locations.check_name(location, "waypoint", name, names)
+        return names.index(name)
 
     def _appearance(self, item: SceneObject | HeldObject, location: Location) -> int | None:
         """Index of the waypoint at which an object appears, or `None`."""
@@ -123,8 +122,8 @@ class _SceneReader:
             if getattr(self.waypoints[i], "freedom", None) is not None:
                 raise self._error(
                     (*location, key),
-                    f"the pose at {self.names[i]!r} is free, so the grasp of the object is "
-                    "undefined",
+                    f"the pose at {self.waypoints[i].name!r} is free, so the grasp of the object "
+                    "is undefined",
                     "a pose with free: none",
                 )
         if released_at <= taken_at:

@@ -1,0 +1,129 @@
+"""Time limit and progress of the solution of one or several timing problems."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from knotwork.errors.arguments import require_number
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Progress of a solution.
+
+    Attributes:
+        iterations: Number of solver steps so far.
+        seconds: Time since the start [s].
+        done: Fraction of solved intervals, 0 to 1, including the progress of a current search for a
+            collision-free motion.
+        duration: Duration of the best motion of that search [s], finally of the whole motion;
+            `None` before there is one.
+        trying: Current step of that search, for example `"way 2 of 6"`; finally `"check"`;
+            otherwise empty.
+    """
+
+    iterations: int
+    seconds: float
+    done: float
+    duration: float | None = None
+    trying: str = ""
+
+
+class TimeLimit:
+    """A limit of computing time, which begins when it is made.
+
+    Args:
+        seconds: The limit [s], or `None`.
+        now: The clock [s].
+
+    Raises:
+        InputError: The limit is not positive.
+    """
+
+    def __init__(
+        self, seconds: float | None = None, now: Callable[[], float] = clock.perf_counter
+    ) -> None:
+        limited = seconds is not None
+        self.seconds = require_number(seconds, "budget", "s", positive=True) if limited else np.inf
+        self._now = now
+        self._begun = now()
+
+    @property
+    def elapsed(self) -> float:
+        """Time since the beginning [s]."""
+        return self._now() - self._begun
+
+    @property
+    def remaining(self) -> float:
+        """Remaining time [s], infinite without a limit."""
+        return self.seconds - self.elapsed
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the time has ended."""
+        return self.remaining <= 0.0
+
+
+class Budget:
+    """Time limit and progress, which all problems of a plan share.
+
+    Args:
+        report: Called with the progress after each run of the solver, or `None`.
+        seconds: Time for all problems [s], or `None`.
+        intervals: Number of intervals of all problems.
+        now: The clock [s].
+
+    Attributes:
+        time_limit: The time limit.
+        iterations: Number of solver steps so far.
+
+    Raises:
+        InputError: The time is not positive.
+    """
+
+    def __init__(
+        self,
+        report: Callable[[Progress], None] | None = None,
+        seconds: float | None = None,
+        intervals: int = 1,
+        now: Callable[[], float] = clock.perf_counter,
+    ) -> None:
+        self.time_limit = TimeLimit(seconds, now)
+        self.iterations = 0
+        self._report = report
+        self.begin(intervals)
+
+    def begin(self, intervals: int) -> None:
+        """Begin with problems of a number of intervals in total."""
+        self._intervals = intervals
+        self._solved = 0
+
+    def finish(self, intervals: int) -> None:
+        """Count solved intervals."""
+        self._solved += intervals
+
+    def finish_all(self, duration: float) -> None:
+        """Report that all intervals are solved, and that the motion is checked next.
+
+        Args:
+            duration: Duration of the motion [s].
+        """
+        self._solved = self._intervals
+        self.step(0, duration, "check")
+
+    def step(
+        self, count: int = 1, duration: float | None = None, trying: str = "", share: float = 0.0
+    ) -> None:
+        """Count solver steps and report them; other arguments as the attributes of `Progress`.
+
+        `share` is the finished fraction of the current interval.
+        """
+        self.iterations += count
+        if self._report is not None:
+            done = min((self._solved + share) / self._intervals, 1.0)
+            elapsed = self.time_limit.elapsed
+            self._report(Progress(self.iterations, elapsed, done, duration, trying))
