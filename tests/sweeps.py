@@ -12,9 +12,13 @@ ALL_EXAMPLES = "exhaustive"
 """The Hypothesis profile of `make test-all`."""
 
 
-def first_of(few: int, many: int) -> list[Any]:
-    """Sizes of a sweep, for `parametrize`: few cases in `make test`, many in `make test-all`."""
-    return [few, pytest.param(many, marks=pytest.mark.exhaustive)]
+def first_of(few: Any, many: Any) -> list[Any]:
+    """Two cases for `parametrize`, such as sizes of a sweep: the second in `make test-all` only.
+
+    A tuple holds the values of several names.
+    """
+    values = many if isinstance(many, tuple) else (many,)
+    return [few, pytest.param(*values, marks=pytest.mark.exhaustive)]
 
 
 def mostly_exhaustive(values: Iterable[Any], *ordinary: Any) -> list[Any]:

@@ -16,6 +16,7 @@ import knotwork as kw
 from command_line import Command
 from knotwork.errors import InputError
 from plans import planned
+from sweeps import first_of
 
 
 def test_the_payload_bounds_the_times_by_torque() -> None:
@@ -102,9 +103,7 @@ def test_a_path_may_end_in_a_wait() -> None:
     assert plan.report.select(subject="wait")
 
 
-@pytest.mark.parametrize(
-    "limits", [{"margin": 0.3}, pytest.param({"velocity": 20}, marks=pytest.mark.exhaustive)]
-)
+@pytest.mark.parametrize("limits", first_of({"margin": 0.3}, {"velocity": 20}))
 def test_joints_follow_path_at_chosen_speed(limits: dict[str, Any]) -> None:
     kw.plan(reach(line("fastest"), limits=limits)).report.raise_if_failed()
 

@@ -25,7 +25,7 @@ from knotwork.verification.bounds.rate_bounds import Intervals
 from knotwork.verification.bounds.relative_motion import RelativeMotion
 from knotwork.verification.bounds.tool_motion import jacobian_sizes
 from knotwork.verification.bounds.torque import torque_sizes
-from sweeps import mostly_exhaustive
+from sweeps import first_of, mostly_exhaustive
 
 POINTS = np.arange(-7.0, 8.0)
 STEP = 0.01
@@ -177,19 +177,14 @@ def within(found: np.ndarray, bound: np.ndarray, size: np.ndarray) -> None:
         assert np.all(value <= largest * (1 + 1e-9) + noise), (order, value, largest)
 
 
-EXHAUSTIVE = pytest.mark.exhaustive
-
-
-@pytest.mark.parametrize(("seed", "instants"), [(1, 8), pytest.param(3, 300, marks=EXHAUSTIVE)])
+@pytest.mark.parametrize(("seed", "instants"), first_of((1, 8), (3, 300)))
 def test_shipped_robots_stay_within_derivative_bounds(seed: int, instants: int) -> None:
     rng = np.random.default_rng(seed)
     for _, model in robot_models(rng):
         examine(model, rng, instants)
 
 
-@pytest.mark.parametrize(
-    ("seed", "trees", "instants"), [(2, 25, 6), pytest.param(3, 500, 10, marks=EXHAUSTIVE)]
-)
+@pytest.mark.parametrize(("seed", "trees", "instants"), first_of((2, 25, 6), (3, 500, 10)))
 def test_random_trees_stay_within_derivative_bounds(seed: int, trees: int, instants: int) -> None:
     rng = np.random.default_rng(seed)
     for _ in range(trees):

@@ -237,9 +237,7 @@ def test_range_of_several_turns_is_bounded(rounds: int, most: float, off: float)
     assert np.degrees(row.value or 0.0) == pytest.approx(off, abs=1)
 
 
-@pytest.mark.parametrize(
-    "free", [pytest.param(HALF, marks=pytest.mark.exhaustive), {"turn": [-400, 300]}]
-)
+@pytest.mark.parametrize("free", first_of({"turn": [-400, 300]}, HALF))
 def test_plans_turn_within_range(free: Any) -> None:
     assert kw.plan(rim(free=free)).report.ok
 

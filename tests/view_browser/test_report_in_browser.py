@@ -13,16 +13,22 @@ import pytest
 import knotwork as kw
 from drawn import scene, thing, vertices
 from knotwork.view import report_page
+from knotwork.view.page import Page
 from plans import planned
 from seams import ON, task
 from sweeps import mostly_exhaustive
 from walls import through_wall
 
 
+@cache
+def planar_report(planner: str = "quintic:estimated") -> Page:
+    return report_page(planned("planar2_closed_form", planner=planner))
+
+
 @pytest.mark.exhaustive
 def test_the_report_reads_on_screen_phone_and_paper(tabs: Any, tmp_path: Path) -> None:
     plan = planned("planar2_closed_form", planner="parabolic-blend")
-    path = report_page(plan).save(tmp_path / "report.html")
+    path = planar_report("parabolic-blend").save(tmp_path / "report.html")
     tab = tabs.open(path.as_uri(), "html.has-still", size=(1000, 700))
     assert tab.inner_text(".verdict") == "FAILED"
     for group in ("Tool at the waypoints", "Joints at the waypoints"):
@@ -54,14 +60,14 @@ def test_the_report_reads_on_screen_phone_and_paper(tabs: Any, tmp_path: Path) -
     "planner", mostly_exhaustive(["quintic", "quintic:estimated"], "quintic:estimated")
 )
 def test_each_value_beside_the_scene_is_of_a_drawn_curve(planner: str) -> None:
-    text = report_page(planned("planar2_closed_form", planner=planner)).html
+    text = planar_report(planner).html
     shown = set(re.findall(r'data-curve="([^"]+)"', text))
     assert shown == set(re.findall(r'data-part="(curve:[^"]+)"', text))
     assert "<span>tool speed <b" in text
 
 
 def test_without_javascript_the_report_says_so(tabs: Any, tmp_path: Path) -> None:
-    path = report_page(planned("planar2_closed_form")).save(tmp_path / "report.html")
+    path = planar_report().save(tmp_path / "report.html")
     tab = tabs.new(java_script_enabled=False)
     tab.goto(path.as_uri())
     assert "switched off" in tab.inner_text("#view")

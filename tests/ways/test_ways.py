@@ -115,7 +115,7 @@ def test_passes_pose_between_clear_motions(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("after", "duration"),
-    [pytest.param(2, 2.0, marks=pytest.mark.exhaustive), ({"fastest": True, "at_least": 1.5}, 1.5)],
+    first_of(({"fastest": True, "at_least": 1.5}, 1.5), (2, 2.0)),
 )
 def test_clear_motion_takes_given_time(after: Any, duration: float) -> None:
     given = past()
@@ -302,9 +302,7 @@ def test_released_object_blocks_next_motion() -> None:
     assert "bar" in caught.value.bodies
 
 
-@pytest.mark.parametrize(
-    ("room", "kept"), [(15, 15), pytest.param(120, 60, marks=pytest.mark.exhaustive)]
-)
+@pytest.mark.parametrize(("room", "kept"), first_of((15, 15), (120, 60)))
 def test_keeps_requested_clearance_or_a_part(room: float, kept: float) -> None:
     """Rows of the program alone once kept 2 mm where 10 mm were required."""
     given = past()

@@ -98,35 +98,18 @@ def read_joint_requirements(scenario: Scenario) -> JointRequirements:
     >>> read_joint_requirements(scenario).targets[1].position
     array([1.57079633])
     """
-    task = scenario.given
-    if task.robot is None:
-        return _bare_joints(scenario)
-    robot = _with_unplanned_joints(scenario, moved_robot(scenario))
-    if task.gravity is not None:
-        with scenario.locations.errors_at("gravity"):
-            robot = robot.with_gravity(task.gravity)
-    if isinstance(task.prefer, Mapping):
-        with scenario.locations.errors_at("prefer"):
-            robot = robot.with_weights(task.prefer)
-    if any(isinstance(waypoint, CartesianWaypoint) for waypoint in scenario.waypoints):
-        with scenario.locations.errors_at("robot"):
-            robot.require_tool()
-    _check_followers(scenario, robot)
-    _check_motion_limits(scenario, robot)
-    read = JointReader(scenario, robot.joint_names, robot.joint_units, robot.configurations)
-    robot = robot.with_limits(**read.limits()).with_limits_scaled(task.limits.margin)
-    loaded_robots = None if robot.base_moves else robots_with_loads(scenario, robot)
-    return _with_requirements(read, robot.limits, robot, loaded_robots)
-
-
-def _with_requirements(
-    read: JointReader,
-    limits: JointLimits,
-    robot: Robot | None = None,
-    loaded_robots: LoadedRobots | None = None,
-) -> JointRequirements:
-    """The joints of a reader with their limits, and the requirements of its scenario on them."""
-    scenario = read.scenario
+    margin = scenario.given.limits.margin
+    robot = loaded_robots = None
+    if scenario.given.robot is None:
+        read = _bare_joints(scenario)
+        limits = JointLimits.by_joint(read.names, read.limits()).scaled(margin)
+    else:
+        robot = _robot(scenario)
+        read = JointReader(scenario, robot.joint_names, robot.joint_units, robot.configurations)
+        robot = robot.with_limits(**read.limits()).with_limits_scaled(margin)
+        limits = robot.limits
+        if not robot.base_moves:
+            loaded_robots = robots_with_loads(scenario, robot)
     near = scenario.given.near
     targets = read.targets()
     return JointRequirements(
@@ -145,6 +128,24 @@ def _with_requirements(
         near_at_waypoints=read.near_at_waypoints(),
         units=scenario.units,
     )
+
+
+def _robot(scenario: Scenario) -> Robot:
+    """The robot of a scenario with its tool and options, as loaded."""
+    task = scenario.given
+    robot = _with_unplanned_joints(scenario, moved_robot(scenario))
+    if task.gravity is not None:
+        with scenario.locations.errors_at("gravity"):
+            robot = robot.with_gravity(task.gravity)
+    if isinstance(task.prefer, Mapping):
+        with scenario.locations.errors_at("prefer"):
+            robot = robot.with_weights(task.prefer)
+    if any(isinstance(waypoint, CartesianWaypoint) for waypoint in scenario.waypoints):
+        with scenario.locations.errors_at("robot"):
+            robot.require_tool()
+    _check_followers(scenario, robot)
+    _check_motion_limits(scenario, robot)
+    return robot
 
 
 def moved_robot(scenario: Scenario) -> Robot:
@@ -221,7 +222,8 @@ def _check_motion_limits(scenario: Scenario, robot: Robot) -> None:
             robot.frame_index(limit.link)
 
 
-def _bare_joints(scenario: Scenario) -> JointRequirements:
+def _bare_joints(scenario: Scenario) -> JointReader:
+    """The reader of the joints of a scenario without a robot."""
     task = scenario.given
     first: Any = task.start or getattr(task.waypoints[0], "joints", ())
     names = tuple(first)
@@ -229,7 +231,4 @@ def _bare_joints(scenario: Scenario) -> JointRequirements:
         if name not in names:
             where = scenario.where("joint_units", name)
             raise UnknownNameError("joint", name, names, where=where)
-    units = tuple(task.joint_units.get(name, "rad") for name in names)
-    read = JointReader(scenario, names, units)
-    limits = JointLimits.by_joint(names, read.limits()).scaled(task.limits.margin)
-    return _with_requirements(read, limits)
+    return JointReader(scenario, names, tuple(task.joint_units.get(name, "rad") for name in names))

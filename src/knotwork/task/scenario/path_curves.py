@@ -73,7 +73,7 @@ class PathCurves:
         return cast(PathWaypoint, self.reading.task.waypoints[i])
 
     @contextmanager
-    def errors(self, i: int, *key: str) -> Iterator[None]:
+    def errors_at(self, i: int, *key: str) -> Iterator[None]:
         """Have errors of geometry name a key of the waypoint."""
         try:
             yield
@@ -110,7 +110,7 @@ class PathCurves:
         waypoint, start = self.waypoint(i), self.reading.task.waypoints[i - 1]
         requested = waypoint.orientation
         location: Location = ("waypoints", i)
-        with self.errors(i):
+        with self.errors_at(i):
             curve, rotations, axes = self._curve(i, start_rotation)
             if axes is not None and requested is None:
                 rotations = transport_axes(start_rotation, axes)
@@ -157,7 +157,7 @@ class PathCurves:
         A single rotation, at the start, turns with the path.
         """
         waypoint = self.waypoint(i)
-        with self.errors(i, "pose" if waypoint.pose.has_orientation else "along"):
+        with self.errors_at(i, "pose" if waypoint.pose.has_orientation else "along"):
             if rotations is not None and len(rotations) > 1:
                 s = cast(tool_paths.ThroughPoints, curve).arc_lengths
                 return OrientationCurve.through(s, rotations)
@@ -259,7 +259,7 @@ class PathCurves:
                 "gives no normal" if axes is None else "gives a normal, and so do the points",
                 "normal: out of the surface at the path's start, or columns nx, ny, nz of points",
             )
-        with self.errors(i, "orientation"):
+        with self.errors_at(i, "orientation"):
             if axes is None:
                 s, normals = np.zeros(1), self.reading.pose_frames.axes(i) @ np.array(torch.normal)
             else:
@@ -327,7 +327,7 @@ class PathCurves:
                 f"is {self.reading.units.text(distance, 'm')}, more than half of the shorter line",
                 f"at most {self.reading.units.text(longest, 'm')}",
             )
-        with self.errors(i, "blend"):
+        with self.errors_at(i, "blend"):
             blend: Curve = tool_paths.Blend(lines[0].start, lines[0].end, lines[1].end, distance)
         return blend
 

@@ -122,7 +122,7 @@ class _PathReader:
             self.first + 1, [stretch.curve for stretch in stretches], self.waypoints
         )
         lengths = np.diff(ends, prepend=0.0)
-        with self.curves.errors(self.last):
+        with self.curves.errors_at(self.last):
             turns = [
                 rescale_orientation(stretch.orientation, length)
                 for stretch, length in zip(stretches, lengths, strict=True)
@@ -177,7 +177,7 @@ class _PathReader:
                 "stop: true; or blend: a length, between two lines that do not turn back",
             ) from error
         except PathError:
-            with self.curves.errors(self.last):
+            with self.curves.errors_at(self.last):
                 raise
 
     def _durations(self) -> list[float | None]:

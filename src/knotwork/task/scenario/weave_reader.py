@@ -70,7 +70,7 @@ class WeaveReader:
             if requested is not None:
                 begin, end = (float(timing.times[k]) for k in (low, high))
                 weave, normal = self._weave(low, requested, end - begin)
-                with self.curves.errors(self.first + 1 + low, "weave", "normal"):
+                with self.curves.errors_at(self.first + 1 + low, "weave", "normal"):
                     t, state = weave_offsets(weave, path, timing, begin, normal)
                 skipped = int(t[0] <= times[-1][-1] + BREAK_TIME_TOLERANCE)
                 times.append(t[skipped:])
