@@ -14,7 +14,7 @@ from knotwork.planning.sequence_planner import SequencePlanner
 from knotwork.planning.task_to_joint import SequenceStep, TaskSolution
 from knotwork.task.scenario.resolve import change_task
 from knotwork.verification.collisions import failed_pairs
-from knotwork.verification.finding import TRIED, Finding, Group
+from knotwork.verification.finding import TRIED, Group, Topic
 
 MAX_SEQUENCES_WITH_TIMES = 12
 """Maximum number of sequences of solutions to plan if all times are given."""
@@ -172,6 +172,6 @@ def _quoted_names(plan: Plan, ends: Sequence[int]) -> str:
 
 def _with_finding(plan: Plan, message: str, quantity: str = "sequences_tried") -> Plan:
     """The plan with a finding on the planned sequences of solutions."""
-    finding = Finding.of_motion(Group.COLLISIONS, quantity, message)
+    finding = Topic(Group.COLLISIONS).finding(quantity, message)
     report = replace(plan.report, findings=(*plan.report.findings, finding))
     return replace(plan, report=report)

@@ -29,7 +29,7 @@ from knotwork.task.scenario.scenario import ScenarioPath, ScenarioWaypoint
 from knotwork.task.scenario.waypoint_reader import START
 from knotwork.task.task_source import with_moved_paths
 from knotwork.verification import Finding, Motion, check
-from knotwork.verification.finding import Group
+from knotwork.verification.finding import Group, Topic
 from knotwork.verification.path_checks import check_tool_paths
 from knotwork.verification.report import CheckedMotion
 from knotwork.verification.waypoint_checks import check_tool_at_waypoints
@@ -107,7 +107,7 @@ def stopped_motion(plan: MotionT, at: float, *, on_path: bool) -> MotionT:
         motion, clock = off_path, PiecewisePolynomial([[at]], off_path.x[[0, -1]])
         if plan.scenario.paths:
             fact = "the motion leaves the tool paths of the task, which are not checked"
-            warnings = [Finding.of_motion(Group.WARNINGS, "path", fact, "warning")]
+            warnings = [Topic(Group.WARNINGS).finding("path", fact, "warning")]
     ends = f"stop from {at:g} s", "stopped"
     return _checked_plan(plan, _execution_of(plan, motion, clock, ends), warnings)
 
@@ -243,7 +243,7 @@ def _misplaced_objects(scenario: Scenario, executed: Execution) -> Iterator[Find
                     f"{when} {name!r}, {held.name!r} moves relative to the frame of the poses, but "
                     "is checked as fixed in it"
                 )
-                yield Finding.of_motion(Group.WARNINGS, "held_object", fact, "warning")
+                yield Topic(Group.WARNINGS).finding("held_object", fact, "warning")
 
 
 def _task_of(plan: CheckedMotion, executed: Execution) -> Task:

@@ -19,7 +19,7 @@ from knotwork.curves.retiming import (
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.joint_quantities import JointLimits
 from knotwork.verification import Finding
-from knotwork.verification.finding import Group
+from knotwork.verification.finding import Group, Topic
 
 PATH_TOLERANCE = 1e-6
 """Largest deviation of a joint from the planned path [rad or m]."""
@@ -106,4 +106,4 @@ def _override_finding(requested: Profile, executed: Profile, end: float) -> Find
         f"the override {{{text(requested)}}} changes faster than limits of acceleration and jerk "
         f"allow; executed instead: {{{text(executed)}}}"
     )
-    return Finding.of_motion(Group.WARNINGS, "override", fact, "warning")
+    return Topic(Group.WARNINGS).finding("override", fact, "warning")

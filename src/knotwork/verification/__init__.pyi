@@ -8,6 +8,7 @@ from .bounds import torque_bound as torque_bound
 from .checks import CHECKS as CHECKS
 from .checks import Check as Check
 from .finding import Finding as Finding
+from .finding import Topic as Topic
 from .motion import Motion as Motion
 from .report import Report as Report
 from .report import check as check

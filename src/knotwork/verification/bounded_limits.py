@@ -12,7 +12,7 @@ import numpy as np
 from knotwork.joint_quantities import rate_unit
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_requirements import JointRequirements
-from knotwork.verification.finding import Finding, Findings, Group, Topic
+from knotwork.verification.finding import Findings, Group, Topic
 from knotwork.verification.limits import (
     LIMIT_SLACK,
     SMALLEST_SINGULAR_VALUE,
@@ -93,7 +93,7 @@ def check_effort_limits(motion: Motion, scenario: Scenario, joints: JointRequire
         if joints.robot is not None and joints.robot.base_moves:
             name = joints.robot.base_frame
             message = f"efforts are not checked: the frame of the poses is on {name}, which moves"
-            yield Finding.of_motion(Group.MOTION, "efforts", message, "warning")
+            yield Topic(Group.MOTION).finding("efforts", message, "warning")
         return
     from knotwork.verification.bounds import torque_bound
 

@@ -32,7 +32,7 @@ from knotwork.verification.waypoint_checks import (
 )
 
 Check = Callable[[Motion, Scenario, JointRequirements], Iterable[Finding]]
-"""Function from a motion, its task and its joints to findings."""
+"""Function from a motion, its scenario and the requirements on its joints to findings."""
 
 CHECKS: dict[str, Check] = {
     "time_span": check_time_span,

@@ -13,7 +13,7 @@ from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors.plain_text import waypoint_text
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_requirements import JointRequirements
-from knotwork.verification.finding import Finding, Findings, Group, Verdict
+from knotwork.verification.finding import Finding, Findings, Group, Topic, Verdict
 from knotwork.verification.limits import find_grossly_exceeded_limit
 from knotwork.verification.motion import AT_WAYPOINT, Motion, describe_time
 
@@ -97,7 +97,7 @@ def motion_model(motion: Motion, scenario: Scenario, robot: Robot) -> CollisionM
 
 def _not_examined(reason: str) -> Finding:
     fact = f"collisions are not examined: {reason}"
-    return Finding.of_motion(Group.COLLISIONS, "clearance", fact, "failed")
+    return Topic(Group.COLLISIONS).finding("clearance", fact, "failed")
 
 
 def _shape_findings(model: CollisionModel, scenario: Scenario, robot: Robot) -> Findings:
@@ -115,9 +115,9 @@ def _shape_findings(model: CollisionModel, scenario: Scenario, robot: Robot) -> 
     elif model.bare:
         notes.append(("warning" if has_bodies else "information", model.bare_links_note))
     for verdict, message in notes:
-        yield Finding.of_motion(Group.COLLISIONS, "collision_shapes", message, verdict)
+        yield Topic(Group.COLLISIONS).finding("collision_shapes", message, verdict)
     for message in model.ignored_pairs_notes:
-        yield Finding.of_motion(Group.COLLISIONS, "pairs_not_checked", message)
+        yield Topic(Group.COLLISIONS).finding("pairs_not_checked", message)
 
 
 def _pair_finding(pair: Clearance, scenario: Scenario, robot: Robot, *, hidden: bool) -> Finding:

@@ -155,13 +155,6 @@ class Finding:
                 f"{subject} has the value NaN; accepted: a number, infinity for a jump, or None"
             )
 
-    @staticmethod
-    def of_motion(
-        group: str, quantity: str, fact: str, verdict: Verdict = "information", **more: Any
-    ) -> Finding:
-        """Make a finding on a whole motion."""
-        return Topic(group).finding(quantity, fact, verdict, **more)
-
     @property
     def ok(self) -> bool:
         """Whether the finding does not fail."""

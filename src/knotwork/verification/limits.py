@@ -281,7 +281,7 @@ def report_missing_limits(
     if parts:
         highlight = ", ".join(parts)
         fact = f"no limit is known for {joints.robot.name} of {highlight}"
-        yield Finding.of_motion(Group.NO_LIMIT, "missing_limits", fact, highlight=highlight)
+        yield Topic(Group.NO_LIMIT).finding("missing_limits", fact, highlight=highlight)
 
 
 def check_acceleration_spike(

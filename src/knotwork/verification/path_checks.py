@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from knotwork.task.scenario import Scenario, ScenarioPath, Stretch
 from knotwork.task.scenario.joint_requirements import JointRequirements
-from knotwork.verification.finding import Finding, Findings, Group, Proof, Topic, verdict_on
+from knotwork.verification.finding import Findings, Group, Proof, Topic, verdict_on
 from knotwork.verification.limits import LimitedValue
 from knotwork.verification.motion import Motion
 from knotwork.waypoints import CartesianWaypoint, PoseFreedom
@@ -53,7 +53,7 @@ def check_tool_paths(motion: Motion, scenario: Scenario, joints: JointRequiremen
             begin, end = (scenario.waypoints[i].name for i in (path.first, path.last))
             kind = "in a moving frame" if path.motion.frame.is_moving else "woven"
             fact = f"the tool path from {begin!r} to {end!r} is {kind} and is not checked"
-            yield Finding.of_motion(Group.WARNINGS, "path", fact, "warning")
+            yield Topic(Group.WARNINGS).finding("path", fact, "warning")
         compared = [path for path in group if path not in skipped]
         for followed in _follow_paths(motion, scenario, joints.robot, compared):
             yield from _stretch_findings(scenario, followed)

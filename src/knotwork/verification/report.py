@@ -28,7 +28,7 @@ from knotwork.verification.brief import (
     wrap,
 )
 from knotwork.verification.checks import CHECKS
-from knotwork.verification.finding import TRIED, Finding, Group
+from knotwork.verification.finding import TRIED, Finding, Group, Topic
 from knotwork.verification.motion import Motion
 from knotwork.waypoints import JointWaypoints
 
@@ -81,7 +81,7 @@ def check(
         )
     joints = joints if joints is not None else read_joint_requirements(scenario)
     motion = Motion(trajectory, joints)
-    faults = [Finding.of_motion(Group.MOTION, "defect", message, "failed") for message in defects]
+    faults = [Topic(Group.MOTION).finding("defect", message, "failed") for message in defects]
     checks = [check_of for name, check_of in CHECKS.items() if name not in without]
     by_check = (check_of(motion, scenario, joints) for check_of in checks)
     return Report(

@@ -67,7 +67,7 @@ def check_time_span(motion: Motion, scenario: Scenario, joints: JointRequirement
     message = f"the trajectory lasts from {motion.start_time:.12g} s to {motion.end_time:.12g} s"
     if not same:
         message += f", but the waypoints of the scenario are from {first:.12g} s to {last:.12g} s"
-    yield Finding.of_motion(Group.MOTION, "time_span", message, verdict_on(same))
+    yield Topic(Group.MOTION).finding("time_span", message, verdict_on(same))
 
 
 def report_no_start(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
@@ -82,7 +82,7 @@ def report_no_start(motion: Motion, scenario: Scenario, joints: JointRequirement
     cause = "the motion begins at speed" if at_speed else "the file has no start"
     name = f"the approach to {scenario.waypoints[0].name!r}"
     fact = f"{name} is neither planned nor checked: {cause}"
-    yield Finding.of_motion(Group.NOT_PLANNED, "no_start", fact, highlight=f"{name}: {cause}")
+    yield Topic(Group.NOT_PLANNED).finding("no_start", fact, highlight=f"{name}: {cause}")
 
 
 def check_tool_at_waypoints(
@@ -106,14 +106,14 @@ def check_joints_at_waypoints(
     for row, (i, time) in enumerate(passed.items()):
         waypoint = scenario.waypoints[i]
         for order, requested in _joint_requirements(waypoint, joints.targets[i], joints):
-            reached = achieved[order][row]
-            yield _joint_finding(waypoint.name, time, order, requested, reached, scenario, joints)
+            miss = _joint_miss(order, requested, achieved[order][row], joints)
+            yield miss.finding(_joint_topic(waypoint), time, scenario.units)
     if joints.end_acceleration is not None:
         ends = (scenario.waypoints[0], scenario.waypoints[-1])
         end_times = (motion.start_time, motion.end_time)
         for end, time, requested in zip(ends, end_times, joints.end_acceleration, strict=True):
-            reached = motion.curve(time, 2)
-            yield _joint_finding(end.name, time, 2, requested, reached, scenario, joints)
+            miss = _joint_miss(2, requested, motion.curve(time, 2), joints)
+            yield miss.finding(_joint_topic(end), time, scenario.units)
 
 
 def _joint_requirements(
@@ -200,25 +200,21 @@ def _excess_rotation(freedom: PoseFreedom, requested: FloatArray, reached: Float
     return float(2.0 * np.arcsin(min(half, 1.0)))
 
 
-def _joint_finding(
-    name: str,
-    time: float,
-    order: int,
-    requested: FloatArray,
-    achieved: FloatArray,
-    scenario: Scenario,
-    joints: JointRequirements,
-) -> Finding:
-    """Compare joint values, and report the joint with the largest error relative to tolerance."""
+def _joint_topic(waypoint: ScenarioWaypoint) -> Topic:
+    return Topic(Group.JOINTS_AT_WAYPOINTS, "waypoint", waypoint.name)
+
+
+def _joint_miss(
+    order: int, requested: FloatArray, achieved: FloatArray, joints: JointRequirements
+) -> _Miss:
+    """The joint values, with the largest error relative to its tolerance."""
     quantity = f"joint_{MOTION_QUANTITIES[order]}"
     tolerances = joints.tolerances[quantity]
     errors = np.abs(achieved - requested)
     worst = worst_joint(errors, tolerances)
-    error, tolerance = float(errors[worst]), float(tolerances[worst])
     unit = rate_unit(joints.joint_units[worst], order)
-    miss = _Miss(quantity, requested, achieved, error, tolerance, unit)
-    topic = Topic(Group.JOINTS_AT_WAYPOINTS, "waypoint", name)
-    return miss.finding(topic, time, scenario.units)
+    error, tolerance = float(errors[worst]), float(tolerances[worst])
+    return _Miss(quantity, requested, achieved, error, tolerance, unit)
 
 
 def worst_joint(errors: FloatArray, tolerances: FloatArray) -> int:

@@ -77,7 +77,7 @@ def report_page(plan: CheckedMotion) -> Page:
         facts=highlights_by_group(report.groups),
         failures=failures(report, scenario),
         most_use=MAX_USE,
-        tightest=_tightest(report),
+        tightest=_tightest_rows(report),
         verdicts=_VERDICTS,
         units=report.units,
         number=partial(_number, report.units),
@@ -90,7 +90,7 @@ def report_page(plan: CheckedMotion) -> Page:
     return Page(f"{scenario.name}: report", text, warnings)
 
 
-def _tightest(report: Report) -> list[Finding]:
+def _tightest_rows(report: Report) -> list[Finding]:
     """The worst failures, then the tightest finding of each other kind."""
     measured = [finding for finding in report.failures if finding.value is not None]
     failing = [worst for worst, *_ in group_alike(measured)][:MAX_ROWS]

@@ -37,23 +37,28 @@ def sample_utilisation(
         A finding, and the utilisation of its limit at each time, shape (n,). Above 1 the limit is
         exceeded. It is infinite at jumps and for a limit of 0.
     """
-    robot, curve, joints = shown.robot, shown.curve, shown.joints
+    curve = shown.curve
+    joints = shown.joints
     states = [curve(time, k) for k in range(3)]
     of_joints = cache(partial(_joint_values, joints=joints, curve=curve, time=time))
     for finding in findings:
         maximum = np.inf if finding.utilisation is None and not finding.ok else finding.utilisation
         if finding.group not in LIMIT_GROUPS or finding.limit is None or maximum is None:
             continue
-        values, lower, upper = np.zeros(time.shape), -np.inf, finding.limit
+        lower = -np.inf
+        upper = finding.limit
         if finding.subject == "joint" and finding.quantity in JOINT_QUANTITIES:
             i = joints.joint_names.index(finding.name)
             values = of_joints(finding.quantity)[:, i]
             lower, upper = _judged_sides(finding, i, joints)
         elif finding.quantity in TOOL_ORDERS:
-            values = frame_values(robot, finding.name, TOOL_ORDERS[finding.quantity], *states)
+            values = frame_values(shown.robot, finding.name, TOOL_ORDERS[finding.quantity], *states)
         elif finding.quantity == SMALLEST_SINGULAR_VALUE:
-            values, lower, upper = smallest_singular_values(robot, states[0]), finding.limit, np.inf
+            values = smallest_singular_values(shown.robot, states[0])
+            lower = finding.limit
+            upper = np.inf
         else:  # for a check of the user, only at its time
+            values = np.zeros(time.shape)
             upper = np.inf
         larger = np.maximum(_utilisation(values, upper), _utilisation(-values, -lower))
         utilisation = np.minimum(larger, maximum)

@@ -53,7 +53,8 @@ def failures(report: Report, scenario: Scenario) -> list[dict[str, Any]]:
 
 
 def _failure(finding: Finding, units: Units, scenario: Scenario) -> dict[str, Any]:
-    line, at = failure_text(finding, units), finding.shown_time
+    line = failure_text(finding, units)
+    at = finding.shown_time
     if finding.subject == "waypoint" and line.startswith(finding.name):
         line = waypoint_text(finding.name) + line.removeprefix(finding.name)
     elif at is not None and (finding.short_fact or finding.value is not None):
@@ -73,7 +74,8 @@ def _where(scenario: Scenario, time: float) -> str:
 
 def _contacts(report: Report, robot: Robot) -> list[dict[str, Any]]:
     """Contacts with their time intervals, the joints of touching links, and other bodies."""
-    contacts, first_joint = [], base_joints(robot).count
+    contacts = []
+    first_joint = base_joints(robot).count
     for failure in report.failures:
         links = [name for name in failure.bodies if robot.model.existBodyName(name)]
         frames = [robot.model.frames[robot.model.getBodyId(name)] for name in links]

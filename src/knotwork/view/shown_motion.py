@@ -1,4 +1,4 @@
-"""A motion with its task and check, for pictures and scenes."""
+"""A motion with its scenario and check, for pictures and scenes."""
 
 from __future__ import annotations
 
@@ -38,11 +38,11 @@ CACHED_MOTIONS = 4
 
 @dataclass(frozen=True, eq=False)
 class ShownMotion:
-    """A motion with its task and check.
+    """A motion with its scenario and check.
 
     Attributes:
         trajectory: The motion, joints in the order of `joints`.
-        scenario: The task; for a motion without one, a task without requirements.
+        scenario: The scenario; for a motion without one, it has no waypoints.
         joints: The joints with their limits, and their robot.
         report: Report of the check, if there was one.
         joint_waypoints: Joint values at the waypoints, if known.
@@ -88,14 +88,14 @@ class ShownMotion:
         names, units = robot.joint_names, robot.joint_units
         ordered = trajectory.reordered(names, units, owner=f"robot {robot.name!r}")
         joints = JointRequirements(names, units, robot.limits, robot=robot)
-        return cls(ordered, task_without_requirements(f"{robot.name}: stored trajectory"), joints)
+        return cls(ordered, scenario_without_waypoints(f"{robot.name}: stored trajectory"), joints)
 
     @classmethod
     def of_joints(cls, trajectory: JointTrajectory) -> ShownMotion:
         """A motion of joints without known limits."""
         names, units = trajectory.joint_names, trajectory.joint_units
         joints = JointRequirements(names, units, JointLimits(np.full(len(names), np.inf)))
-        return cls.of_trajectory(trajectory, task_without_requirements(""), joints)
+        return cls.of_trajectory(trajectory, scenario_without_waypoints(""), joints)
 
     @property
     def robot(self) -> Robot:
@@ -243,8 +243,8 @@ class ShownMotion:
         return joint or None, placement
 
 
-def task_without_requirements(name: str) -> Scenario:
-    """Make a task for a motion that has none."""
+def scenario_without_waypoints(name: str) -> Scenario:
+    """Make the scenario of a motion that has none; it has no waypoints, unlike all others."""
     task = ExpandedTask.model_construct(waypoints=())
     return Scenario(name, (), task, task.planner, task.tolerances)
 

@@ -138,9 +138,8 @@ def _clearance(shown: ShownMotion) -> dict[str, Any] | None:
     if clearance is None:
         return None
     return {
+        **clearance._asdict(),
         "time": (clearance.time - shown.trajectory.start_time).tolist(),
         "distance": [round(d, 6) if np.isfinite(d) else None for d in clearance.distance.tolist()],
-        "pair": clearance.pair,
-        "names": clearance.names,
         "margin": shown.scenario.scene.margin,
     }

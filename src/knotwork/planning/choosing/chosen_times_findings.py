@@ -19,7 +19,7 @@ from knotwork.task.scenario.joint_requirements import JointRequirements
 from knotwork.verification import Finding, Motion
 from knotwork.verification.bounds.clearance import least_clearance
 from knotwork.verification.collisions import motion_model
-from knotwork.verification.finding import Group, Verdict
+from knotwork.verification.finding import Group, Topic, Verdict
 
 SHOWN_CLEARANCE_PRECISION = 1e-5
 """Precision of the minimum clearance [m]."""
@@ -50,17 +50,17 @@ def chosen_times_findings(chosen: ChosenValues, joints: JointRequirements) -> It
     verdict: Verdict = "warning" if chosen.status != "optimal" else "information"
     group = Group.CHOSEN_TIMES if timed else Group.CHOSEN_MOTION
     fact = f"{group.removeprefix('Chosen ')} chosen: {highlight}"
-    yield Finding.of_motion(
-        group, "duration", fact, verdict, value=chosen.duration, unit="s", highlight=highlight
+    yield Topic(group).finding(
+        "duration", fact, verdict, value=chosen.duration, unit="s", highlight=highlight
     )
     if not given:
         shortest = f"{chosen.lower_bound:.6g} s{_conditions(chosen)}"
         fact = f"no motion for this task within the limits is shorter than {shortest}"
-        yield Finding.of_motion(group, "lower_bound", fact, value=chosen.lower_bound, unit="s")
+        yield Topic(group).finding("lower_bound", fact, value=chosen.lower_bound, unit="s")
     if unlimited := _unlimited_note(joints):
-        yield Finding.of_motion(group, "acceleration_limit", unlimited, "warning")
+        yield Topic(group).finding("acceleration_limit", unlimited, "warning")
     if chosen.sections and chosen.assumed_jerk:
-        yield Finding.of_motion(group, "assumed_jerk", _assumed_jerk_note(chosen))
+        yield Topic(group).finding("assumed_jerk", _assumed_jerk_note(chosen))
     times = {waypoint.name: waypoint.time for waypoint in chosen.scenario.waypoints}
     for (start, end), limits in _limits_by_interval(chosen).items():
         parts = [

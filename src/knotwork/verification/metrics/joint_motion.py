@@ -49,7 +49,7 @@ def position_miss(trajectory: JointTrajectory, waypoints: JointWaypoints) -> flo
 
     Args:
         trajectory: The motion.
-        waypoints: The task.
+        waypoints: The waypoints.
 
     Raises:
         TimeRangeError: A waypoint lies outside the motion's time.
@@ -68,7 +68,7 @@ def velocity_miss(trajectory: JointTrajectory, waypoints: JointWaypoints) -> flo
 
     Args:
         trajectory: The motion.
-        waypoints: The task.
+        waypoints: The waypoints.
 
     Raises:
         TimeRangeError: A waypoint lies outside the motion's time.
@@ -155,7 +155,7 @@ def velocity_fluctuation(trajectory: JointTrajectory, waypoints: JointWaypoints)
 
     Args:
         trajectory: The motion.
-        waypoints: The task.
+        waypoints: The waypoints.
     """
     inside = waypoints.time[1:-1]
     curve = split_at(trajectory.polynomial, inside)

@@ -82,8 +82,8 @@ def deviation_findings(
         f"{alignment.shift:.6f} s by the log's clock; standard error {alignment.shift_error:.1g} s"
     )
     highlight = "; ".join(filter(None, [text, *short, f"time shift {alignment.lead:.4g} s"]))
-    yield Finding.of_motion(
-        Group.AGAINST_PLAN, "time_shift", fact, value=alignment.lead, unit="s", highlight=highlight
+    yield Topic(Group.AGAINST_PLAN).finding(
+        "time_shift", fact, value=alignment.lead, unit="s", highlight=highlight
     )
     largest = max(alignment.delays, key=lambda span: abs(span.delay))
     lateness = Topic(Group.AGAINST_PLAN).finding(

@@ -22,7 +22,8 @@ from knotwork.joint_quantities import MOTION_QUANTITIES
 from knotwork.units import SI, Units
 from knotwork.verification import Finding, Report, check
 from knotwork.verification.continuity import ROUNDING_QUANTITIES
-from knotwork.verification.finding import Findings, Group, Topic
+from knotwork.verification.finding import Findings, Group, Topic, Verdict
+from knotwork.verification.limits import LimitedValue
 from knotwork.verification.recording.alignment import (
     PLAN_RESIDUAL_RATIO,
     STANDARD_ERRORS,
@@ -104,7 +105,7 @@ def check_log(
             f"{undecided} requirements are undecided: their margins are below {errors} of the log"
         )
         highlight = f"undecided: within {errors} of the limit"
-        findings.append(Finding.of_motion(Group.LOG, "undecided", fact, highlight=highlight))
+        findings.append(Topic(Group.LOG).finding("undecided", fact, highlight=highlight))
     return replace(report, findings=tuple(findings))
 
 
@@ -255,8 +256,7 @@ def _log_findings(alignment: Alignment, units: Units) -> Findings:
         yield topic.finding("noise", fact, value=value, unit=unit, proof="sampled")
         largest[unit] = max(value, largest.get(unit, 0.0))
     sizes = ", ".join(units.text(value, unit, ".2g") for unit, value in largest.items())
-    yield Finding.of_motion(
-        Group.LOG,
+    yield Topic(Group.LOG).finding(
         "log",
         f"log: {log.time.size} samples, every {1e3 * log.period:.4g} ms, smoothed by "
         f"{curve.trajectory.breaks.size - 1} cubics; noise {sizes} and jitter "
@@ -264,7 +264,7 @@ def _log_findings(alignment: Alignment, units: Units) -> Findings:
     )
     if log.notes:
         fact = f"left out or corrected: {'; '.join(log.notes)}"
-        yield Finding.of_motion(Group.LOG, "left_out", fact)
+        yield Topic(Group.LOG).finding("left_out", fact)
 
 
 def gap_findings(alignment: Alignment) -> Findings:
@@ -286,22 +286,19 @@ def gap_findings(alignment: Alignment) -> Findings:
         duration = end - start
         if duration <= limit:
             continue
+        verdict: Verdict = "warning"
         plan_text = "is at rest there, which the log does not confirm"
         if moves.any():
+            verdict = "failed"
             plan_text = "moves there, so the motion of the robot is undecided"
-        yield Finding.of_motion(
-            Group.LOG,
-            quantity="gap",
-            verdict="failed" if moves.any() else "warning",
-            fact=f"the log has no sample from {start:.3f} s to {end:.3f} s: {duration:.4g} s, "
+        fact = (
+            f"the log has no sample from {start:.3f} s to {end:.3f} s: {duration:.4g} s, "
             f"{duration / log.period:.3g} times its interval of {1e3 * log.period:.4g} ms; "
-            f"the plan {plan_text}",
-            value=duration,
-            limit=limit,
-            margin=limit - duration,
-            unit="s",
-            time=start,
-            interval=(start, end),
+            f"the plan {plan_text}"
+        )
+        numbers = LimitedValue(duration, start, limit).numbers
+        yield Topic(Group.LOG).finding(
+            "gap", fact, verdict, unit="s", interval=(start, end), **numbers
         )
 
 
