@@ -247,27 +247,6 @@ def test_base_frame_within_chain() -> None:
 
 
 @pytest.mark.parametrize(
-    ("base", "tool", "says"),
-    [
-        ("left_hand_link", "right_hand_link", "not carried by base frame 'left_hand_link'"),
-        ("left_hand_link", "torso", "not carried"),
-        ("left_hand_link", "left_gripper", "no joint moves"),
-        ("torso", "torso", "no joint moves"),
-    ],
-)
-def test_refuses_tool_that_base_does_not_move(base: str, tool: str, says: str) -> None:
-    with pytest.raises(RobotError, match=says):
-        load_robot({"urdf": BAXTER, "base_frame": base, "tool_frame": tool})
-
-
-def test_refuses_all_joints_locked() -> None:
-    planar = load_robot("planar2")
-    description = {"urdf": str(planar.urdf), "tool_frame": "tip"}
-    with pytest.raises(RobotError, match="these joints are locked: shoulder, elbow"):
-        load_robot({**description, "locked": {"shoulder": 0, "elbow": 0}})
-
-
-@pytest.mark.parametrize(
     ("path", "tool"),
     [
         ("talos_data/robots/talos_full_v2.urdf", "arm_left_7_link"),

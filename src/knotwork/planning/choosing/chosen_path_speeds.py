@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -81,12 +82,6 @@ class PathSpeeds:
         return [] if slower == problems else slower
 
 
-def path_speed_problems(free_task: FreeTask) -> list[PathSpeedProblem]:
-    """The problems of all paths with chosen speeds."""
-    paths = enumerate(free_task.scenario.paths)
-    return [PathSpeedProblem.of_path(free_task, k) for k, path in paths if path.requested.at_most]
-
-
 def maximum_path_speeds(
     free_task: FreeTask, problems: Sequence[PathSpeedProblem], budget: Budget
 ) -> PathSpeeds:
@@ -105,13 +100,15 @@ def maximum_path_speeds(
     """
     feasible: list[PathSpeeds] = []
     faults: list[SpeedFault] = []
+    longest = math.inf
     for _ in range(MAX_MOTIONS):
         try:
             chosen = [problem.choose() for problem in problems]
         except NoSpeedsError as no_speeds:
             faults = faults or [no_speeds.fault]
             break
-        if feasible and (not _is_faster(chosen, feasible[-1].chosen) or budget.time_limit.is_over):
+        duration = sum(at.timing.duration for at in chosen)
+        if feasible and (duration >= longest or budget.time_limit.is_over):
             break
         speeds = _follow(free_task, chosen)
         problems = [at.problem for at in speeds.chosen]
@@ -119,15 +116,10 @@ def maximum_path_speeds(
             faults = exceeded
         else:
             feasible.append(speeds)
+            longest = (1.0 - MIN_GAIN) * duration
     if not feasible:
         raise path_speed_error(free_task, faults[0])
     return feasible[-1]
-
-
-def _is_faster(chosen: Iterable[ChosenSpeeds], other: Iterable[ChosenSpeeds]) -> bool:
-    """Whether the time along all paths is shorter than with other speeds, by `MIN_GAIN` or more."""
-    time, other_time = (sum(at.timing.duration for at in speeds) for speeds in (chosen, other))
-    return time < (1.0 - MIN_GAIN) * other_time
 
 
 def _follow(free_task: FreeTask, chosen: Sequence[ChosenSpeeds]) -> PathSpeeds:

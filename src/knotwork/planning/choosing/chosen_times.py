@@ -14,7 +14,6 @@ from knotwork.planning.choosing.chosen_path_speeds import (
     PathSpeeds,
     given_speeds_beyond_limits,
     maximum_path_speeds,
-    path_speed_problems,
 )
 from knotwork.planning.choosing.chosen_values import with_chosen_values
 from knotwork.planning.choosing.free_section_motions import SectionsUnsolvedError, solve_sections
@@ -24,7 +23,7 @@ from knotwork.planning.choosing.free_sections import (
     assumed_jerk,
     find_sections,
 )
-from knotwork.planning.choosing.path_speed_problem import PathSpeedProblem
+from knotwork.planning.choosing.path_speed_problem import PathSpeedProblem, path_speed_problems
 from knotwork.planning.task_to_joint import TaskSolution
 from knotwork.planning.timing import ActiveLimit, Objective, TimedMotion
 from knotwork.planning.timing.budget import Budget

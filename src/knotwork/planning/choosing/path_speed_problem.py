@@ -123,16 +123,6 @@ class PathSpeedProblem:
     caps: Mapping[int, BoundedSpeed]
     correction: FloatArray
 
-    @classmethod
-    def of_path(cls, free_task: FreeTask, number: int) -> PathSpeedProblem:
-        """The problem of a path of a task, before anything is planned."""
-        path = free_task.scenario.paths[number]
-        utilisation = PathUtilisation(free_task, path)
-        shape = len(path.stretches), 3, len(utilisation.limits.quantities)
-        caps = {k: BoundedSpeed(v, Reason.AT_MOST) for k, v in path.requested.at_most.items()}
-        unit = free_task.scenario.units.per_metre
-        return cls(number, path, unit, utilisation, caps, correction=np.ones(shape))
-
     def choose(self) -> ChosenSpeeds:
         """Choose the maximum speeds that are expected to keep the limits.
 
@@ -290,6 +280,19 @@ class ChosenSpeeds:
             fault = SpeedFault(problem.path, k, limits.quantities[column])
         problem = replace(problem, caps=caps, correction=correction)
         return replace(self, problem=problem, fault=fault)
+
+
+def path_speed_problems(free_task: FreeTask) -> list[PathSpeedProblem]:
+    """The problems of all paths with chosen speeds, before anything is planned."""
+    unit = free_task.scenario.units.per_metre
+    problems = []
+    for number, path in enumerate(free_task.scenario.paths):
+        if bounds := path.requested.at_most:
+            utilisation = PathUtilisation(free_task, path)
+            caps = {k: BoundedSpeed(speed, Reason.AT_MOST) for k, speed in bounds.items()}
+            correction = np.ones((len(path.stretches), 3, len(utilisation.limits.quantities)))
+            problems.append(PathSpeedProblem(number, path, unit, utilisation, caps, correction))
+    return problems
 
 
 def round_speed(speed: float) -> float:

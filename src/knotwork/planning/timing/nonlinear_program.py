@@ -71,11 +71,11 @@ class Kernel:
         self.parameters = {name: column.numel() for name, column in parameters.items()}
         self.constraints = {name: column.numel() for name, column in constraints.items()}
         multipliers, weight = ca.SX.sym("multipliers", g.numel()), ca.SX.sym("weight")
-        symbols, inner_values = inner or (empty, empty)
-        symbolic = ca.vertcat(z, symbols)
+        inner_symbols, inner_values = inner or (empty, empty)
+        symbolic = ca.vertcat(z, inner_symbols)
         change = ca.vertcat(ca.SX.eye(self.variables), ca.jacobian(inner_values, z))
         curvature, slope = ca.hessian(weight * cost + ca.dot(multipliers, g), symbolic)
-        pull = ca.SX.sym("pull", symbols.numel())
+        pull = ca.SX.sym("pull", inner_symbols.numel())
         inner_curvature = ca.substitute(
             ca.hessian(ca.dot(pull, inner_values), z)[0], pull, slope[self.variables :, :]
         )

@@ -26,12 +26,12 @@ EFFORT_ORDER = 2
 
 
 class LimitedQuantity(NamedTuple):
-    """A limited quantity, or another bound of a speed along a path.
+    """A limited quantity.
 
     Attributes:
-        subject: Name of a joint or a frame; empty for the tool and for other bounds.
-        quantity: Name of the quantity or the bound.
-        order: Order of the highest derivative of positions in it; 0 for other bounds.
+        subject: Name of a joint or a link; empty for the tool.
+        quantity: Name of the quantity.
+        order: Order of the highest derivative of positions in it.
     """
 
     subject: str

@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 
     from knotwork.curves.tool_paths import TimedPath
 
-START, WAITED = "start", "{}, after the wait"
+START = "start"
+NAME_AFTER_WAIT = "{}, after the wait"
 
 EXPECTED_DURATION = 1.0
 """Expected time to a waypoint whose time is chosen later [s]."""
@@ -85,7 +86,7 @@ def read_waypoints(reading: TaskReading, expected: Mapping[int, float]) -> Waypo
         if wait is None:
             continue
         end = waypoint.time + wait
-        departure = replace(waypoint, name=WAITED.format(name), time=end)
+        departure = replace(waypoint, name=NAME_AFTER_WAIT.format(name), time=end)
         if isinstance(waypoint, CartesianWaypoint) and reading.pose_frames[i].is_moving:
             from knotwork.task.scenario.path_reader import wait_in_moving_frame
 
@@ -109,7 +110,7 @@ def _names(reading: TaskReading) -> list[str]:
     names = [given.name or default_waypoint_name(i) for i, given in enumerate(task.waypoints)]
     owners = {START: "the start of the motion"} if task.start is not None else {}
     owners |= {
-        WAITED.format(name): "another waypoint"
+        NAME_AFTER_WAIT.format(name): "another waypoint"
         for name, given in zip(names, task.waypoints, strict=True)
         if given.dwell is not None
     }
