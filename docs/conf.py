@@ -97,7 +97,7 @@ nitpick_ignore_regex = [
     (
         r"py:.*",
         r"(knotwork\.[\w.]+\.)?(Document|Locations|Description|VirtualJoint|AnyMotion|CheckedMotion|"
-        r"Findings|TaskFrame|ToolMotion|ExtendedCurve|TorchRanges|PathStart|ExpandedTask|LoadedRobots|"
+        r"Findings|Subject|TaskFrame|ToolMotion|ExtendedCurve|TorchRanges|PathStart|ExpandedTask|LoadedRobots|"
         r"EndAcceleration(Like)?|Status|ObstructionCause|JointTree|WeavePattern|Window|StudyFolder|Outcome)",
     ),
     # Arrays of NumPy under shorter names.
