@@ -127,8 +127,7 @@ class Report:
         """The verdict and the findings nearest to limits, in about 15 lines of 80 characters."""
         return "\n".join(self.brief())
 
-    def __repr__(self) -> str:
-        return str(self)
+    __repr__ = __str__
 
     def _repr_html_(self) -> str:
         import html

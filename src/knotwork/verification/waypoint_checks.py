@@ -45,9 +45,8 @@ class _Miss(NamedTuple):
 
     def finding(self, topic: Topic, time: float, units: Units) -> Finding:
         """Compare the error at a time [s] with its tolerance."""
-        error, tolerance = (
-            units.text(size, self.unit, ".3g") for size in (self.error, self.tolerance)
-        )
+        error = units.text(self.error, self.unit, ".3g")
+        tolerance = units.text(self.tolerance, self.unit, ".3g")
         fact = (
             f"{waypoint_text(topic.name)} at {time:g} s: {self.quantity.replace('_', ' ')} is off "
             f"by {error}, tolerance {tolerance}"

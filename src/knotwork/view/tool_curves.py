@@ -166,10 +166,15 @@ def tool_rows(motions: list[ShownMotion]) -> list[ToolRow]:
     """Make the candidate rows of a picture; the caller leaves out rows without values.
 
     Raises:
-        InputError: A motion has no robot, or a robot without a tool.
+        InputError: A motion has no robot.
+        RobotError: A robot has no tool.
     """
     for motion in motions:
-        _require_tool(motion)
+        if motion.joints.robot is None:
+            raise InputError(
+                "the tool can't be drawn without a robot; give a plan or a scenario that names one"
+            )
+        motion.robot.require_tool()
     scenario = motions[0].scenario
     allowed, limits = scenario.tolerances, scenario.motion_limits
     off, speed, speed_error = path_deviations, limits.tool_speed, allowed.path_speed
@@ -200,14 +205,3 @@ def tool_rows(motions: list[ShownMotion]) -> list[ToolRow]:
             ToolRow(title, "", least_singular_values, limit=least, judged=judged, least=True)
         )
     return rows
-
-
-def _require_tool(motion: ShownMotion) -> None:
-    """Refuse a motion without a robot, or with a robot without a tool."""
-    robot = motion.joints.robot
-    if robot is None:
-        raise InputError(
-            "the tool can't be drawn without a robot; give a plan or a scenario that names a robot"
-        )
-    if robot.tool_frame is None:
-        raise InputError(f"robot {robot.name!r} has no tool frame; name one in the scenario")

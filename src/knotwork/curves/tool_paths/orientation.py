@@ -90,9 +90,8 @@ class OrientationCurve:
         self.length = float(self.s[-1])
         self.rotations = checked_rotations(rotations, (count, 3, 3), "rotations")
         self.rates = repeat_two_sided(rates, count, "rates")
-        self.changes = repeat_two_sided(
-            0.0 * self.rates if changes is None else changes, count, "changes"
-        )
+        changes = 0.0 * self.rates if changes is None else changes
+        self.changes = repeat_two_sided(changes, count, "changes")
         self.breaks: FloatArray = np.array(self.s if breaks is None else breaks)
         self._steps: FloatArray = np.diff(self.s)
         # Index of the piece that begins at each break.
@@ -108,8 +107,7 @@ class OrientationCurve:
     def _vectors(self) -> FloatArray:
         """Rotation vectors v1 to v5 of each piece, shape (m - 1, 5, 3)."""
         h = self._steps[:, None]
-        inverse = self.rotations.transpose(0, 2, 1)
-        to_start, to_end = inverse[:-1], inverse[1:]
+        to_start, to_end = (R.transpose(0, 2, 1) for R in (self.rotations[:-1], self.rotations[1:]))
         turns = to_start @ self.rotations[1:]
         a = h * multiply(to_start, self.rates[:-1, 1])
         b = h * multiply(to_end, self.rates[1:, 0])

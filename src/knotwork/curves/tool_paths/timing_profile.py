@@ -132,35 +132,30 @@ def speed_profile(
     length, speed = _check_stretches(lengths, speeds)
     count = len(length)
     end_speed = 0.0 if count - 1 in stops and end_speed is None else end_speed
-    # at a junction the lower of two speeds, and zero at a stop
-    joint = np.minimum(speed[:-1], speed[1:])
-    joint[[i for i in stops if i < count - 1]] = 0.0
-    outer = (start_speed, "start_speed", speed[0]), (end_speed, "end_speed", speed[-1])
-    first, last = (default if v is None else checked_speed(v, name) for v, name, default in outer)
-    junction_speeds = [float(first), *joint.tolist(), float(last)]
+    first = speed[0] if start_speed is None else checked_speed(start_speed, "start_speed")
+    last = speed[-1] if end_speed is None else checked_speed(end_speed, "end_speed")
+    inner = np.minimum(speed[:-1], speed[1:])  # at a junction the lower of two speeds
+    inner[[i for i in stops if i < count - 1]] = 0.0
+    junction_speeds = [float(first), *inner.tolist(), float(last)]
     totals = np.concatenate(([0.0], np.cumsum(length)))
-    breaks = [0.0]
-    coefficients = []
-    times = [0.0]
-    full_speed_intervals = []
-    ramps = []
-    for i, ends in enumerate(pairwise(junction_speeds)):
+    breaks, times = [0.0], [0.0]
+    coefficients, full_speed_intervals, ramps = [], [], []
+    for i, (v, ends) in enumerate(zip(speed.tolist(), pairwise(junction_speeds), strict=True)):
         fixed = i == 0 and start_speed is not None, i == count - 1 and end_speed is not None
         stretch = i if count > 1 else None
-        v = float(speed[i])
         shrink = _find_shortening(stretch, float(length[i]), v, ends, fixed, acceleration)
         pieces = _make_pieces(totals[i : i + 2], v, ends, acceleration / shrink)
         starts = times[-1] + np.concatenate(([0.0], np.cumsum([T for T, _ in pieces])))
         full_speed_intervals.append(starts[1:3])
-        for end, (_, c) in zip(starts[1:], pieces, strict=True):
+        for end, (_, c) in zip(starts[1:].tolist(), pieces, strict=True):
             if end > breaks[-1]:
-                breaks.append(float(end))
+                breaks.append(end)
                 coefficients.append(c)
         times.append(float(starts[-1]))
         ramps += [pieces[0][0], pieces[2][0]]
     _check_resolved(ramps, np.diff(times), speed)
-    curve = PiecewisePolynomial(np.array(coefficients).T, breaks)
-    return Timing(curve, np.array(times), np.array(full_speed_intervals), speed)
+    arc_length = PiecewisePolynomial(np.array(coefficients).T, breaks)
+    return Timing(arc_length, np.array(times), np.array(full_speed_intervals), speed)
 
 
 def _check_resolved(ramps: list[float], durations: FloatArray, speeds: FloatArray) -> None:

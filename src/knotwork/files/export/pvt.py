@@ -63,9 +63,8 @@ def to_pvt(
         f"{points.describe()}.",
         f"Column 1: time [s] since {since}.",
     ]
-    for i, name in enumerate(trajectory.joint_names):
-        factor = factors[i]
-        shift = shifts[i]
+    joints = zip(trajectory.joint_names, factors, shifts, strict=True)
+    for i, (name, factor, shift) in enumerate(joints):
         is_in_degrees = degrees and trajectory.joint_units[i] == "rad"
         unit = "deg" if is_in_degrees else trajectory.joint_units[i]
         drive_units_per_si = factor * DEGREES if is_in_degrees else factor
@@ -73,11 +72,10 @@ def to_pvt(
         velocity = knots.velocity[:, i] * drive_units_per_si
         if not np.isfinite([position, velocity]).all():
             raise InputError(f"scale of joint {name!r} is {factor!r}, which is too large")
-        label = unit
-        drive = ""
-        if factor != 1.0 or shift != 0.0:
-            label = "drive"
-            drive = f", each in drive units: {factor!r} a {unit}, position {shift:+} drive units"
+        is_drive = factor != 1.0 or shift != 0.0
+        label = "drive" if is_drive else unit
+        drive = f", each in drive units: {factor!r} a {unit}, position {shift:+} drive units"
+        drive = drive if is_drive else ""
         columns[f"{name}.position_{label}"] = position
         columns[f"{name}.velocity_{label}_per_s"] = velocity
         numbers = f"Columns {2 * i + 2}, {2 * i + 3}"
