@@ -93,7 +93,7 @@ def test_meets_given_accelerations(problem: TimingProblem) -> None:
     assert_kept(other, motion)
     at_rest = motion.trajectory.acceleration(motion.time[[0, 2, 4]])
     np.testing.assert_allclose(at_rest, 0.0, atol=1e-12)
-    # The two sections don't depend on each other.
+    # What comes after a known state does not change what comes before it.
     first = TimingProblem(
         problem.joint_names,
         problem.position[:3],
@@ -101,7 +101,7 @@ def test_meets_given_accelerations(problem: TimingProblem) -> None:
         problem.limits,
         acceleration=acceleration[:3],
     )
-    assert solve(first).duration == pytest.approx(motion.time[2], rel=1e-9)
+    assert solve(first).duration == pytest.approx(motion.time[2], rel=1e-6)
 
 
 def test_given_total_makes_smoothest_motion(problem: TimingProblem, fastest: TimedMotion) -> None:

@@ -48,8 +48,7 @@ def solve(
 ) -> TimedMotion:
     """Minimise the objective of a problem over its free values, within all limits.
 
-    Sections, between waypoints with known velocity and acceleration, are solved separately. A long
-    section is solved in windows, each with a few of the following intervals.
+    A long motion is solved in windows, each with a few of the following intervals.
     The optimum is local: the solver (IPOPT) starts from plain cubics. If it does not converge, the
     arm comes to rest in each interval.
 
@@ -87,28 +86,16 @@ def solve_within(problem: TimingProblem, budget: Budget) -> TimedMotion:
     if wrong := infeasible_values(problem):
         raise merge_errors(wrong)
     earlier_iterations = budget.iterations
-    motions: list[SectionMotion] = []
-    causes: list[TimingError] = []
-    for start, end in section_ends(problem):
-        section = problem.between(start, end)
-        motion = solve_windows(section, budget)
-        if motion is not None:
-            motions.append(motion)
-        elif budget.time_limit.is_over:
-            message = (
-                "no motion that keeps every limit was found within the budget of "
-                f"{budget.time_limit.seconds:g} s; allow more time, or none, for a search to its "
-                "end"
-            )
-            raise TimingError(message, cause="budget")
-        else:
-            for error in unsolved_errors(section):
-                if error.waypoint_index is not None:
-                    error.waypoint_index += start
-                causes.append(error)
-    if causes:
-        raise merge_errors(causes)
-    timed = timed_motion(problem, _consecutive(motions), lower_bound(problem), "fastest")
+    motion = solve_windows(problem, budget)
+    if motion is None and budget.time_limit.is_over:
+        message = (
+            "no motion that keeps every limit was found within the budget of "
+            f"{budget.time_limit.seconds:g} s; allow more time, or none, for a search to its end"
+        )
+        raise TimingError(message, cause="budget")
+    if motion is None:
+        raise merge_errors(unsolved_errors(problem))
+    timed = timed_motion(problem, motion, lower_bound(problem), "fastest")
     return replace(timed, iterations=budget.iterations - earlier_iterations)
 
 
@@ -151,17 +138,6 @@ def timed_motion(
         binding=binding_limits(problem, time, curve),
         objective_values=_terms(problem, trajectory),
     )
-
-
-def section_ends(problem: TimingProblem) -> list[tuple[int, int]]:
-    """First and last waypoints of each section.
-
-    A motion is divided where position, velocity and acceleration are known, unless its total
-    duration is given.
-    """
-    last = len(problem.position) - 1
-    divides = problem.velocity_known & problem.acceleration_known & (problem.total is None)
-    return list(pairwise([0, *(np.flatnonzero(divides[1:-1]) + 1).tolist(), last]))
 
 
 def solve_windows(problem: TimingProblem, budget: Budget) -> SectionMotion | None:
