@@ -18,7 +18,7 @@ LIMIT_SHARES = (0.999, 0.99, 0.95)
 """Candidate fractions of the limits at samples, in order, until the limits are kept between
 samples. The first one is sufficient for 120 of 126 stops on the paths of ten shipped scenarios.
 """
-SHORTEST_PHASE = 1e-9
+MIN_PHASE_DURATION = 1e-9
 """Duration below which phases of a stop are left out [s]: the resolution of times in messages."""
 REST_BOUND = 1e-9
 """Bound of velocities and accelerations at rest, relative to the largest, or to 1 in SI."""
@@ -52,7 +52,7 @@ def stop_joints(
 
     Returns:
         Positions over the time since the state [s]. Joints that stop earlier stay at rest. `None`
-        for a state at rest, within rounding: its stop is shorter than `SHORTEST_PHASE`.
+        for a state at rest, within rounding: its stop is shorter than `MIN_PHASE_DURATION`.
     """
     jerk = limits.jerk
     # a state above the limit returns to it
@@ -66,7 +66,7 @@ def stop_joints(
     corners = np.cumsum([np.zeros_like(q), grow, hold, fade], axis=0)
     heights = np.stack((a, direction * peak, direction * peak, np.zeros_like(a)))
     times = sort_distinct(corners)
-    times = times[np.append(True, np.diff(times) > SHORTEST_PHASE)]
+    times = times[np.append(True, np.diff(times) > MIN_PHASE_DURATION)]
     if len(times) < 2:
         return None
     columns = zip(corners.T, heights.T, strict=True)
@@ -102,7 +102,7 @@ def stop_on_path(
     rest_time = find_first_rest(curve, at)
     end = float(curve.x[-1]) if rest_time is None else rest_time
     best = np.inf if rest_time is None else rest_time - at
-    later = (curve.x > at + SHORTEST_PHASE) & (curve.x < end - SHORTEST_PHASE)
+    later = (curve.x > at + MIN_PHASE_DURATION) & (curve.x < end - MIN_PHASE_DURATION)
     for begin in (at, *curve.x[later][:MAX_LATER_STARTS].tolist()):
         min_duration = _min_duration(curve, begin, limits)
         if begin - at + min_duration >= (1.0 - MINIMUM_GAIN) * best:
@@ -136,7 +136,7 @@ def find_first_rest(curve: PiecewisePolynomial, at: float) -> float | None:
 def _min_duration(curve: PiecewisePolynomial, at: float, limits: JointLimits) -> float:
     """Time that the joints need to stop independently, a lower bound of stops on the path [s]."""
     q, v, a = (curve(at, nu) for nu in range(3))
-    jerk = np.where(np.isfinite(limits.jerk), limits.jerk, limits.acceleration / SHORTEST_PHASE)
+    jerk = np.where(np.isfinite(limits.jerk), limits.jerk, limits.acceleration / MIN_PHASE_DURATION)
     stop = stop_joints(q, v, a, replace(limits, jerk=jerk))
     return 0.0 if stop is None else float(stop.x[-1])
 
