@@ -90,7 +90,8 @@ def solve_within(problem: TimingProblem, budget: Budget) -> TimedMotion:
     if motion is None and budget.time_limit.is_over:
         message = (
             "no motion that keeps every limit was found within the budget of "
-            f"{budget.time_limit.seconds:g} s; accepted: a larger budget, or none for no limit of time"
+            f"{budget.time_limit.seconds:g} s; accepted: a larger budget, or none for no limit of "
+            "time"
         )
         raise TimingError(message, cause="budget")
     if motion is None:
