@@ -109,7 +109,7 @@ class Report:
     Attributes:
         scenario: Name of the scenario.
         robot: Name of the robot, or `None`.
-        origin: Where the trajectory comes from, see `JointTrajectory.origin`.
+        origin: Source of the trajectory, see `JointTrajectory.origin`.
         start_time, end_time: Start and end of the trajectory [s].
         findings: All findings, in the order of the checks.
         units: Units of the scenario, for text; findings are in SI.

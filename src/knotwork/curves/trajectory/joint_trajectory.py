@@ -72,7 +72,7 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
         joint_names: Names of the joints, length d.
         polynomial: Joint positions [rad or m] over time [s], trailing shape (d,).
         joint_units: `"rad"` or `"m"` for each joint; by default all `"rad"`.
-        origin: Where the motion comes from: its planner, or its file and interpolation; or empty.
+        origin: Source of the motion: its planner, or its file and interpolation; or empty.
         waypoint_times: Times of its waypoints [s], or `None`.
         events: Switching events, in order of time.
         loads: Loads of the arm, in order of time; empty if unknown.
@@ -137,7 +137,7 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
             position: Positions at the breaks [rad or m], shape (m, d).
             velocity: Velocities at the breaks [rad/s or m/s], shape (m, d).
             joint_units: `"rad"` or `"m"` for each joint; by default all `"rad"`.
-            origin: Where the motion comes from, for example the name of its planner.
+            origin: Source of the motion, for example the name of its planner.
             waypoint_times: Times of the waypoints [s].
 
         Raises:

@@ -120,7 +120,7 @@ def timed_motion(
         problem: The waypoints and the limits.
         motion: The motion.
         bound: Lower bound on the duration [s].
-        origin: Where the motion comes from, see `JointTrajectory`.
+        origin: Source of the motion, see `JointTrajectory`.
     """
     time, curve = motion.time, motion.curve
     trajectory = JointTrajectory(
