@@ -38,9 +38,7 @@ def check_pose(pose: Any, name: str = "pose") -> None:
         )
     if np.abs(pose.translation).max() > MAX_COORDINATE:
         position = f"{name} is at {pose.translation.tolist()} m"
-        raise WaypointDataError(
-            f"{position}; up to {MAX_COORDINATE:g} m is accepted", value=pose
-        )
+        raise WaypointDataError(f"{position}; up to {MAX_COORDINATE:g} m is accepted", value=pose)
 
 
 def check_request(pose: Any, position_tolerance: Any, orientation_tolerance: Any) -> None:
