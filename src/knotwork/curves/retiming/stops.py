@@ -23,7 +23,7 @@ MIN_PHASE_DURATION = 1e-9
 REST_BOUND = 1e-9
 """Bound of velocities and accelerations at rest, relative to the maximum, or to 1 in SI."""
 MAX_LATER_STARTS = 3
-"""Maximum number of later breaks at which a stop may begin, if none is found from the first time."""
+"""Maximum number of later breaks at which a stop may begin, if the first time has none."""
 DURATION_GUESS = 1.3
 """First guess of the duration of a stop on the path, relative to that of independent joints. Most
 stops take hardly longer than the latter, which the first trust region of 30 % includes.
