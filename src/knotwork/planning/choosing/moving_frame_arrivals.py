@@ -28,7 +28,7 @@ from knotwork.task.scenario.resolve import change_task
 from knotwork.units import rounded_up
 
 MAX_ARRIVAL_ROUNDS = 20
-"""Largest number of iterations."""
+"""Maximum number of iterations."""
 
 FULL_STEPS = 5
 """Number of iterations with full steps and a new choice of solutions.

@@ -27,7 +27,7 @@ NOISE_SLACK = 1.1
 EXTENSION_PERIODS = 3.0
 """Number of sample periods by which the curve extends beyond the first and the last sample."""
 MIN_IN_INTERVAL = 4
-"""Smallest number of samples in an interval."""
+"""Minimum number of samples in an interval."""
 MISS_DEVIATIONS = 3.0
 """Standard deviations of white noise beyond which residuals show that the curve is too coarse."""
 ERROR_ORDERS = range(4)
