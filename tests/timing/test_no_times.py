@@ -239,7 +239,7 @@ def over_the_top(effort: float, **more: Any) -> kw.Plan:
 def test_passes_overloaded_waypoint_in_motion() -> None:
     plan = over_the_top(12.0)
     plan.report.raise_if_failed()
-    assert abs(plan.chosen.sections[0].velocity[1, 0]) > 0.5
+    assert abs(plan.chosen_values.sections[0].velocity[1, 0]) > 0.5
 
 
 def test_reports_overloaded_passage_with_sufficient_effort() -> None:

@@ -16,22 +16,19 @@ from knotwork.joint_quantities import RATE_QUANTITIES, JointLimits
 
 LIMIT_SHARES = (0.999, 0.99, 0.95)
 """Candidate fractions of the limits at samples, in order, until the limits are kept between
-samples. The first one is sufficient for 120 of 126 stops on the paths of ten shipped scenarios.
+samples. The first one is nearly always sufficient.
 """
 MIN_PHASE_DURATION = 1e-9
 """Duration below which phases of a stop are left out [s]: the resolution of times in messages."""
 REST_BOUND = 1e-9
-"""Bound of velocities and accelerations at rest, relative to the largest, or to 1 in SI."""
+"""Bound of velocities and accelerations at rest, relative to the maximum, or to 1 in SI."""
 MAX_LATER_STARTS = 3
-"""Number of later breaks at which a stop may begin, if none is found from the first time. This
-is so for 2 of the 126 stops.
-"""
+"""Maximum number of later breaks at which a stop may begin, if the first time has none."""
 DURATION_GUESS = 1.3
-"""First guess of the duration of a stop on the path, relative to that of independent joints. Nine
-of ten of these stops take up to 1.03 times as long as the latter, which the first trust region of
-30 % includes.
+"""First guess of the duration of a stop on the path, relative to that of independent joints. Most
+stops take hardly longer than the latter, which the first trust region of 30 % includes.
 """
-MINIMUM_GAIN = 1e-3
+MIN_GAIN = 1e-3
 """Minimum relative gain over the curve's next rest for a stop to be searched for."""
 
 
@@ -105,7 +102,7 @@ def stop_on_path(
     later = (curve.x > at + MIN_PHASE_DURATION) & (curve.x < end - MIN_PHASE_DURATION)
     for begin in (at, *curve.x[later][:MAX_LATER_STARTS].tolist()):
         min_duration = _min_duration(curve, begin, limits)
-        if begin - at + min_duration >= (1.0 - MINIMUM_GAIN) * best:
+        if begin - at + min_duration >= (1.0 - MIN_GAIN) * best:
             continue
         for share in LIMIT_SHARES:
             guess = min(DURATION_GUESS * min_duration, best)
