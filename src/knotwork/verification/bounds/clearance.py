@@ -45,7 +45,6 @@ CLEARANCE_PRECISION = 1e-3
 """Precision of a pair's minimum clearance [m], unless a fraction of the clearance is larger."""
 RELATIVE_PRECISION = 0.05
 """Fraction of the clearance that is precise enough."""
-
 INTERVAL_BLOCK = 2000
 """Number of intervals per block."""
 
@@ -256,8 +255,9 @@ class _ClearanceSearch:
 
     def _goal(self, distance: FloatArray, margin: FloatArray) -> FloatArray:
         """Bound at which an interval is closed, for the minimum distance found so far [m]."""
-        relative = distance * (1.0 - self.relative_precision * np.sign(distance))
-        goal = np.minimum(distance - self.precision, relative)
+        with np.errstate(invalid="ignore"):  # inf - inf, of pairs that are not measured yet
+            tolerance = np.maximum(self.precision, self.relative_precision * np.abs(distance))
+            goal = np.where(np.isinf(distance), np.inf, distance - tolerance)
         return np.where(distance > margin, np.maximum(goal, margin), goal)
 
     def _measure(
