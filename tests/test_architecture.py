@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+import subprocess
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
@@ -214,9 +215,28 @@ IMPORTED_BY_TESTS = {
         "planning.choosing.chosen_times",
         "planning.timing.budget",
     ),
+    "a function that a test replaces by a wrong, a watched or a quick one": (
+        "planning.speed_override.approximate_by_cubics",
+        "robot.kinematics.following.ladder.Ladder.find_guided_starts",
+        "view.html_report.plot_",
+    ),
     "the command in this process": ("cli.main",),
+    "the plugin, by the name that pytest gets": ("pytest_plugin",),
     "the text that shows progress, without a clock": ("cli.progress_display",),
 }
+
+
+def names_in_strings(tree: ast.AST) -> Iterator[str]:
+    """Dotted names of Knotwork that are text, such as those that `monkeypatch` gets.
+
+    Constants are left out: with small ones, tests reach limits that take long otherwise.
+    """
+    parts = {path.relative_to(SOURCE).with_suffix("").parts[0] for path in FILES}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str):
+            found = re.fullmatch(r"knotwork\.(\w+)(\.\w+)*", node.value)
+            if found and found[1] in parts and not node.value.rpartition(".")[2].isupper():
+                yield node.value
 
 
 def test_tests_import_what_users_have() -> None:
@@ -226,7 +246,7 @@ def test_tests_import_what_users_have() -> None:
     inner = tuple(f"knotwork.{one}" for ones in IMPORTED_BY_TESTS.values() for one in ones)
     used = set()
     for path in sorted((ROOT / "tests").rglob("*.py")):
-        for name in imports(tree_of(path)):
+        for name in {*imports(tree_of(path)), *names_in_strings(tree_of(path))}:
             module, _, last = name.rpartition(".")
             if not name.startswith("knotwork.") or name in public:
                 continue
@@ -235,6 +255,23 @@ def test_tests_import_what_users_have() -> None:
             relied_on = module in public and last in endings
             assert relied_on or reason or name == "knotwork.__version__", f"{path}: {name}"
     assert used == set(inner), "not imported any more"
+
+
+ROOT_FILES = {".gitignore", "CHANGELOG.md", "LICENSE", "Makefile", "README.md", "SECURITY.md"}
+ROOT_FILES |= {"constraints.txt", "pyproject.toml"}
+FOLDERS = {".ci", "benchmarks", "docs", "examples", "robots", "scenarios", "src", "tests"}
+
+
+def test_no_results_are_committed() -> None:
+    """The root has no files that examples write, nor folders of them."""
+    if not (ROOT / ".git").exists():
+        pytest.skip("no repository: an unpacked archive")
+    listed = subprocess.run(
+        ["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    assert {
+        name.partition("/")[0] for name in listed.stdout.split("\n")[:-1]
+    } == ROOT_FILES | FOLDERS
 
 
 def test_user_input_is_not_asserted() -> None:

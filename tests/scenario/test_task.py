@@ -164,6 +164,19 @@ def test_no_key_is_forgotten_where_a_motion_is_executed_or_has_no_robot() -> Non
     )
 
 
+def test_no_key_of_waypoints_is_forgotten_where_a_motion_is_executed_or_replaced() -> None:
+    """A new key belongs to the pose, is for planning alone, or these motions keep it."""
+    first = {"joints": {"a": 0}, "wait": 1, "do": [{"lamp": "on"}]}
+    task = {"waypoints": [first, {"joints": {"a": 1}, "after": 2}]}
+    motion = kw.plan(task)
+    posed = "frame orientation_in pose free near speed along orientation blend weave"
+    others = {"velocity", *f"{posed} after way stop".split()}  # a wait excludes a velocity
+    kinds = (PoseWaypoint, PathWaypoint, JointWaypoint)
+    for changed in (motion.scaled({0: 0.5}), motion.replan(0.0, task)):
+        kept = changed.scenario.given.waypoints[0].model_fields_set
+        assert {key for kind in kinds for key in kind.model_fields} - kept == others
+
+
 def test_lists_of_task_are_immutable() -> None:
     task = TASK.replace(knots=np.array([0.0, 2.0, 3.0]), gravity=[0.0, 0.0, -9.81])
     assert task.knots == (0.0, 2.0, 3.0)

@@ -226,7 +226,7 @@ def test_bounds_by_boxes_are_lower_bounds(name: str) -> None:
 
 
 MAX_GROWTH = 4e-4
-"""Largest growth of a hull, relative to the largest distance of a point from the middle."""
+"""Maximum growth of a hull, relative to the largest distance of a point from the middle."""
 
 URDF = robot(link("a"), link("b", collision('<mesh filename="part.stl"/>')), joint("j", "a", "b"))
 

@@ -19,7 +19,7 @@ from knotwork.robot import Robot, load_robot
 from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
 from knotwork.robot.kinematics.solutions.pose import solve_pose_ik
 from knotwork.task import Tolerances
-from knotwork.task.scenario import SMALLEST_PATH_TOLERANCE
+from knotwork.task.scenario import MIN_PATH_TOLERANCE
 from knotwork.waypoints import JointWaypoints
 
 START_TOLERANCE = 1e-6
@@ -132,8 +132,8 @@ def _path_and_start(
 
 def _tolerance(value: float, name: str, unit: str) -> float:
     number = require_number(value, name, unit, positive=True)
-    if number < SMALLEST_PATH_TOLERANCE:
-        raise InputError(f"{name} is {number:g}; accepted: at least {SMALLEST_PATH_TOLERANCE:g}")
+    if number < MIN_PATH_TOLERANCE:
+        raise InputError(f"{name} is {number:g}; accepted: at least {MIN_PATH_TOLERANCE:g}")
     return number
 
 

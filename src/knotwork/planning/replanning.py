@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from knotwork.curves.retiming import find_first_rest
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.curves.trajectory.motion_events import signals_on_at
 from knotwork.errors import InputError
@@ -86,6 +87,14 @@ def _task_from(
         if task.outputs.get(event.name, event.signal) not in switched
     ]
     state: dict[str, Any] = {"name": name, "time": 0.0, **joint_state(motion, at, task)}
+    if replaced is not None and replaced.dwell:
+        if find_first_rest(motion.polynomial, at) != at:
+            raise InputError(
+                f"{task.name or 'the new task'}: {name!r} waits, but the motion is not at rest at "
+                f"{at:g} s; accepted: no wait there, or a time at which the motion is at rest"
+            )
+        del state["velocity"]
+        state["wait"] = replaced.wait
     if kept_on or actions:
         state["do"] = [*kept_on, *actions]
     ends = {"start": by_joint(motion, motion(at, 2), task.units)}

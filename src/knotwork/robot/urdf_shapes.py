@@ -21,7 +21,7 @@ from knotwork.robot.external_axes import UrdfFile
 from knotwork.robot.urdf import MAX_URDF_BYTES, parse_root
 from knotwork.robot.urdf_rules import child_elements
 
-LARGEST_LENGTH = 1e6
+MAX_LENGTH = 1e6
 """Maximum length of a shape [m], factor of a mesh and angle [rad]."""
 _SIZES = {
     "box": {"size": 3},
@@ -185,13 +185,13 @@ def _read_numbers(
         numbers = []
     max_count = min_count if max_count is None else max_count
     if not min_count <= len(numbers) <= max_count or not all(
-        abs(number) <= LARGEST_LENGTH for number in numbers
+        abs(number) <= MAX_LENGTH for number in numbers
     ):
         count = f"{min_count}" if min_count == max_count else f"{min_count} or {max_count}"
         noun = "number" if count == "1" else "numbers"
         raise InputError(
             f"{element.tagName} has {name} {format_value(text)}; it must be {count} {noun} of at "
-            f"most {LARGEST_LENGTH:g}"
+            f"most {MAX_LENGTH:g}"
         )
     return numbers
 

@@ -14,7 +14,7 @@ from pydantic import (
 )
 
 from knotwork.files.documents.values import (
-    LARGEST_NUMBER,
+    MAX_NUMBER,
     Forms,
     NonEmpty,
     Number,
@@ -29,7 +29,7 @@ Wait = Annotated[Positive, Field(ge=1e-3)]
 
 def _check_value(value: Any) -> Any:
     fine = isinstance(value, str) and value
-    if not fine and not (isinstance(value, int | float) and abs(value) <= LARGEST_NUMBER):
+    if not fine and not (isinstance(value, int | float) and abs(value) <= MAX_NUMBER):
         raise ValueError("must be true, false (or on, off), a number or text")
     return value
 

@@ -9,7 +9,7 @@ from pydantic import AfterValidator, Field, model_validator
 
 from knotwork.files.documents import Text
 from knotwork.files.documents.values import (
-    LARGEST_NUMBER,
+    MAX_NUMBER,
     Forms,
     Items,
     JointMap,
@@ -120,7 +120,7 @@ Way = Annotated[
 ]
 
 
-Weight = Annotated[float, Field(strict=True, ge=0, le=LARGEST_NUMBER)]
+Weight = Annotated[float, Field(strict=True, ge=0, le=MAX_NUMBER)]
 
 
 class Weights(TaskPart):

@@ -8,7 +8,7 @@ from pydantic import AfterValidator, Field, model_validator
 
 from knotwork.files.documents import Text
 from knotwork.files.documents.values import (
-    LARGEST_NUMBER,
+    MAX_NUMBER,
     Forms,
     Items,
     NonEmpty,
@@ -23,7 +23,7 @@ from knotwork.task.task_part import TaskPart
 
 Size3 = Annotated[Items[Positive], Field(min_length=3, max_length=3)]
 Flag = Annotated[bool, Field(strict=True)]
-Distance = Annotated[float, Field(strict=True, ge=0, le=LARGEST_NUMBER)]
+Distance = Annotated[float, Field(strict=True, ge=0, le=MAX_NUMBER)]
 
 SHAPES = ("box", "sphere", "cylinder", "capsule", "cone", "ellipsoid", "mesh", "points")
 """Keys of a shape, exactly one of which is given."""
@@ -208,7 +208,7 @@ class Collisions(TaskPart):
     )
 
 
-Mass = Annotated[float, Field(strict=True, ge=0, le=LARGEST_NUMBER)]
+Mass = Annotated[float, Field(strict=True, ge=0, le=MAX_NUMBER)]
 
 
 class Inertia(TaskPart):

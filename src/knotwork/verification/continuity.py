@@ -17,7 +17,7 @@ JUMP_ORDERS = 3
 ROUNDING_QUANTITIES = tuple(f"{quantity}_rounding" for quantity in MOTION_QUANTITIES[:JUMP_ORDERS])
 """Quantities of findings on rounding errors."""
 
-FASTEST_CHANGES = (1e3, 1e5, 1e6)
+MAX_RATES_OF_CHANGE = (1e3, 1e5, 1e6)
 """Velocity, acceleration and jerk above which a change counts as a jump [rad or m per s, s², s³].
 
 No drive follows such a change, even if a short piece connects the two values. The limits of arms
@@ -30,7 +30,7 @@ def check_continuity(motion: Motion, scenario: Scenario, joints: JointRequiremen
 
     There is a finding for every joint that jumps; if none does, for the joint nearest to a jump.
     Jumps of derivatives up to the order of the scenario's `continuity` fail. A change faster than
-    `FASTEST_CHANGES` counts as a jump as well.
+    `MAX_RATES_OF_CHANGE` counts as a jump as well.
     """
     names = joints.joint_names
     for order, quantity in enumerate(MOTION_QUANTITIES[:JUMP_ORDERS]):
@@ -52,7 +52,7 @@ def check_continuity(motion: Motion, scenario: Scenario, joints: JointRequiremen
                 f"{quantity}_jump", fact, value, limit, unit, required=required, time=time
             )
         rates = motion.curve.extrema(order + 1)
-        limit = FASTEST_CHANGES[order]
+        limit = MAX_RATES_OF_CHANGE[order]
         for joint in np.flatnonzero(~(rates.peak <= limit)):
             value, time = float(rates.peak[joint]), float(rates.peak_time[joint])
             unit = rate_unit(joints.joint_units[joint], order + 1)

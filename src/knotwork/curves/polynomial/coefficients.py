@@ -16,7 +16,7 @@ MAX_DEGREE = 30
 
 No planner makes such curves, rounding errors are large, and extrema take minutes.
 """
-LARGEST_TERM = 1e200
+MAX_TERM = 1e200
 """Size above which numbers are refused, so that neither values nor derivatives overflow."""
 
 
@@ -56,11 +56,11 @@ def _check_magnitudes(c: FloatArray, x: FloatArray) -> None:
     with np.errstate(over="ignore", invalid="ignore"):
         span = np.maximum(np.diff(x), 1.0)
         reached = horner(np.abs(c), span.reshape(-1, *[1] * (c.ndim - 2)))
-    if not (reached <= LARGEST_TERM).all():
-        piece = int(np.argwhere(~(reached <= LARGEST_TERM))[0][0])
+    if not (reached <= MAX_TERM).all():
+        piece = int(np.argwhere(~(reached <= MAX_TERM))[0][0])
         raise InputError(
             f"the terms of piece {piece + 1} reach {reached[piece].max():.6g} within "
-            f"{span[piece]:.6g} s; at most {LARGEST_TERM:g} is accepted"
+            f"{span[piece]:.6g} s; at most {MAX_TERM:g} is accepted"
         )
 
 

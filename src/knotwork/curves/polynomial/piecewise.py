@@ -17,7 +17,7 @@ from knotwork.errors import InputError, TimeRangeError
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly
 
-LARGEST_CACHED = 524288
+MAX_CACHED_COEFFICIENTS = 524288
 """Maximum number of coefficients of a derivative that is cached."""
 
 
@@ -101,7 +101,7 @@ class PiecewisePolynomial(ReadOnlyArrays):
             return self._orders[nu]
         c = self.derivative(nu).c if nu else self._c
         flat = c.reshape(*c.shape[:2], math.prod(c.shape[2:]))
-        if flat.size <= LARGEST_CACHED or not nu:
+        if flat.size <= MAX_CACHED_COEFFICIENTS or not nu:
             self._orders[nu] = flat
         return flat
 

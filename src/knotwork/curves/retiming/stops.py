@@ -16,22 +16,19 @@ from knotwork.joint_quantities import RATE_QUANTITIES, JointLimits
 
 LIMIT_SHARES = (0.999, 0.99, 0.95)
 """Candidate fractions of the limits at samples, in order, until the limits are kept between
-samples. The first one is sufficient for 120 of 126 stops on the paths of ten shipped scenarios.
+samples. The first one is nearly always sufficient.
 """
-SHORTEST_PHASE = 1e-9
+MIN_PHASE_DURATION = 1e-9
 """Duration below which phases of a stop are left out [s]: the resolution of times in messages."""
 REST_BOUND = 1e-9
-"""Bound of velocities and accelerations at rest, relative to the largest, or to 1 in SI."""
+"""Bound of velocities and accelerations at rest, relative to the maximum, or to 1 in SI."""
 MAX_LATER_STARTS = 3
-"""Number of later breaks at which a stop may begin, if none is found from the first time. This
-is so for 2 of the 126 stops.
-"""
+"""Maximum number of later breaks at which a stop may begin, if the first time has none."""
 DURATION_GUESS = 1.3
-"""First guess of the duration of a stop on the path, relative to that of independent joints. Nine
-of ten of these stops take up to 1.03 times as long as the latter, which the first trust region of
-30 % includes.
+"""First guess of the duration of a stop on the path, relative to that of independent joints. Most
+stops take hardly longer than the latter, which the first trust region of 30 % includes.
 """
-MINIMUM_GAIN = 1e-3
+MIN_GAIN = 1e-3
 """Minimum relative gain over the curve's next rest for a stop to be searched for."""
 
 
@@ -52,7 +49,7 @@ def stop_joints(
 
     Returns:
         Positions over the time since the state [s]. Joints that stop earlier stay at rest. `None`
-        for a state at rest, within rounding: its stop is shorter than `SHORTEST_PHASE`.
+        for a state at rest, within rounding: its stop is shorter than `MIN_PHASE_DURATION`.
     """
     jerk = limits.jerk
     # a state above the limit returns to it
@@ -66,7 +63,7 @@ def stop_joints(
     corners = np.cumsum([np.zeros_like(q), grow, hold, fade], axis=0)
     heights = np.stack((a, direction * peak, direction * peak, np.zeros_like(a)))
     times = sort_distinct(corners)
-    times = times[np.append(True, np.diff(times) > SHORTEST_PHASE)]
+    times = times[np.append(True, np.diff(times) > MIN_PHASE_DURATION)]
     if len(times) < 2:
         return None
     columns = zip(corners.T, heights.T, strict=True)
@@ -102,10 +99,10 @@ def stop_on_path(
     rest_time = find_first_rest(curve, at)
     end = float(curve.x[-1]) if rest_time is None else rest_time
     best = np.inf if rest_time is None else rest_time - at
-    later = (curve.x > at + SHORTEST_PHASE) & (curve.x < end - SHORTEST_PHASE)
+    later = (curve.x > at + MIN_PHASE_DURATION) & (curve.x < end - MIN_PHASE_DURATION)
     for begin in (at, *curve.x[later][:MAX_LATER_STARTS].tolist()):
         min_duration = _min_duration(curve, begin, limits)
-        if begin - at + min_duration >= (1.0 - MINIMUM_GAIN) * best:
+        if begin - at + min_duration >= (1.0 - MIN_GAIN) * best:
             continue
         for share in LIMIT_SHARES:
             guess = min(DURATION_GUESS * min_duration, best)
@@ -136,7 +133,7 @@ def find_first_rest(curve: PiecewisePolynomial, at: float) -> float | None:
 def _min_duration(curve: PiecewisePolynomial, at: float, limits: JointLimits) -> float:
     """Time that the joints need to stop independently, a lower bound of stops on the path [s]."""
     q, v, a = (curve(at, nu) for nu in range(3))
-    jerk = np.where(np.isfinite(limits.jerk), limits.jerk, limits.acceleration / SHORTEST_PHASE)
+    jerk = np.where(np.isfinite(limits.jerk), limits.jerk, limits.acceleration / MIN_PHASE_DURATION)
     stop = stop_joints(q, v, a, replace(limits, jerk=jerk))
     return 0.0 if stop is None else float(stop.x[-1])
 

@@ -17,7 +17,7 @@ from knotwork.curves.tool_paths.rotations import checked_rotations, rotation_mat
 DIRECTION_TOLERANCE = 1e-6
 """Tolerance of the curve's direction in tool axes [rad]."""
 
-LARGEST_TURN = 0.1
+MAX_TURN = 0.1
 """Maximum turn in one part [rad]."""
 
 PART_SAMPLES = (0.2, 0.35, 0.5, 0.65, 0.8)
@@ -58,7 +58,7 @@ def tangent_orientation(curve: Curve, rotation: ArrayLike) -> OrientationCurve:
     s = curve.piece_ends
     while len(s) <= MAX_CURVE_PARTS:
         middle = 0.5 * (s[1:] + s[:-1])
-        coarse = _turn_angles(curve, s) > LARGEST_TURN
+        coarse = _turn_angles(curve, s) > MAX_TURN
         if not coarse.any():
             orientation = _integrate(curve, R0, s)
             for share in PART_SAMPLES:

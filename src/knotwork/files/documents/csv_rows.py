@@ -25,7 +25,7 @@ _QUOTED = re.compile('"[^"]*"')
 _FIRST_ROW = re.compile(r"^(?![^\S\n]*(?:#|$))", re.MULTILINE)
 """The start of the first line that is neither empty nor a comment."""
 MAX_HEADING_LENGTH = 1_000_000
-"""Number of characters of the first row that are searched for the delimiter."""
+"""Maximum number of characters of the first row that are searched for the delimiter."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,24 +23,24 @@ from knotwork.units import readable
 
 # No length, angle, time or limit of a real task is larger, and no result computed from numbers of
 # this size leaves the range of floats.
-LARGEST_NUMBER = 1e12
+MAX_NUMBER = 1e12
 # No quantity of a real task is smaller. A change of units or division could round it to zero.
-SMALLEST_NUMBER = 1e-100
+MIN_NUMBER = 1e-100
 
 
 def _above_rounding(value: float) -> float:
-    if value < SMALLEST_NUMBER:
+    if value < MIN_NUMBER:
         raise ValueError(
-            f"is so small that it may round to zero in SI; give at least {SMALLEST_NUMBER:g}"
+            f"is so small that it may round to zero in SI; give at least {MIN_NUMBER:g}"
         )
     return value
 
 
 Text = Annotated[str, Field(strict=True, min_length=1)]
 Finite = Annotated[float, Field(strict=True)]
-Number = Annotated[float, Field(strict=True, ge=-LARGEST_NUMBER, le=LARGEST_NUMBER)]
+Number = Annotated[float, Field(strict=True, ge=-MAX_NUMBER, le=MAX_NUMBER)]
 Positive = Annotated[
-    float, Field(strict=True, gt=0, le=LARGEST_NUMBER), AfterValidator(_above_rounding)
+    float, Field(strict=True, gt=0, le=MAX_NUMBER), AfterValidator(_above_rounding)
 ]
 if TYPE_CHECKING:
     Items = Sequence

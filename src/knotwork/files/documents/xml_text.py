@@ -9,7 +9,7 @@ from xml.parsers import expat
 from knotwork.errors import InputError
 
 MAX_XML_DEPTH = 100
-"""Largest nesting depth; parsers and writers of trees are recursive."""
+"""Maximum nesting depth; parsers and writers of trees are recursive."""
 
 
 def parse_xml(data: bytes, max_elements: int) -> Document:

@@ -28,7 +28,7 @@ from knotwork.files.export.lossless import MotionPoints, motion_points
 from knotwork.files.export.packages import import_package
 
 NANOSECONDS = 1_000_000_000
-LONGEST_DURATION = 2**31 - 1
+MAX_DURATION = 2**31 - 1
 """`builtin_interfaces/msg/Duration` counts whole seconds in 32 bits [s]."""
 
 NEGLIGIBLE_SPEED = 1e-7
@@ -50,10 +50,10 @@ def ticks(trajectory: JointTrajectory) -> list[int]:
         ExportError: Two knots round to the same nanosecond.
         InputError: The motion is longer than a message can hold.
     """
-    if trajectory.duration > LONGEST_DURATION:
+    if trajectory.duration > MAX_DURATION:
         raise InputError(
             f"the motion lasts {trajectory.duration:.9g} s; a ROS 2 duration is at most "
-            f"{LONGEST_DURATION} s"
+            f"{MAX_DURATION} s"
         )
     times = trajectory.breaks.tolist()
     exact = [(Fraction(time) - Fraction(times[0])) * NANOSECONDS for time in times]
@@ -144,7 +144,7 @@ def to_ros2(motion: JointTrajectory | MotionPoints, *, goal: bool = False, **opt
         )
     # Each row of numbers is on one line. The tools of ROS 2 read YAML 1.1.
     text = yaml.dump(
-        data, Dumper=_DUMPER, default_flow_style=None, sort_keys=False, width=LONGEST_DURATION
+        data, Dumper=_DUMPER, default_flow_style=None, sort_keys=False, width=MAX_DURATION
     )
     return "\n".join(lines) + "\n" + text
 

@@ -54,14 +54,14 @@ UR_OUTPUTS = (
 FLANGE = "tool0"
 """The link with the axes of the controller's flange; a prefix is allowed."""
 
-SHORTEST_PIECE = 1e-4
-"""Time from a knot within which events are at the knot [s].
+MIN_PIECE_DURATION = 1e-4
+"""Minimum duration of a piece [s]; an event nearer to a knot is at the knot.
 
 The program extrapolates a piece by up to a step, and rounding grows by the cube of the ratio of
 step and duration.
 """
 
-LARGEST_ERROR = 0.05
+MAX_TRACKING_ERROR = 0.05
 """Error of the target of a joint beyond which the program stops the arm [rad].
 
 At 125 Hz a joint at 3 rad/s moves by half of it in a step.
@@ -129,7 +129,7 @@ def to_urscript(
     program = _PROGRAM.format(
         first=_numbers(position[0]),
         rest=_numbers(np.zeros(len(UR_JOINTS))),
-        largest=_number(LARGEST_ERROR),
+        largest=_number(MAX_TRACKING_ERROR),
         gain=_number(TARGET_GAIN),
         start=_number(START_DISTANCE),
         pieces="\n".join(f"  {line}" for line in pieces),
@@ -151,7 +151,7 @@ def _with_events(trajectory: JointTrajectory) -> FloatArray:
     time: FloatArray = trajectory.knots.time
     events = [item.time for item in trajectory.events]
     for moment in (*events, *(item.time for item in trajectory.loads)):
-        if np.abs(time - moment).min() > SHORTEST_PIECE:
+        if np.abs(time - moment).min() > MIN_PIECE_DURATION:
             time = np.sort(np.append(time, moment))
     return time
 

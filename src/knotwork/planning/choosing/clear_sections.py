@@ -31,7 +31,7 @@ from knotwork.units import rounded_up
 from knotwork.waypoints import CartesianWaypoint
 
 MAX_SOLUTIONS = 12
-"""Largest number of solutions of a pose at either end of a motion."""
+"""Maximum number of solutions of a pose at either end of a motion."""
 
 STOP_TOLERANCE = 1e-6
 """Largest deviation of a joint from its path during a stop [rad or m]."""

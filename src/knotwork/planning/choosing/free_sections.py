@@ -29,7 +29,7 @@ MIN_RAMP_TIME = 0.01
 """Minimum time from zero to the maximum acceleration if there is no jerk limit [s]."""
 
 MAX_JERK = 2e4
-"""Largest assumed jerk [rad/s³ or m/s³]."""
+"""Maximum assumed jerk [rad/s³ or m/s³]."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -33,20 +33,20 @@ SPEED_DIGITS = 4
 MIN_SPEED = 1e-3
 """Speed that no speed is lowered below to keep a limit [m/s]."""
 
-EXPECTED_UTILISATION = 0.998
-"""Largest expected utilisation of each limit."""
+MAX_EXPECTED_UTILISATION = 0.998
+"""Maximum expected utilisation of each limit."""
 
-PLANNED_UTILISATION = 0.9995
-"""Largest utilisation by a planned motion; between samples it may be more."""
+MAX_PLANNED_UTILISATION = 0.9995
+"""Maximum utilisation by a planned motion; between samples it may be more."""
 
 SIGNIFICANT_UTILISATION = 0.3
 """Utilisation below which a limit is too far away to be corrected."""
 
-LARGEST_SLOWDOWN = 0.8
-"""Smallest factor on a speed that is lowered in one step."""
+MIN_SPEED_FACTOR = 0.8
+"""Minimum factor on a speed that is lowered in one step."""
 
-SMALLEST_SLOWDOWN = 0.995
-"""Largest factor on a speed that is lowered in one step."""
+MAX_SPEED_FACTOR = 0.995
+"""Maximum factor on a speed that is lowered in one step."""
 
 
 class Reason(Enum):
@@ -133,14 +133,14 @@ class PathSpeedProblem:
         while True:
             speeds, timing, all_speeds = self._with_ramps(speeds)
             expected = self.utilisation.with_timing(timing) * self.correction
-            largest = (expected / EXPECTED_UTILISATION).max(axis=1)
+            largest = (expected / MAX_EXPECTED_UTILISATION).max(axis=1)
             if largest.max() <= 1.0:
                 return ChosenSpeeds(self, speeds, timing)
             speeds = speeds | self._lowered(largest, all_speeds)
 
     def _constant_speeds(self) -> dict[int, BoundedSpeed]:
         """The chosen speeds, from the limits where the speed is constant."""
-        allowed = EXPECTED_UTILISATION / self.correction[:, CONSTANT_SPEED_PART]
+        allowed = MAX_EXPECTED_UTILISATION / self.correction[:, CONSTANT_SPEED_PART]
         by_limit = self.utilisation.max_speeds(allowed)
         speeds = {}
         for k, cap in self.caps.items():
@@ -199,7 +199,7 @@ class PathSpeedProblem:
         """
         k = int(utilisation.max(axis=1).argmax())
         factor, limit = self.required_slowdown(utilisation[k])
-        factor = min(factor, SMALLEST_SLOWDOWN)
+        factor = min(factor, MAX_SPEED_FACTOR)
         stretches = [k]
         if k not in self.caps:  # the next stretches with a chosen speed
             before = [j for j in self.caps if j < k]
@@ -218,12 +218,12 @@ class PathSpeedProblem:
     def required_slowdown(self, utilisation: FloatArray) -> tuple[float, LimitedQuantity]:
         """Factor on a speed that brings limits from their utilisation, shape (m,), to 1.
 
-        A step lowers a speed at most by `LARGEST_SLOWDOWN`. The limit is the one with that factor.
+        A step lowers a speed at most by `MIN_SPEED_FACTOR`. The limit is the one with that factor.
         """
         factors = np.maximum(utilisation, 1e-9) ** (-1.0 / self.utilisation.orders)
         column = int(factors.argmin())
         limit = self.utilisation.limits.quantities[column]
-        return max(float(factors[column]), LARGEST_SLOWDOWN), limit
+        return max(float(factors[column]), MIN_SPEED_FACTOR), limit
 
 
 @dataclass(frozen=True, eq=False)
@@ -250,7 +250,7 @@ class ChosenSpeeds:
     def blocked(self) -> ChosenSpeeds:
         """The speeds as speeds that keep no tolerances, with lower caps of their problem."""
         fault = SpeedFault(self.problem.path, 0, Reason.TOLERANCES)
-        slower = self.slowed_down(LARGEST_SLOWDOWN, Reason.TOLERANCES)
+        slower = self.slowed_down(MIN_SPEED_FACTOR, Reason.TOLERANCES)
         return replace(self, problem=slower, fault=fault)
 
     def corrected(self, timed: FreeTask) -> ChosenSpeeds:
@@ -271,11 +271,11 @@ class ChosenSpeeds:
         caps = dict(problem.caps)
         largest = planned.max(axis=1)
         for k, of_stretch in enumerate(largest):
-            if k in caps and of_stretch.max() > PLANNED_UTILISATION:
-                factor, limit = problem.required_slowdown(of_stretch / EXPECTED_UTILISATION)
+            if k in caps and of_stretch.max() > MAX_PLANNED_UTILISATION:
+                factor, limit = problem.required_slowdown(of_stretch / MAX_EXPECTED_UTILISATION)
                 caps[k] = BoundedSpeed(factor * self.speeds[k].speed, limit)
         fault = None
-        if largest.max() > PLANNED_UTILISATION:
+        if largest.max() > MAX_PLANNED_UTILISATION:
             k, column = divmod(int(largest.argmax()), largest.shape[1])
             fault = SpeedFault(problem.path, k, limits.quantities[column])
         problem = replace(problem, caps=caps, correction=correction)

@@ -17,7 +17,7 @@ from knotwork.planning.sweeps.spec import STUDY_VERSION, StudySpec, spec_from_di
 STUDY, ROWS = "study.json", "rows.jsonl"
 """Names of the files in the folder of a study: its definition, and its finished rows."""
 STUDY_FORMAT = "knotwork.study"
-LARGEST_STUDY = 2_000_000_000
+MAX_STUDY_BYTES = 2_000_000_000
 """Maximum size of a file of rows that is read [bytes], enough for a million rows."""
 RESUME_ADVICE = "finished rows are kept; resume the study"
 
@@ -70,7 +70,7 @@ class StudyFolder:
         file = (self.path or Path()) / ROWS
         if not file.exists():
             return
-        complete, _, _ = read_text(file, LARGEST_STUDY).rpartition("\n")
+        complete, _, _ = read_text(file, MAX_STUDY_BYTES).rpartition("\n")
         for number, line in enumerate(complete.splitlines(), start=1):
             try:
                 record = json.loads(line)

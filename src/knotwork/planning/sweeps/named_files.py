@@ -14,7 +14,7 @@ from knotwork.files.documents import read, read_text
 from knotwork.scene.meshes.locating import find_mesh
 from knotwork.task.task_source import texts_in
 
-LARGEST_FILE = 500_000_000
+MAX_NAMED_FILE_BYTES = 500_000_000
 """Maximum size of a named file [bytes]. No reader accepts more, and a text may name any file."""
 _DOCUMENTS = (".yaml", ".yml", ".json")
 _MESH = re.compile(r"""filename\s*=\s*["']([^"']+)["']""")
@@ -48,7 +48,7 @@ def _add(files: dict[str, Path], named_by: str, named: Iterator[tuple[str, Path]
     for text, path in named:
         name = f"{named_by}{text}"
         try:
-            if name in files or not path.is_file() or path.stat().st_size > LARGEST_FILE:
+            if name in files or not path.is_file() or path.stat().st_size > MAX_NAMED_FILE_BYTES:
                 continue
             files[name] = path
             if named_by.count(" > ") < 2:  # scenario, robot, URDF, mesh

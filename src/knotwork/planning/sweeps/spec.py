@@ -24,7 +24,7 @@ from knotwork.verification.checks import own_checks
 # Columns of a row on its outcome, besides the figures.
 TEXTS = ("verdict", "reason", "message")
 # Width of YAML in a row, in characters, so large that it is never wrapped.
-LONGEST_LINE = 10**9
+MAX_WIDTH = 10**9
 STUDY_VERSION = 5
 """Version of the meaning of rows; folders of another version are not continued."""
 
@@ -86,12 +86,12 @@ class StudySpec:
     def record(self, row: int, outcome: Outcome) -> dict[str, Any]:
         """Values of a finished row by column; varied mappings and lists are YAML."""
         values = (
-            item if isinstance(item, int | float | str) else to_flow_yaml(item, width=LONGEST_LINE)
+            item if isinstance(item, int | float | str) else to_flow_yaml(item, width=MAX_WIDTH)
             for item in self.values(row)
         )
         figures = (outcome.figures.get(name) for name in FIGURES)
         finite = (x if x is not None and math.isfinite(x) else None for x in figures)
-        texts = outcome.result, outcome.reason, outcome.message
+        texts = outcome.verdict, outcome.reason, outcome.message
         cells = (row, *values, *texts, *finite, outcome.plan_time)
         return dict(zip(self.columns, cells, strict=True))
 

@@ -39,7 +39,7 @@ SELF_MOTION_TOLERANCE = 5e-3
 """Tolerance of the self-motion between waypoints [rad or m], relative to the motion whose limits
 were checked.
 """
-SHORTEST_INTERVAL = 1e-5
+MIN_INTERVAL = 1e-5
 """Duration below which an interval is not divided [s]."""
 CLOSE_BREAKS = 2e-4
 """Distance below which breaks of a path are merged [s]. With a shorter interval between waypoints,
@@ -185,12 +185,12 @@ class _Insertion:
 
     def _check_lengths(self, followed: FollowedPath, utilisation: FloatArray) -> None:
         """Refuse intervals below the resolution of time."""
-        short = np.flatnonzero((utilisation > 1.0) & (np.diff(followed.time) < SHORTEST_INTERVAL))
+        short = np.flatnonzero((utilisation > 1.0) & (np.diff(followed.time) < MIN_INTERVAL))
         if short.size:
             i = int(short[utilisation[short].argmax()])
             raise PathError(
                 f"at {followed.time[i]:.6g} s no waypoints keep the motion within its tolerances: "
-                f"even in {SHORTEST_INTERVAL:g} s the error is {utilisation[i]:.3g} times the "
+                f"even in {MIN_INTERVAL:g} s the error is {utilisation[i]:.3g} times the "
                 "tolerance; accepted: larger tolerances, a lower speed, or a rounded corner there"
             )
 

@@ -15,7 +15,7 @@ POSE_ROTATION_TOLERANCE = 1e-6
 # Finest tolerance of a pose, because of rounding [m, rad].
 FINEST_TOLERANCE = 1e-12
 # Squares of larger numbers overflow [m].
-LARGEST_COORDINATE = 1e150
+MAX_COORDINATE = 1e150
 
 
 def check_pose(pose: Any, name: str = "pose") -> None:
@@ -36,11 +36,9 @@ def check_pose(pose: Any, name: str = "pose") -> None:
             f"difference up to {POSE_ROTATION_TOLERANCE:g} and a determinant above 0",
             value=pose,
         )
-    if np.abs(pose.translation).max() > LARGEST_COORDINATE:
+    if np.abs(pose.translation).max() > MAX_COORDINATE:
         position = f"{name} is at {pose.translation.tolist()} m"
-        raise WaypointDataError(
-            f"{position}; up to {LARGEST_COORDINATE:g} m is accepted", value=pose
-        )
+        raise WaypointDataError(f"{position}; up to {MAX_COORDINATE:g} m is accepted", value=pose)
 
 
 def check_request(pose: Any, position_tolerance: Any, orientation_tolerance: Any) -> None:

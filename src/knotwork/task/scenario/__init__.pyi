@@ -3,7 +3,7 @@ from .free_values_reader import FreeWaypoint as FreeWaypoint
 from .requested_timing import RequestedTiming as RequestedTiming
 from .resolve import load_scenario as load_scenario
 from .resolve import resolve_task as resolve_task
-from .scenario import SMALLEST_PATH_TOLERANCE as SMALLEST_PATH_TOLERANCE
+from .scenario import MIN_PATH_TOLERANCE as MIN_PATH_TOLERANCE
 from .scenario import JointTarget as JointTarget
 from .scenario import RequestedEvent as RequestedEvent
 from .scenario import Scenario as Scenario

@@ -18,10 +18,10 @@ from knotwork.arrays import FloatArray
 from knotwork.files.documents import Locations
 
 # Minimum distance of waypoints that define a direction [m].
-SMALLEST_CHORD = 1e-9
+MIN_CHORD = 1e-9
 # Minimum sum of the directions before and after a waypoint. Below it the path reverses and defines
 # no direction.
-SMALLEST_TANGENT = 1e-6
+MIN_TANGENT = 1e-6
 
 
 class NoDirectionError(ValueError):
@@ -38,7 +38,7 @@ class _Chord:
 def _chord(start: pin.SE3, end: pin.SE3) -> _Chord:
     step = end.translation - start.translation
     length = float(np.linalg.norm(step))
-    if length < SMALLEST_CHORD:
+    if length < MIN_CHORD:
         raise NoDirectionError("a neighbouring waypoint is at the same position")
     turn = start.rotation @ pin.log3(start.rotation.T @ end.rotation)
     return _Chord(length, step / length, turn)
@@ -53,7 +53,7 @@ def _arc(chord: _Chord, tangent: FloatArray) -> float:
 
 
 def _tangent(before: _Chord, after: _Chord) -> FloatArray:
-    if np.linalg.norm(before.direction + after.direction) < SMALLEST_TANGENT:
+    if np.linalg.norm(before.direction + after.direction) < MIN_TANGENT:
         raise NoDirectionError("the path reverses here")
     mean = after.length * before.direction + before.length * after.direction
     return np.asarray(mean / np.linalg.norm(mean))

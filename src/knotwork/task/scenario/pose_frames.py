@@ -27,7 +27,7 @@ from knotwork.task.scenario.free_values_reader import FreeValues
 from knotwork.units import Units
 
 MAX_SPEED_JUMP = 1e-3
-"""The largest speed jump of a frame that an arm can follow [m/s, rad/s]."""
+"""The maximum speed jump of a frame that an arm can follow [m/s, rad/s]."""
 
 if TYPE_CHECKING:
     import pinocchio as pin

@@ -21,7 +21,7 @@ PLACE_FRAME = "place"
 """Name of the frame of the current place, in a repeated block."""
 
 MAX_REPEATED_WAYPOINTS = 10_000
-"""Largest number of waypoints in all repetitions."""
+"""Maximum number of waypoints in all repetitions."""
 
 
 def expand_repeats(

@@ -14,7 +14,7 @@ from knotwork.task import ExpandedTask, Limits, MotionLimits, Task, ToolToleranc
 from knotwork.task.scenario.event_reader import EventReader
 from knotwork.task.scenario.free_values_reader import read_free_values
 from knotwork.task.scenario.repetitions import expand_repeats
-from knotwork.task.scenario.scenario import SMALLEST_PATH_TOLERANCE, Scenario
+from knotwork.task.scenario.scenario import MIN_PATH_TOLERANCE, Scenario
 from knotwork.task.scenario.scene_reader import read_scene
 from knotwork.task.scenario.task_reading import TaskReading
 from knotwork.task.scenario.waypoint_reader import read_waypoints
@@ -136,11 +136,11 @@ def _check_keys(reading: TaskReading, given: ExpandedTask) -> None:
         reading.pose_frames.named.find(task.frame or "base", ("frame",))
     for name in ("path", "path_orientation", "path_speed"):
         value, given_value = getattr(task.tolerances, name), getattr(given.tolerances, name)
-        if value < SMALLEST_PATH_TOLERANCE:
+        if value < MIN_PATH_TOLERANCE:
             raise locations.error(
                 ("tolerances", name),
                 f"is {given_value:g}, below the resolution of floating point",
-                f"at least {SMALLEST_PATH_TOLERANCE * given_value / value:.4g}",
+                f"at least {MIN_PATH_TOLERANCE * given_value / value:.4g}",
             )
 
 

@@ -126,7 +126,7 @@ class RequestedEvent:
     arc_length: float = 0.0
 
 
-SMALLEST_PATH_TOLERANCE = 1e-9
+MIN_PATH_TOLERANCE = 1e-9
 """Limit of floating point for the tolerances of a path [m, rad, fraction of the speed]."""
 
 

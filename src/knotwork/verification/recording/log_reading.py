@@ -15,7 +15,7 @@ from knotwork.files.foreign.headings import HeadingError
 from knotwork.verification.recording.columns import LogColumns, PositionColumn, log_columns
 
 MIN_SAMPLES = 16
-"""Smallest number of samples for an estimate of the noise."""
+"""Minimum number of samples for an estimate of the noise."""
 
 EPOCHS = ((1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3))
 """Sizes above which times without a unit are ns, µs and ms since 1970, with their factors to s."""

@@ -27,7 +27,7 @@ NOISE_SLACK = 1.1
 EXTENSION_PERIODS = 3.0
 """Number of sample periods by which the curve extends beyond the first and the last sample."""
 MIN_IN_INTERVAL = 4
-"""Smallest number of samples in an interval."""
+"""Minimum number of samples in an interval."""
 MISS_DEVIATIONS = 3.0
 """Standard deviations of white noise beyond which residuals show that the curve is too coarse."""
 ERROR_ORDERS = range(4)
@@ -96,7 +96,7 @@ def smoothed(log: Recording, noise: float | None = None) -> Smoothed:
         log.joint_names,
         fit.polynomial,
         joint_units=log.joint_units,
-        planner=f"{log.source} (log)",
+        origin=f"{log.source} (log)",
     )
     residuals = log.position - fit.polynomial(log.time)
     noise_errors = np.stack([fit.standard_errors(grid, order) for order in ERROR_ORDERS])

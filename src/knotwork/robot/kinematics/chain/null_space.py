@@ -16,7 +16,7 @@ from knotwork.robot.kinematics.chain.levenberg_marquardt import PoseSearch, Sear
 
 MAX_NULL_SPACE_STEPS = 30
 # Shorter steps end the motion [rad or m].
-SMALLEST_STEP = 1e-6
+MIN_STEP = 1e-6
 # Maximum effort of the correction back onto the pose after a null-space step.
 CORRECTION = SearchBudget(iterations=12)
 
@@ -25,7 +25,7 @@ def minimise_by_self_motion(
     search: PoseSearch,
     q: FloatArray,
     near: FloatArray,
-    smallest_step: float = SMALLEST_STEP,
+    smallest_step: float = MIN_STEP,
     scale: FloatArray | None = None,
 ) -> tuple[FloatArray, int]:
     """Minimise |W⁻¹(q − near)| over the configurations with the same pose, starting from one.

@@ -23,7 +23,7 @@ from knotwork.units import SI, Units
 IMPLAUSIBLE_SINGULAR_VALUE = 1e-3
 # Velocity limit near a singularity for a joint without one [rad/s or m/s]. No joint of an arm is
 # faster.
-FASTEST_JOINT = 10.0
+MAX_JOINT_SPEED = 10.0
 # Condition number below which Jacobians are inverted. One correction then reduces the rounding
 # errors to those of a singular value decomposition.
 WELL_CONDITIONED = 1e4
@@ -175,8 +175,8 @@ def _implausibly_fast_joints(robot: Robot, v: FloatArray) -> list[FastJoint]:
 
 
 def plausible_speeds(robot: Robot) -> FloatArray:
-    """Velocity limits, at most `FASTEST_JOINT` [rad/s or m/s], shape (d,)."""
-    return np.minimum(robot.limits.velocity, FASTEST_JOINT)
+    """Velocity limits, at most `MAX_JOINT_SPEED` [rad/s or m/s], shape (d,)."""
+    return np.minimum(robot.limits.velocity, MAX_JOINT_SPEED)
 
 
 def solve_velocities(
