@@ -103,7 +103,7 @@ def test_a_path_may_end_in_a_wait() -> None:
     assert plan.report.select(subject="wait")
 
 
-@pytest.mark.parametrize("limits", first_of({"margin": 0.3}, {"velocity": 20}))
+@pytest.mark.parametrize("limits", first_of({"used_fraction": 0.3}, {"velocity": 20}))
 def test_joints_follow_path_at_chosen_speed(limits: dict[str, Any]) -> None:
     kw.plan(reach(line("fastest"), limits=limits)).report.raise_if_failed()
 
