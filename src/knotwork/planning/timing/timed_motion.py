@@ -50,7 +50,7 @@ class TimedMotion(ReadOnlyArrays):
         status: `"optimal"`; `"budget"` if the budget ended first, so a better motion may
             exist; or `"resting"` if the arm comes to rest in each interval, because the solver did
             not converge or hardly any gain was possible.
-        active_limits: Those limits of each interval, the longest first.
+        active_limits: Limits that are active in each interval, the longest first.
         objective_values: Unweighted value of each term by name: `"time"` [s], and the integrals
             with a weight.
         iterations: Number of solver steps.
