@@ -24,8 +24,8 @@ class ToolTrace:
         time: Times [s], shape (n,).
         position: Positions [m], shape (n, 3).
         speed: Speeds [m/s], from `tool_speeds`, shape (n,).
-        exceeded: Whether a limit of joints, tool or links is exceeded, or bodies are too close, shape
-            (n,).
+        exceeded: Whether a limit of joints, tool or links is exceeded, or bodies are too close,
+            shape (n,).
     """
 
     time: FloatArray
