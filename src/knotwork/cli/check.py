@@ -42,6 +42,7 @@ from knotwork.task.scenario import Scenario, load_scenario
 from knotwork.task.scenario.joint_requirements import JointRequirements, read_joint_requirements
 from knotwork.verification import Report
 from knotwork.verification.recording import compare_log
+from knotwork.verification.report import CheckedMotion
 
 LOG_HINT = "for a recording of a robot, which has noise, use --log"
 
@@ -223,13 +224,24 @@ def _require_placement(
     )
 
 
+def _checked_motion(
+    source: str,
+    reference: str | None,
+    options: PlanOptions | None = None,
+    log: LogOptions | None = None,
+) -> CheckedMotion:
+    """Read one motion as `read_motions` does, and refuse one without a scenario."""
+    motion = read_motions(source, reference, options, log=log)[0]
+    if isinstance(motion, JointTrajectory):
+        raise InputError(f"give the scenario of {source} with --scenario")
+    return motion
+
+
 def check_together(
     source: str, reference: str | None, other: Mapping[str, Any], *, as_json: bool
 ) -> int:
     """Print in one line how close two motions come, and give the exit code."""
-    first = read_motions(source, reference)[0]
-    if isinstance(first, JointTrajectory):
-        raise InputError(f"give the scenario of {source} with --scenario")
+    first = _checked_motion(source, reference)
     if other["in"] is None:
         _require_placement(source, first.scenario, first.joints, other["scenario"])
         other = {**other, "in": "base"}
@@ -266,9 +278,7 @@ def report(
     from knotwork.view.picture_files import checked_path
 
     checked_path("page", out)
-    motion = read_motions(source, reference, options, log=log)[0]
-    if isinstance(motion, JointTrajectory):
-        raise InputError(f"give the scenario of {source} with --scenario")
+    motion = _checked_motion(source, reference, options, log)
     page = report_page(motion)
     for warning in page.warnings:
         echo(f"warning: {warning}", err=True)

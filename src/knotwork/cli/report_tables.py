@@ -81,7 +81,7 @@ def print_report(
         for finding in findings:
             print_wrapped(str(finding), head, REPORT_INDENT if style else "    ", style)
     verdict = "[bold green]PASSED[/]" if report.ok else "[bold red]FAILED[/]"
-    out.print(f"{verdict} {cell(report.scenario)}: {report.result}")
+    out.print(f"{verdict} {cell(report.scenario)}: {report.counts_text}")
 
 
 def _is_sentence(finding: Finding) -> bool:

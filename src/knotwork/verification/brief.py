@@ -16,7 +16,7 @@ MAX_GROUP_TEXTS = 4
 """Maximum number of texts of a group."""
 NOTABLE_UTILISATION = 0.01
 """Minimum utilisation of a limit that gets its own row."""
-NARROWEST_LINE = 20
+MIN_TEXT_WIDTH = 20
 """Minimum width of a text behind its indentation, in characters."""
 BRIEF_INDENT = "  "
 """Indentation of the rows of a short report."""
@@ -178,7 +178,7 @@ def wrap(text: str, width: int, indent: str, head: str = "") -> list[str]:
     """Lines of a text; the first begins with a head, the others are indented."""
     lines = textwrap.wrap(
         _SPACE_BEFORE_UNIT.sub(_NO_BREAK, to_one_line(text)),
-        max(width, len(indent) + NARROWEST_LINE),
+        max(width, len(indent) + MIN_TEXT_WIDTH),
         initial_indent=head,
         subsequent_indent=indent,
         break_long_words=False,

@@ -210,11 +210,13 @@ class Report:
         return "".join(f", {count} {word}" for word, count in counted.items() if count)
 
     @property
-    def result(self) -> str:
+    def counts_text(self) -> str:
         """Text with the numbers of met, all, failed, undecided and sampled requirements."""
         met, required = self.counts
         failed = f", {len(self.failures)} failed" if self.failures else ""
         return f"{met} of {required} requirements met{failed}{self.reservations}"
+
+    result = counts_text  # its old name, for one more version
 
     @property
     def summary(self) -> str:
@@ -236,7 +238,7 @@ class Report:
             width: Width of the lines in characters, exceeded only by longer words.
         """
         verdict = (
-            f"{'PASSED' if self.ok else 'FAILED'} {self.scenario}: {self.result}; "
+            f"{'PASSED' if self.ok else 'FAILED'} {self.scenario}: {self.counts_text}; "
             f"{self.end_time - self.start_time:.5g} s"
         )
         lines = wrap(verdict, width, BRIEF_INDENT)

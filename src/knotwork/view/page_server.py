@@ -21,7 +21,7 @@ from knotwork.errors import InputError, KnotworkError
 HOST = "127.0.0.1"
 # Accepted host names. With others, a foreign site could map its own name to this address.
 HOST_NAMES = (HOST, "localhost", "[::1]")
-# Largest size of a request [bytes].
+# Maximum size of a request [bytes].
 MAX_REQUEST_BYTES = 1_000_000
 
 Query: TypeAlias = Mapping[str, str]

@@ -24,7 +24,7 @@ from knotwork.view.tool_trace import ToolTrace, tool_trace
 SPEED_COLOURS = (
     np.array([(68, 1, 84), (59, 82, 139), (33, 145, 140), (94, 201, 98), (217, 222, 31)]) / 255.0
 )
-# Largest number of given speeds that are marked on the scale.
+# Maximum number of given speeds that are marked on the scale.
 MAX_MARKS = 3
 STEEL = (0.35, 0.36, 0.4, 1.0)
 GIVEN, WAY = (0.1, 0.1, 0.12), (0.82, 0.1, 0.5)

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 PAGE_SIZES = {"a4": (8.27, 11.69), "slide": (13.333, 7.5)}
 # Width of a picture of one column, height of a row, and of titles and legends [in].
 PICTURE_WIDTH, ROW_HEIGHT, HEAD_HEIGHT = 10.0, 2.3, 1.3
-# Smallest height of a row and of a picture [in].
+# Minimum height of a row and of a picture [in].
 MIN_ROW_HEIGHT, MIN_PICTURE_HEIGHT = 1.6, 5.0
 # Number of rows above which they become lower.
 MAX_ROW_HEIGHTS = 5

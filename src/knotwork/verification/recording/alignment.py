@@ -21,7 +21,7 @@ COARSE_STEPS = 2000
 STANDARD_ERRORS = 4.0
 """A margin of at most this many standard errors leaves a requirement undecided."""
 PLAN_RESIDUAL_RATIO = 1.5
-"""Largest residual of a noise-free log, as a multiple of that of the smoothed plan."""
+"""Maximum residual of a noise-free log, as a multiple of that of the smoothed plan."""
 PIECE_TIMES = 17
 """Number of times in each piece at which the plan is compared."""
 
