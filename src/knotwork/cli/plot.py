@@ -97,7 +97,7 @@ def plot(
     scenario has the same name), or with --scenario another tool's CSV, JSON or ROS 2 YAML. With
     --log it is the log of a robot; --against draws the plan as well.
 
-    Waypoints and knots are marked, and violations of limits highlighted.
+    Waypoints and knots are marked, and exceeded limits highlighted.
     """
     if tool and any(look.pop(name) for name in ("joints", "quantities")):
         raise InputError("--tool draws the tool, not joints: leave out --joints and --quantities")

@@ -111,7 +111,7 @@ def check_effort_limits(motion: Motion, scenario: Scenario, joints: JointRequire
 
 
 def _worst_bound(bounds: Sequence[Bound]) -> Bound:
-    """The worst bound over all parts of a motion, among those that violate the limit if any do."""
+    """The worst bound over all parts of a motion, among those that exceed the limit if any do."""
     decisive = [bound for bound in bounds if not bound.ok] or bounds
     return max(decisive, key=lambda bound: abs(bound.value))._replace(
         bound=max(abs(bound.bound) for bound in bounds),

@@ -106,7 +106,7 @@ def find_grossly_exceeded_limit(curve: PiecewisePolynomial, joints: JointRequire
     fast = ~(velocity.peak <= GROSS_FACTOR * joints.limits.bounds("velocity")[1])
     for quantity, exceeded in (("velocity", fast), ("position", outside)):
         for i in np.flatnonzero(exceeded).tolist():
-            return f"the {quantity} of joint {joints.joint_names[i]!r} is far beyond its limit"
+            return f"the {quantity} of joint {joints.joint_names[i]!r} exceeds its limit by far"
     return ""
 
 

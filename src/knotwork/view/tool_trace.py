@@ -1,4 +1,4 @@
-"""The path of the tool in a motion, its speed, and violations of limits."""
+"""The path of the tool in a motion, its speed, and exceeded limits."""
 
 from __future__ import annotations
 

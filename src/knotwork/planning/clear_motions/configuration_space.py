@@ -24,7 +24,7 @@ class NearPair(NamedTuple):
     """A pair of nearby solids at a configuration.
 
     Attributes:
-        gap: Distance minus margin [m]; negative if the margin is violated.
+        gap: Distance minus margin [m]; negative if the margin is not kept.
         gradient: Derivative of the gap over each joint position [m/rad or m/m], shape (d,).
     """
 

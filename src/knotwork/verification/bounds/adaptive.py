@@ -252,7 +252,7 @@ class Bound(NamedTuple):
             value, including rounding.
         limit: The limit, or `None`.
         ok: Whether all samples keep the limit.
-        proved: Whether `ok` is proved, because the bound keeps the limit or a sample violates it.
+        proved: Whether `ok` is proved, because the bound keeps the limit or a sample exceeds it.
             Without a limit, whether the bound is as tight as requested. If false, the budget was
             exhausted, and only samples are known.
     """

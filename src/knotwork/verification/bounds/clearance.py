@@ -63,9 +63,9 @@ class Clearance(NamedTuple):
         involves_scene: Whether one of them is an object of the scene.
         time: Time of the minimum distance found [s].
         nearest: Nearest points at that time, in the axes of the URDF's root.
-        state: `"clear"`, `"collides"` (the required clearance is violated) or `"unproved"`.
-        interval: Interval in which it is violated or unproved [s], or `None`.
-        contacts: Intervals in which it is violated [s]; `interval` is the worst.
+        state: `"clear"`, `"collides"` (the required clearance is not kept) or `"unproved"`.
+        interval: Interval in which it is not kept, or unproved [s], or `None`.
+        contacts: Intervals in which it is not kept [s]; `interval` is the worst.
     """
 
     first: Body

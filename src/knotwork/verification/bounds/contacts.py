@@ -1,4 +1,4 @@
-"""Intervals in which two colliding bodies violate their margin."""
+"""Intervals in which two colliding bodies do not keep their margin."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ CONTACT_PRECISION = 1e-4
 def contact_intervals(
     model: CollisionModel, curve: PiecewisePolynomial, k: int, low: float, high: float, time: float
 ) -> tuple[tuple[float, float], ...]:
-    """Find the intervals in which a pair of bodies violates its margin [s].
+    """Find the intervals in which a pair of bodies does not keep its margin [s].
 
     Contacts shorter than a time step may be missed, except the one at `time`.
 
@@ -34,7 +34,7 @@ def contact_intervals(
     steps = np.linspace(low, high, CONTACT_STEPS + 1)
     i = int(np.searchsorted(steps, time))
     steps = np.insert(steps, i, time)
-    contact = _violations(model, curve, k, steps)
+    contact = _is_too_near(model, curve, k, steps)
     contact[i] = True
     edges = [low] if contact[0] else []
     for before in np.flatnonzero(np.diff(contact)).tolist():
@@ -50,17 +50,17 @@ def _contact_end(
     """Find the last contact-free time [s] on the way from a free time to a time of contact."""
     while abs(touching - free) > max(CONTACT_PRECISION, 4.0 * np.spacing(max(free, touching))):
         middle = (free + touching) / 2
-        if _violations(model, curve, k, np.array([middle]))[0]:
+        if _is_too_near(model, curve, k, np.array([middle]))[0]:
             touching = middle
         else:
             free = middle
     return float(free)
 
 
-def _violations(
+def _is_too_near(
     model: CollisionModel, curve: PiecewisePolynomial, k: int, times: FloatArray
 ) -> list[bool]:
-    """Whether a pair of bodies violates its margin, at each time."""
+    """Whether a pair of bodies does not keep its margin, at each time."""
     pair = model.pairs[k]
     bodies = model.bodies[pair.first], model.bodies[pair.second]
     placed = zip(*place_joints(model.joints, curve(times)), strict=True)

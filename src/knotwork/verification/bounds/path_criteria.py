@@ -57,7 +57,7 @@ class PathBound(NamedTuple):
         value: The worst sample.
         time: Time of the worst sample [s].
         bound: Upper bound over the stretch.
-        proved: Whether the bound keeps the limit, or a sample violates it.
+        proved: Whether the bound keeps the limit, or a sample exceeds it.
         where: Interval in which the upper bound is largest [s].
     """
 

@@ -92,7 +92,7 @@ class StretchBounds(NamedTuple):
     def utilisation(self) -> FloatArray:
         """Upper bound on the error of each interval relative to the limits, shape (n,).
 
-        Where a sample violates a limit, the errors of the samples take the place of the bound.
+        Where a sample exceeds a limit, the errors of the samples take the place of the bound.
         """
         utilisations = [error.utilisation for error in self.errors.criteria.values()]
         return np.asarray(np.max(utilisations, axis=0))
