@@ -186,7 +186,7 @@ def test_clearance_within_distance_error_of_margin_is_unproved_and_fails() -> No
     shown = scene(plan.view())
     (miss,) = [label["text"] for label in shown["labels"] if label["kind"] == "miss"]
     assert "unproved: tool comes within" in miss
-    assert len(shown["strip"]["broken"]) == 1
+    assert len(shown["strip"]["exceeded"]) == 1
     assert one.interval is not None
     farther = swing({"rod": rod(1.3, radius + 2e-5)}, margin=5e-4)
     (one,) = farther.report.select(quantity="clearance")
