@@ -374,8 +374,8 @@ def test_reports_every_contact_of_pair() -> None:
     start, end = contact.interval or (0.0, 0.0)
     assert f"too near from {start:.3f} s to {end:.3f} s and 1 more time;" in contact.message
     drawn = scene(plan.view())
-    np.testing.assert_allclose(drawn["strip"]["broken"], contact.intervals, atol=0.02)
-    red = vertices(thing(drawn, "limits broken"))
+    np.testing.assert_allclose(drawn["strip"]["exceeded"], contact.intervals, atol=0.02)
+    red = vertices(thing(drawn, "limits exceeded"))
     assert len(red)
     (label,) = [one["text"] for one in drawn["labels"] if one["kind"] == "miss"]
     assert f"at {contact.time:.3f} s" in label
