@@ -1,5 +1,11 @@
 """Verification of a trajectory against its scenario, independent of planning."""
 
+from typing import Any
+
 import lazy_loader
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+_load, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+
+
+def __getattr__(name: str) -> Any:
+    return _load("effort_bound" if name == "torque_bound" else name)  # its old name

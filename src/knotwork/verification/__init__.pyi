@@ -5,7 +5,6 @@ from .bounds import effort_bound as effort_bound
 from .bounds import singular_value_bound as singular_value_bound
 from .bounds import tool_acceleration_bound as tool_acceleration_bound
 from .bounds import tool_speed_bound as tool_speed_bound
-from .bounds import torque_bound as torque_bound
 from .checks import CHECKS as CHECKS
 from .checks import Check as Check
 from .finding import Finding as Finding

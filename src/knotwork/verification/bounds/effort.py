@@ -56,10 +56,6 @@ def effort_bound(
     return upper_bounds(curve, quantity, limits)
 
 
-torque_bound = effort_bound
-"""Old name, which works for one more version."""
-
-
 def effort_sizes(motion: TreeMotion, model: Any, rates: FloatArray) -> FloatArray:
     """Bound the joint efforts and their first two derivatives, shape (3, d, n).
 
