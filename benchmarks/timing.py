@@ -297,13 +297,13 @@ def shipped_row(name: str, scenario: Scenario, given: float | None) -> dict[str,
     begun = clock.process_time()
     made = kw.plan(scenario)
     seconds = clock.process_time() - begun
-    chosen, limits = made.chosen, made.joints.limits
-    assert chosen is not None
+    chosen_values, limits = made.chosen_values, made.joints.limits
+    assert chosen_values is not None
     jerk = np.array(limits["jerk"])
     for k, joint in enumerate(made.joints.joint_names):
-        jerk[k] = chosen.assumed_jerk.get(joint, jerk[k])
+        jerk[k] = chosen_values.assumed_jerk.get(joint, jerk[k])
     ruckig, ours = 0.0, 0.0
-    for run in chosen.sections:
+    for run in chosen_values.sections:
         q = run.trajectory.position(run.time)
         bound = JointLimits(limits["velocity"], limits["acceleration"], jerk)
         ruckig += chained(TimingProblem(run.trajectory.joint_names, q, run.velocity, bound)).sum()
@@ -312,8 +312,8 @@ def shipped_row(name: str, scenario: Scenario, given: float | None) -> dict[str,
     return {
         "scenario": name,
         "given": None if given is None else round(float(given), 4),
-        "duration": round(chosen.duration, 4),
-        "gap": round(chosen.gap, 5),
+        "duration": round(chosen_values.duration, 4),
+        "gap": round(chosen_values.gap, 5),
         "ruckig": round(ours / ruckig, 5) if fair else None,
         "seconds": round(seconds, 3),
         "passes": made.report.ok,

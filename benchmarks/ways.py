@@ -135,7 +135,9 @@ def knotwork(problem: Problem, row: dict[str, Any], peers: bool) -> Motion | Non
     row["ok"] = plan.report.ok
     motion = plan.trajectory
     if peers:
-        (line,) = [one.line for one in plan.chosen.sections] if plan.chosen else [None]
+        (line,) = (
+            [one.line for one in plan.chosen_values.sections] if plan.chosen_values else [None]
+        )
         if line is not None:
             row["line"] = round(along(_dense(line)), 4)
         q = motion.position(np.linspace(0.0, motion.end_time, 300))

@@ -36,7 +36,7 @@ def main(folder: Path) -> None:
     plan.report.raise_if_failed()
 
     trajectory = plan.trajectory
-    print(f"{trajectory.duration:g} s by {trajectory.planner}, {len(trajectory.breaks)} knots")
+    print(f"{trajectory.duration:g} s by {trajectory.origin}, {len(trajectory.breaks)} knots")
     speed = trajectory.extrema("velocity").peak
     for joint, most in zip(trajectory.joint_names, speed, strict=True):
         print(f"  {joint}: at most {most:.3f} rad/s")

@@ -20,7 +20,7 @@ def assert_same_bits(one: kw.JointTrajectory, other: kw.JointTrajectory) -> None
     assert one.polynomial.c.tobytes() == other.polynomial.c.tobytes()
     assert one.breaks.tobytes() == other.breaks.tobytes()
     assert np.asarray(one.waypoint_times).tobytes() == np.asarray(other.waypoint_times).tobytes()
-    for name in ("joint_names", "joint_units", "planner", "continuity"):
+    for name in ("joint_names", "joint_units", "origin", "continuity"):
         assert getattr(one, name) == getattr(other, name), name
 
 

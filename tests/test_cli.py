@@ -51,7 +51,7 @@ def test_failures_are_second_and_name_a_remedy(knotwork: Command) -> None:
     text = " ".join(line.strip() for line in lines[1:5])
     assert text.startswith("FAIL joint 'shoulder_pan_joint': velocity reaches 5.23599 rad/s")
     assert "limit 3.15 rad/s (166 %)" in text
-    assert "broken between 'waypoint 1' and 'waypoint 2'; 1.67 times the duration" in text
+    assert "exceeded most between 'waypoint 1' and 'waypoint 2'; 1.67 times the duration" in text
     assert max(map(len, lines)) <= 80
     (plan,) = json.loads(knotwork("plan", file, "--json").out)["plans"]
     (failure,) = plan["report"]["failures"]
@@ -91,7 +91,7 @@ def test_the_same_motion_in_so_much_more_time_keeps_the_limit(quantity: str) -> 
 
     limit = 0.8 * kw.plan(task(1.0)).trajectory.extrema(quantity).peak[0]
     (failure,) = kw.plan(task(1.0, limit)).report.failures
-    factor = float(re.search(r"([\d.]+) times the duration keeps", str(failure))[1])  # type: ignore[index]
+    factor = float(re.match(r"([\d.]+) times the duration keeps", failure.remedy)[1])  # type: ignore[index]
     assert not kw.plan(task(0.98 * factor, limit)).report.ok
     assert kw.plan(task(factor, limit)).report.ok
 

@@ -73,7 +73,7 @@ def test_a_scenario_comes_as_mapping_file_path_or_loaded(tmp_path: Path) -> None
 
 def test_the_planner_can_be_overridden() -> None:
     plain = kw.plan(TASK, planner="cubic")
-    assert plain.trajectory.planner == "cubic"
+    assert plain.trajectory.origin == "cubic"
     assert not plain.report.ok  # its acceleration jumps
     assert kw.plan({**TASK, "continuity": 1}, planner="cubic").report.ok
     np.testing.assert_allclose(kw.plan(TASK).trajectory.breaks, [0, 0.618, 1 + 0.382 * 2, 3])

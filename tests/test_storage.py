@@ -71,14 +71,14 @@ def test_any_trajectory_comes_back_through_text(data: st.DataObject) -> None:
     names = [name.encode("utf-8", "replace").decode() for name in names]
     units = ["rad", "m", "rad", "m"][:joints]
     before = JointTrajectory(
-        tuple(names), PiecewisePolynomial(c, breaks), joint_units=units, planner="a [ 1,  2] b"
+        tuple(names), PiecewisePolynomial(c, breaks), joint_units=units, origin="a [ 1,  2] b"
     )
     text = storage.json_text(storage.trajectory_to_dict(before))
     after = storage.trajectory_from_dict(json.loads(text))
     assert after.polynomial.c.tobytes() == np.ascontiguousarray(c).tobytes()
     assert after.breaks.tobytes() == breaks.tobytes()
     assert (after.joint_names, after.joint_units) == (before.joint_names, before.joint_units)
-    assert after.planner == before.planner
+    assert after.origin == before.origin
 
 
 def test_the_report_in_the_file_is_the_report(deburring: Plan, stored: Path) -> None:

@@ -31,7 +31,7 @@ def trajectory():
     rng = np.random.default_rng(0)
     x = np.array([1.0, 2.0, 4.5, 5.0, 7.0])
     spline = ModifiedHermiteSpline(x, rng.normal(size=(5, 2)), rng.normal(size=(5, 2)))
-    return JointTrajectory(NAMES, spline, planner="modified-hermite", waypoint_times=x)
+    return JointTrajectory(NAMES, spline, origin="modified-hermite", waypoint_times=x)
 
 
 def test_quantities_are_the_derivatives_in_order(trajectory):
@@ -84,7 +84,7 @@ def test_joints_in_another_order_are_the_same_motion(trajectory):
     for nu in range(4):
         np.testing.assert_array_equal(other(t, nu), mixed(t, nu)[:, ::-1])
     assert (other.joint_names, other.joint_units) == (NAMES[::-1], ("m", "rad"))
-    assert other.planner == mixed.planner
+    assert other.origin == mixed.origin
     np.testing.assert_array_equal(other.waypoint_times, mixed.waypoint_times)
     assert mixed.reordered(NAMES) is mixed
     with pytest.raises(InputError, match=r"lacks joint hand and has joint elbow; .* robot 'r'"):
@@ -99,14 +99,14 @@ def test_joints_in_another_order_are_the_same_motion(trajectory):
 def test_knots_carry_the_whole_curve(trajectory):
     knots = trajectory.knots
     again = JointTrajectory.from_knots(
-        NAMES, knots.time, knots.position, knots.velocity, planner="again"
+        NAMES, knots.time, knots.position, knots.velocity, origin="again"
     )
     np.testing.assert_allclose(
         again.polynomial.c, trajectory.polynomial.c, atol=1e-12 * np.abs(again.polynomial.c).max()
     )
     np.testing.assert_allclose(again.knots.acceleration, knots.acceleration, atol=1e-12)
     assert again.continuity.order == 2
-    assert again.planner == "again"
+    assert again.origin == again.planner == "again"
 
 
 @pytest.mark.parametrize(

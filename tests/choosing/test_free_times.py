@@ -38,8 +38,8 @@ def test_single_joint_matches_closed_form() -> None:
     plan.report.raise_if_failed()
     exact = 2 / 2 + 2 / 4 + 4 / 40
     assert exact <= plan.trajectory.duration < (1 + 1e-5) * exact
-    assert plan.chosen.lower_bound == pytest.approx(2 / 2 + 2 / 4)  # without the jerk
-    assert plan.chosen.lower_bound <= plan.trajectory.duration
+    assert plan.chosen_values.lower_bound == pytest.approx(2 / 2 + 2 / 4)  # without the jerk
+    assert plan.chosen_values.lower_bound <= plan.trajectory.duration
 
 
 def test_planned_scenario_has_no_free_times() -> None:
@@ -80,7 +80,7 @@ def test_after_fastest_at_single_waypoint() -> None:
 
 
 def test_margin_applies_to_planning_and_check() -> None:
-    plan = kw.plan(swing(to(2), limits={**SMOOTH, "margin": 0.5}))
+    plan = kw.plan(swing(to(2), limits={**SMOOTH, "used_fraction": 0.5}))
     plan.report.raise_if_failed()
     assert plan.trajectory.extrema("velocity").peak[0] <= 1.0
     (found,) = plan.report.select(name="a", quantity="velocity")
@@ -128,13 +128,13 @@ def test_segments_rest_after_budget(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(planning, "Budget", lambda *given: Budget(*given, now=count().__next__))
     plan = kw.plan(task, budget=2)
     plan.report.raise_if_failed()
-    assert plan.chosen.status == "budget"
+    assert plan.chosen_values.status == "budget"
     assert plan.trajectory.duration < 1.2 * best.trajectory.duration
     (finding,) = [one for one in plan.report.warnings if one.group == "Chosen times"]
     assert "the best so far when the budget ended" in str(finding)
     hasty = kw.plan(task, budget=1)
     hasty.report.raise_if_failed()
-    assert hasty.chosen.status == "budget"
+    assert hasty.chosen_values.status == "budget"
     assert plan.trajectory.duration < hasty.trajectory.duration
     shorter = 0.5 * (plan.trajectory.duration + hasty.trajectory.duration)
     with pytest.raises(InputError, match=r"minimum time found .* s or more, or a larger budget"):
@@ -181,7 +181,7 @@ def test_a_frozen_scenario_keeps_its_comments_and_gives_the_same_motion(tmp_path
     assert "fastest" not in text
     assert "room" not in text
     again = kw.plan(tmp_path / "frozen.yaml")
-    assert again.chosen is None
+    assert again.chosen_values is None
     assert again.scenario.free_values is None
     assert np.array_equal(again.trajectory.polynomial.x, plan.trajectory.polynomial.x)
     assert np.array_equal(again.trajectory.polynomial.c, plan.trajectory.polynomial.c)
@@ -290,7 +290,7 @@ def test_given_duration_is_no_minimum(keys: dict[str, Any]) -> None:
 
 def test_reports_assumed_jerk_limit() -> None:
     plan = kw.plan(swing(to(1), limits={"velocity": 1, "acceleration": 4}))
-    assert plan.chosen.assumed_jerk == {"a": 400.0, "b": 400.0}
+    assert plan.chosen_values.assumed_jerk == {"a": 400.0, "b": 400.0}
     texts = [str(one) for one in plan.report.select(group="Chosen times")]
     assert any("no jerk limit is given, so one is assumed: 400 rad/s³ for a, b" in s for s in texts)
     assert any("a jerk (assumed) for " in text for text in texts)

@@ -181,7 +181,7 @@ def test_slows_path_that_cannot_be_left_at_maximum_speed() -> None:
     for end in ends:
         end["speed"] = 0.5 * speeds(plan)[-1]
     slower = kw.plan(task)
-    assert slower.chosen.duration > plan.chosen.duration
+    assert slower.chosen_values.duration > plan.chosen_values.duration
 
 
 def test_takes_first_speeds_with_motions_when_budget_ends(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -193,13 +193,13 @@ def test_takes_first_speeds_with_motions_when_budget_ends(monkeypatch: pytest.Mo
 
     def record(*given: Any) -> Any:
         found = choose(*given)
-        tried.append([speed for at in found.chosen for speed, _ in at.speeds.values()])
+        tried.append([speed for choice in found.choices for speed, _ in choice.speeds.values()])
         return found
 
     monkeypatch.setattr(chosen_times, "maximum_path_speeds", record)
     plan = kw.plan(task, budget=1e-3)
     plan.report.raise_if_failed()
-    assert plan.chosen.status == "budget"
+    assert plan.chosen_values.status == "budget"
     assert len(tried) == 2  # the maximum speeds have no motions
     assert speeds(plan) == pytest.approx(1e3 * np.array(tried[-1]))
 

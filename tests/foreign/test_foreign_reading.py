@@ -85,7 +85,7 @@ def test_interpolates_like_ros2_controller(tmp_path: Path, order: int, kind: str
     assert trajectory(AT) == pytest.approx(expected(order), abs=1e-12)
     assert trajectory(AT, 1) == pytest.approx(expected(order, nu=1), abs=1e-11)
     assert trajectory.polynomial.degree == 2 * order - 1
-    assert ("straight lines", "cubics", "quintics")[order - 1] in trajectory.planner
+    assert ("straight lines", "cubics", "quintics")[order - 1] in trajectory.origin
 
 
 def test_joints_in_any_order(tmp_path: Path) -> None:

@@ -47,7 +47,7 @@ def check_promises(name, waypoints, **options):
     trajectory = plan(name, waypoints, **options)
     record = PLANNER_SPECS[name]
     t, y, v = waypoints.time, waypoints.position, waypoints.velocity
-    assert trajectory.planner == name
+    assert trajectory.origin == name
     np.testing.assert_array_equal(trajectory.waypoint_times, t)
     assert (trajectory.start_time, trajectory.end_time) == (t[0], t[-1])
     assert trajectory.polynomial.degree <= record.degree
@@ -208,7 +208,7 @@ class TestRules:
         ruled = get_planner("quintic:estimated")(CASE)
         estimated = plan("quintic", accelerations="estimated")
         np.testing.assert_array_equal(ruled.polynomial.c, estimated.polynomial.c)
-        assert ruled.planner == "quintic:estimated"
+        assert ruled.origin == "quintic:estimated"
         balanced = get_planner("modified-hermite:balanced")(CASE, PlannerOptions())
         np.testing.assert_array_equal(
             balanced.breaks, plan("modified-hermite", knots="balanced").breaks

@@ -158,9 +158,9 @@ def swing(**options: Any) -> TimingProblem:
 @pytest.mark.parametrize(
     ("wrong", "says"),
     [
-        ({"used_fraction": 0}, "margin is 0; it must be a positive"),
-        ({"used_fraction": float("nan")}, "margin is nan"),
-        ({"used_fraction": "a"}, "margin is 'a'"),
+        ({"used_fraction": 0}, "used_fraction is 0; it must be a positive"),
+        ({"used_fraction": float("nan")}, "used_fraction is nan"),
+        ({"used_fraction": "a"}, "used_fraction is 'a'"),
         ({"jerk": "a"}, "jerk limit must be numbers, not 'a'"),
         ({"jerk": [float("nan")]}, r"jerk limits are \[nan\]; give positive ones"),
         ({"upper": 1.0}, r"upper limit must have shape \(1,\)"),

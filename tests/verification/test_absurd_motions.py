@@ -80,7 +80,7 @@ def test_free_times_next_to_absurd_one_are_not_searched(given: str) -> None:
         if one.get("name") == given:
             one["after"] = 1.5e6
     plan = kw.plan(task)
-    first, _ = plan.chosen.sections
+    first, _ = plan.chosen_values.sections
     assert (first.status, first.iterations) == ("resting", 0)
     assert first.trajectory.duration <= 1.001 * first.lower_bound
 

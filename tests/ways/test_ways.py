@@ -45,7 +45,7 @@ def test_finds_motion_past_wall() -> None:
     plan = past_wall()
     direct = kw.plan(without_way(past(), plan.trajectory.duration))
     assert not direct.report.ok
-    assert plan.chosen.lower_bound <= plan.trajectory.duration < 1.0
+    assert plan.chosen_values.lower_bound <= plan.trajectory.duration < 1.0
     assert [(segment.name, segment.kind) for segment in plan.segments] == [("here to there", "way")]
     assert [segment.kind for segment in direct.segments] == ["free motion"]
 
@@ -64,7 +64,7 @@ def test_frozen_clear_motion_is_the_same(tmp_path: Path) -> None:
 def test_straight_clear_motion_is_optimal() -> None:
     ends = [{"joints": OUTSIDE | {"shoulder_pan_joint": q}} for q in (0, 90)]
     plan = planned({**past({}), "waypoints": [ends[0], ends[1] | {"way": "clear"}]})
-    assert plan.chosen.status == "optimal"
+    assert plan.chosen_values.status == "optimal"
 
 
 def test_consecutive_clear_motions_meet() -> None:
@@ -85,9 +85,9 @@ def test_chooses_solutions_at_both_ends(tmp_path: Path) -> None:
     for waypoint, y, z in zip(given["waypoints"], (-350, 350), (340, 220), strict=True):
         waypoint["pose"]["position"] = [450, y, z]
     plan = planned(given)
-    before = plan.chosen.solution.waypoints.position[0]
+    before = plan.chosen_values.solution.waypoints.position[0]
     assert np.abs(plan.trajectory.position(0.0) - before).max() > 1.0
-    assert plan.chosen.lower_bound <= plan.trajectory.duration
+    assert plan.chosen_values.lower_bound <= plan.trajectory.duration
     again = kw.plan(plan.freeze(tmp_path / "frozen.yaml"))
     assert again.trajectory.polynomial.c.tobytes() == plan.trajectory.polynomial.c.tobytes()
     near = dict(zip(plan.joints.joint_names, np.degrees(before).tolist(), strict=True))
@@ -308,7 +308,7 @@ def test_keeps_requested_clearance_or_a_part(room: float, kept: float) -> None:
     given = past()
     given["waypoints"][1]["way"] = {"clear": True, "room": room}
     plan = planned(given)
-    task = plan.chosen.scenario.given
+    task = plan.chosen_values.scenario.given
     wider = task.replace(scene=task.scene.replace(margin=5 + kept))
     pairs = kw.check(plan.trajectory, kw.load_scenario(wider)).select(quantity="clearance")
     assert [pair.ok for pair in pairs if pair.name == "tool, wall"] == [True]
@@ -361,7 +361,7 @@ OUTSIDE = {"shoulder_pan_joint": 400} | dict.fromkeys(
 def test_short_budget_gives_proved_motion() -> None:
     plan = kw.plan(past(), budget=1e-3)
     plan.report.raise_if_failed()
-    assert plan.chosen.duration >= past_wall().trajectory.duration
+    assert plan.chosen_values.duration >= past_wall().trajectory.duration
 
 
 def test_gap_gradients_match_finite_differences() -> None:

@@ -165,7 +165,7 @@ def check(
         report_tables.print_report(report, scenario)
     else:
         print_short(report)
-        echo(f"motion from {report.planner}")
+        echo(f"motion from {report.origin}")
         if reference is not None and log is None:
             words = [os.path.join(".", trajectory), "-s", reference]  # no shipped scenario
             print_next(words, with_robot=report.robot is not None)

@@ -34,7 +34,7 @@ MARKS = {
 def print_plan(plan: Plan) -> None:
     """Print a plan in full: tables of waypoints, limits and all other findings."""
     trajectory, scenario = plan.trajectory, plan.scenario
-    origin = trajectory.planner
+    origin = trajectory.origin
     if plan.unsupported_options:
         origin += f" ({describe_left_out(plan)})"
     if isinstance(scenario.knots, str):
@@ -63,7 +63,7 @@ def print_report(
     head = f"{report.scenario}  " if description else report.scenario
     print_wrapped(description, head, REPORT_INDENT, "bold")
     robot = f"robot {report.robot}" if report.robot else "joints alone"
-    print_wrapped(f"{robot}; {origin or report.planner}", "", REPORT_INDENT)
+    print_wrapped(f"{robot}; {origin or report.origin}", "", REPORT_INDENT)
     for group, members in report.groups.items():
         measured = [f for f in members if not (_is_sentence(f) or f.hidden_in_tables)]
         if measured:

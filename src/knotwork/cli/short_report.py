@@ -29,7 +29,7 @@ _WORD_STYLES: dict[str, dict[str, Any]] = {
 def describe_left_out(plan: Plan) -> str:
     """Text on the options of the scenario that the planner in place of its own ignores."""
     options = ", ".join(plan.unsupported_options)
-    return f"without the scenario's {options}, which {plan.trajectory.planner} does not take"
+    return f"without the scenario's {options}, which {plan.trajectory.origin} does not take"
 
 
 def print_short(report: Report) -> None:

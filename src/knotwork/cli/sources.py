@@ -162,7 +162,7 @@ def print_failures(motions: Iterable[AnyMotion]) -> None:
     for motion in checked_motions(motions):
         report = motion.report
         if not report.ok:
-            motion_name = f"{report.scenario}, {motion.trajectory.planner}"
+            motion_name = f"{report.scenario}, {motion.trajectory.origin}"
             print_note(f"{motion_name}: the check FAILS")
             for failure in finding_lines(report.failures, MAX_NOTED_FAILURES):
                 echo(f"  {failure}", err=True)

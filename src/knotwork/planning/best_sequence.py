@@ -16,11 +16,11 @@ from knotwork.task.scenario.resolve import change_task
 from knotwork.verification.collisions import failed_pairs
 from knotwork.verification.finding import TRIED, Group, Topic
 
-MAX_SEQUENCES_WITH_TIMES = 12
-"""Maximum number of sequences of solutions to plan if all times are given."""
+MAX_SEQUENCES_OF_GIVEN_TASK = 12
+"""Maximum number of sequences of solutions to plan if no value is free."""
 
-MAX_SEQUENCES_WITHOUT_TIMES = 4
-"""The same if any value is free."""
+MAX_SEQUENCES_OF_FREE_TASK = 4
+"""Maximum number of sequences of solutions to plan if any value is free."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,8 +29,8 @@ class SequenceAttempt:
 
     Attributes:
         plan: The motion, or `None` if none was found.
-        blocked: Steps that collide or without a motion, which the next sequence must avoid; none if
-            no other sequence may be feasible.
+        blocked: Steps with a collision or without a motion, which the next sequence must avoid. If
+            it is empty, no other sequence is worth planning.
         error: The reason why no collision-free motion was found, or `None`.
     """
 
@@ -89,7 +89,7 @@ def _attempt(sequences: SequencePlanner, solution: TaskSolution) -> SequenceAtte
 
 
 def _steps(solution: TaskSolution | None, intervals: Iterable[int]) -> list[SequenceStep]:
-    """Steps of a solution in some intervals; none if no other solution may be feasible."""
+    """Steps of a solution in some intervals; none if it has no sequence to choose from."""
     q = None if solution is None else solution.sequence
     return [] if q is None else [(i, q[i], q[i + 1]) for i in intervals]
 
@@ -98,8 +98,8 @@ def _next_sequence(
     sequences: SequencePlanner, attempts: Sequence[SequenceAttempt]
 ) -> TaskSolution | None:
     """The best sequence without blocked steps, or `None` if no other one is to be planned."""
-    is_timed = sequences.scenario.free_values is None
-    count = MAX_SEQUENCES_WITH_TIMES if is_timed else MAX_SEQUENCES_WITHOUT_TIMES
+    is_free = sequences.scenario.free_values is not None
+    count = MAX_SEQUENCES_OF_FREE_TASK if is_free else MAX_SEQUENCES_OF_GIVEN_TASK
     is_last = len(attempts) == count or sequences.budget.time_limit.is_over
     if is_last or not attempts[-1].blocked:
         return None
@@ -121,24 +121,25 @@ def _around_obstacles(sequences: SequencePlanner, best: Plan, tried: int) -> Pla
     is_over = sequences.budget.time_limit.is_over
     free = sequences.scenario.free_values
     notes: list[str] = []
-    untried = find_avoidable_ends(best, sequences.scenario)
-    timed = [i for i in untried if free and free.waypoints[i].duration_is_free]
-    if timed and not is_over:
-        untried = [i for i in untried if i not in timed]
+    avoidable = find_avoidable_ends(best, sequences.scenario)
+    with_free_time = [i for i in avoidable if free and free.waypoints[i].duration_is_free]
+    untried = avoidable
+    if with_free_time and not is_over:
+        untried = [i for i in avoidable if i not in with_free_time]
         try:
-            detour = best_of_sequences(_with_clear_motions(sequences, timed))
+            detour = best_of_sequences(_with_clear_motions(sequences, with_free_time))
         except InputError as error:
             notes.append(f"way: clear finds no motion either: {error}")
         else:
             if _rank(detour) < _rank(best):
-                names = _quoted_names(best, timed)
+                names = _quoted_names(best, with_free_time)
                 return _with_finding(
                     detour, f"the fastest motion collides, so way: clear was taken at {names}"
                 )
     if untried and not best.scenario.scene.has_moving_bodies:
         # motions joined at a free velocity are one motion, which takes no times
         joined = free and any(free.waypoints[i].speed_kind == "free" for i in untried)
-        times = " without times" if joined and not set(untried) <= set(timed) else ""
+        times = " without times" if joined and not set(untried) <= set(with_free_time) else ""
         collisions = "the collision" if len(untried) == 1 else "the collisions"
         notes.append(
             f"way: clear at {_quoted_names(best, untried)}{times} may avoid {collisions} "

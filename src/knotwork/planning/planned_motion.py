@@ -41,14 +41,14 @@ class Plan(CheckedMotion):
         unsupported_options: Scenario options that were ignored, because the planner passed to
             `plan` does not support them.
         solution: IK solution chosen for each pose.
-        chosen: Chosen values of a scenario with free times; `scenario` then has them as numbers.
-            `None` if no value was free.
+        chosen_values: Values chosen for free ones, which `scenario` then has as numbers; `None` if
+            no value was free.
     """
 
     joint_waypoints: JointWaypoints
     unsupported_options: tuple[str, ...] = ()
     solution: TaskSolution | None = None
-    chosen: ChosenValues | None = None
+    chosen_values: ChosenValues | None = None
 
     @property
     def events(self) -> tuple[Event, ...]:
@@ -76,8 +76,8 @@ class Plan(CheckedMotion):
         data = self.report.to_dict()
         if self.solution is not None and self.solution.choices:
             data["solutions"] = self.solution.to_dict()
-        if self.chosen is not None:
-            data["chosen_times"] = self.chosen.to_dict()
+        if self.chosen_values is not None:
+            data["chosen_times"] = self.chosen_values.to_dict()
         return data
 
     def freeze(self, path: str | Path) -> Path:
@@ -102,13 +102,13 @@ class Plan(CheckedMotion):
         """
         from knotwork.planning.choosing import frozen_text
 
-        if self.chosen is None:
+        if self.chosen_values is None:
             raise InputError(
                 f"{self.scenario.name}: no value is free, so none can be frozen; accepted: "
                 "a scenario with times: fastest, after: fastest or a free speed"
             )
         target = Path(path)
-        return storage.write_file(target, frozen_text(self.chosen.scenario, target.parent))
+        return storage.write_file(target, frozen_text(self.chosen_values.scenario, target.parent))
 
     def _given_file(self, folder: Path) -> str | None:
         """Name of a shipped scenario, or its path from a folder; `None` if no file has its times.
@@ -119,7 +119,7 @@ class Plan(CheckedMotion):
         source = self.scenario.source
         if source is None:
             return None
-        if self.chosen is not None:
+        if self.chosen_values is not None:
             if source.resolve() == (folder / "scenario.yaml").resolve():
                 raise InputError(
                     f"{source}: would be replaced by the scenario with its chosen times; accepted: "
@@ -165,7 +165,7 @@ class Plan(CheckedMotion):
             from knotwork.planning.choosing import saved_text
 
             # a task without a name would take that of scenario.yaml
-            scenario = self.scenario if self.chosen is None else self.chosen.scenario
+            scenario = self.scenario if self.chosen_values is None else self.chosen_values.scenario
             named = replace(scenario, given=scenario.given.replace(name=scenario.name))
             files["scenario.yaml"] = saved_text(named, Path(folder))
         report = {

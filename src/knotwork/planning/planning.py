@@ -66,6 +66,6 @@ def plan(
         scenario = fix_arrival_times(scenario, work)
     sequences = SequencePlanner(scenario, planner, work, fixed_arrivals)
     best = best_of_sequences(sequences)
-    if best.chosen is None and best.solution is not None:  # nothing was free any more
-        best = replace(best, chosen=ChosenValues(requested, scenario, best.solution))
+    if best.chosen_values is None and best.solution is not None:  # nothing was free any more
+        best = replace(best, chosen_values=ChosenValues(requested, scenario, best.solution))
     return best

@@ -92,12 +92,16 @@ class SequencePlanner:
         from knotwork.planning.choosing.free_sections import FreeTask
 
         free_task = FreeTask(self.scenario, free_values, self.joints, solution)
-        chosen = replace(choose_times(free_task, self.budget), fixed_arrivals=self.fixed_arrivals)
-        self.budget.finish_all(chosen.duration)
-        timed = self.with_scenario(chosen.scenario)
-        return timed._interpolate(timed.solve(), chosen)
+        chosen_values = replace(
+            choose_times(free_task, self.budget), fixed_arrivals=self.fixed_arrivals
+        )
+        self.budget.finish_all(chosen_values.duration)
+        timed = self.with_scenario(chosen_values.scenario)
+        return timed._interpolate(timed.solve(), chosen_values)
 
-    def _interpolate(self, solution: TaskSolution, chosen: ChosenValues | None = None) -> Plan:
+    def _interpolate(
+        self, solution: TaskSolution, chosen_values: ChosenValues | None = None
+    ) -> Plan:
         """Interpolate a sequence of solutions, and check the motion."""
         scenario, joints, waypoints = self.scenario, self.joints, solution.waypoints
         trajectory = self._trajectory(waypoints)
@@ -110,13 +114,15 @@ class SequencePlanner:
             segments=motion_segments(scenario, starts),
         )
         findings = [*solution.infeasibilities]
-        if chosen is not None:
+        if chosen_values is not None:
             from knotwork.planning.choosing.chosen_times_findings import chosen_times_findings
 
-            findings += chosen_times_findings(chosen, joints)
+            findings += chosen_times_findings(chosen_values, joints)
             # the solutions were chosen before the times, and the times are only valid for them
             solution = replace(
-                chosen.solution, waypoints=waypoints, infeasibilities=solution.infeasibilities
+                chosen_values.solution,
+                waypoints=waypoints,
+                infeasibilities=solution.infeasibilities,
             )
         if clear_motions:
             from knotwork.planning.choosing.chosen_times_findings import clear_motion_findings
@@ -131,7 +137,7 @@ class SequencePlanner:
             report,
             unsupported_options=self.unsupported,
             solution=solution,
-            chosen=chosen,
+            chosen_values=chosen_values,
         )
 
     def _trajectory(self, waypoints: JointWaypoints) -> JointTrajectory:

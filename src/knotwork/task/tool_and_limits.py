@@ -93,7 +93,7 @@ class MotionLimits(TaskPart):
 class Limits(MotionLimits, JointLimitFields):
     """Limits that replace those of the robot, and limits on the motion of tool and links."""
 
-    margin: Annotated[float, Field(strict=True, gt=0, le=1)] = optional(
+    used_fraction: Annotated[float, Field(strict=True, gt=0, le=1)] = optional(
         "Fraction of every limit of velocity, acceleration, jerk, effort and of the speeds and "
         "acceleration of tool and links that is used; positions keep their range",
         1.0,

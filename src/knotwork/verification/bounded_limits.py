@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,10 +18,10 @@ from knotwork.verification.limits import (
     TOOL_ORDERS,
     LimitedValue,
     add_slack,
+    explain_excess,
     joint_finding,
     limit_finding,
     lower_order_jumps,
-    slowing_remedy,
 )
 from knotwork.verification.motion import Motion
 
@@ -60,7 +59,7 @@ def check_tool_limits(motion: Motion, scenario: Scenario, joints: JointRequireme
         label = "tool" if frame is None else f"link {frame!r}"
         text = f"{label}: {quantity.partition('_')[2]}"
         finding = limit_finding(topic, quantity, text, worst, rate_unit("m", order), scenario.units)
-        yield replace(finding, remedy=slowing_remedy(finding, order, scenario))
+        yield explain_excess(finding, order, scenario)
 
 
 def check_singularity(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
@@ -108,7 +107,7 @@ def check_effort_limits(motion: Motion, scenario: Scenario, joints: JointRequire
         side = math.copysign(1.0, bound.value)
         jump = jumps.get(i, next(iter(jumps.values()), None))
         worst = LimitedValue.from_bound(bound, side * float(limits[i]), side)
-        yield joint_finding(joints, i, "effort", worst, jump)
+        yield explain_excess(joint_finding(joints, i, "effort", worst, jump), 0, scenario)
 
 
 def _worst_bound(bounds: Sequence[Bound]) -> Bound:

@@ -45,29 +45,30 @@ MAX_ACCELERATION = 1e3
 def check_joint_limits(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
     """Check position, velocity, acceleration and jerk of each joint against their limits."""
     for finding in check_derivative_limits(joints, motion.curve):
-        remedy = slowing_remedy(finding, MOTION_QUANTITIES.index(finding.quantity), scenario)
-        if remedy and finding.time is not None:
-            remedy = f"it is broken {describe_time(scenario, finding.time)}; {remedy}"
-        yield replace(finding, remedy=remedy)
+        yield explain_excess(finding, MOTION_QUANTITIES.index(finding.quantity), scenario)
 
 
-def slowing_remedy(finding: Finding, order: int, scenario: Scenario) -> str:
-    """State how many times the duration a motion needs to keep a limit that it breaks.
+def explain_excess(finding: Finding, order: int, scenario: Scenario) -> Finding:
+    """State where a limit is exceeded most, and how many times the duration would keep it.
 
-    In k times the duration, a derivative of order n decreases by the factor kⁿ. The text is empty
-    if the limit is kept, and for positions and jumps, where slowing does not help.
+    In k times the duration, a derivative of order n decreases by the factor kⁿ. There is no remedy
+    for positions and jumps, where slowing does not help. A finding without a failure is unchanged.
 
     Args:
-        finding: Comparison of a derivative with its limit.
-        order: Order of the derivative.
+        finding: Comparison of a value with its limit.
+        order: Order of the derivative; 0 also if the effect of slowing is unknown.
         scenario: The scenario of the motion.
     """
     utilisation = finding.utilisation
-    if finding.ok or not order or utilisation is None or np.isinf(utilisation):
-        return ""
+    if finding.ok or finding.time is None:
+        return finding
+    fact = f"{finding.fact}, exceeded most {describe_time(scenario, finding.time)}"
+    if not order or utilisation is None or np.isinf(utilisation):
+        return replace(finding, fact=fact)
     paths = ", and needs lower speeds along tool paths" if scenario.paths else ""
     factor = rounded_up(utilisation ** (1.0 / order), 3)
-    return f"{factor:.4g} times the duration keeps this limit{paths}"
+    remedy = f"{factor:.4g} times the duration keeps this limit{paths}"
+    return replace(finding, fact=fact, remedy=remedy)
 
 
 def check_derivative_limits(joints: JointRequirements, curve: PiecewisePolynomial) -> Findings:

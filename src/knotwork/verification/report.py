@@ -87,7 +87,7 @@ def check(
     return Report(
         scenario=scenario.name,
         robot=joints.robot.name if joints.robot is not None else None,
-        planner=trajectory.planner,
+        origin=trajectory.origin,
         start_time=trajectory.start_time,
         end_time=trajectory.end_time,
         findings=(*faults, *known, *itertools.chain.from_iterable(by_check)),
@@ -109,7 +109,7 @@ class Report:
     Attributes:
         scenario: Name of the scenario.
         robot: Name of the robot, or `None`.
-        planner: Origin of the trajectory, see `JointTrajectory.planner`.
+        origin: Source of the trajectory, see `JointTrajectory.origin`.
         start_time, end_time: Start and end of the trajectory [s].
         findings: All findings, in the order of the checks.
         units: Units of the scenario, for text; findings are in SI.
@@ -117,7 +117,7 @@ class Report:
 
     scenario: str
     robot: str | None
-    planner: str
+    origin: str
     start_time: float
     end_time: float
     findings: tuple[Finding, ...]
@@ -133,6 +133,11 @@ class Report:
         import html
 
         return f"<pre>{html.escape(str(self))}</pre>"
+
+    @property
+    def planner(self) -> str:
+        """Old name of `origin`, which works for one more version."""
+        return self.origin
 
     @property
     def ok(self) -> bool:
@@ -266,7 +271,7 @@ class Report:
             "tried": [str(finding) for finding in self.tried],
             "scenario": self.scenario,
             "robot": self.robot,
-            "planner": self.planner,
+            "planner": self.origin,
             "start_time": self.start_time,
             "end_time": self.end_time,
             "findings": [finding.to_dict() for finding in self.findings],

@@ -271,7 +271,7 @@ def _description(shown: ShownMotion) -> dict[str, Any]:
     return {
         "title": scenario.name,
         "robot": shown.robot.name,
-        "planner": shown.trajectory.planner,
+        "origin": shown.trajectory.origin,
         "description": scenario.given.description.strip(),
         "joint_panel": _joint_panel(shown.robot, units),
         "units": {"length": units.length, "per_metre": units.shown(1.0, "m")[0]},

@@ -76,7 +76,7 @@ class ShownMotion:
         """
         joints = joints or read_joint_requirements(scenario)
         ordered = trajectory.reordered(joints.joint_names, joints.joint_units)
-        return cls(ordered, scenario, joints, label=trajectory.planner or "trajectory")
+        return cls(ordered, scenario, joints, label=trajectory.origin or "trajectory")
 
     @classmethod
     def of_robot(cls, robot: Robot, trajectory: JointTrajectory) -> ShownMotion:

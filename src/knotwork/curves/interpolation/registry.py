@@ -33,7 +33,7 @@ def get_planner(name: str) -> Planner:
 
     >>> waypoints = kw.JointWaypoints(("lift",), [0, 1, 3], [[0], [1], [2]], [[0], [1], [0]])
     >>> trajectory = kw.interpolation.get_planner("quintic:estimated")(waypoints)
-    >>> trajectory.planner, trajectory.velocity(1.0)
+    >>> trajectory.origin, trajectory.velocity(1.0)
     ('quintic:estimated', array([1.]))
 
     Raises:
@@ -106,7 +106,7 @@ def _plan(
         waypoints.joint_names,
         curve,
         joint_units=waypoints.joint_units,
-        planner=name,
+        origin=name,
         waypoint_times=waypoints.time,
     )
 

@@ -72,7 +72,7 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
         joint_names: Names of the joints, length d.
         polynomial: Joint positions [rad or m] over time [s], trailing shape (d,).
         joint_units: `"rad"` or `"m"` for each joint; by default all `"rad"`.
-        planner: Origin of the motion: its planner, or its file and interpolation; or empty.
+        origin: Source of the motion: its planner, or its file and interpolation; or empty.
         waypoint_times: Times of its waypoints [s], or `None`.
         events: Switching events, in order of time.
         loads: Loads of the arm, in order of time; empty if unknown.
@@ -86,7 +86,7 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
     joint_names: tuple[str, ...]
     polynomial: PiecewisePolynomial
     joint_units: tuple[str, ...] = field(default=(), kw_only=True)
-    planner: str = field(default="", kw_only=True)
+    origin: str = field(default="", kw_only=True)
     waypoint_times: FloatArray | None = field(default=None, kw_only=True)
     events: tuple[Event, ...] = field(default=(), kw_only=True)
     loads: tuple[Load, ...] = field(default=(), kw_only=True)
@@ -110,6 +110,11 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
                 )
             object.__setattr__(self, "waypoint_times", times)
 
+    @property
+    def planner(self) -> str:
+        """Old name of `origin`, which works for one more version."""
+        return self.origin
+
     @classmethod
     def from_knots(
         cls,
@@ -119,7 +124,7 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
         velocity: ArrayLike,
         *,
         joint_units: Sequence[str] | None = None,
-        planner: str = "",
+        origin: str = "",
         waypoint_times: ArrayLike | None = None,
     ) -> JointTrajectory:
         """Join positions and velocities by cubic Hermite pieces (C1; C2 if the data are).
@@ -132,7 +137,7 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
             position: Positions at the breaks [rad or m], shape (m, d).
             velocity: Velocities at the breaks [rad/s or m/s], shape (m, d).
             joint_units: `"rad"` or `"m"` for each joint; by default all `"rad"`.
-            planner: Origin of the motion, for example the name of its planner.
+            origin: Source of the motion, for example the name of its planner.
             waypoint_times: Times of the waypoints [s].
 
         Raises:
@@ -146,7 +151,7 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
             tuple(joint_names),
             PiecewisePolynomial(two_point_coefficients(t, (r, v)), t),
             joint_units=tuple(joint_units or ()),
-            planner=planner,
+            origin=origin,
             waypoint_times=None if waypoint_times is None else checked_times(waypoint_times),
         )
 

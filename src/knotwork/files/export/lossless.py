@@ -207,9 +207,9 @@ def _lossy(trajectory: JointTrajectory, order: int, received: PiecewisePolynomia
     piece, joint = (int(i) for i in np.unravel_index(int(off.argmax()), off.shape))
     degree = trajectory.polynomial.degree
     name, unit = trajectory.joint_names[joint], trajectory.joint_units[joint]
-    planner = f"planner {trajectory.planner!r}" if trajectory.planner else "this motion"
+    motion = f"the motion from {trajectory.origin}" if trajectory.origin else "this motion"
     return ExportError(
-        f"{planner} makes polynomials of degree {degree}; {PIECE_NAMES[order]} through the "
+        f"{motion} has polynomials of degree {degree}; {PIECE_NAMES[order]} through the "
         f"{POINT_CONTENTS[order]} of its {times.size} knots would be off by up to "
         f"{off[piece, joint]:.3g} {unit} (joint {name!r}, between {times[piece]:.6g} s and "
         f"{times[piece + 1]:.6g} s): choose a planner of cubics; or give a "

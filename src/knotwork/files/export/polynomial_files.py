@@ -51,7 +51,7 @@ def to_scipy_npz(trajectory: JointTrajectory) -> bytes:
             "x": trajectory.breaks,
             "joint_names": np.array(trajectory.joint_names),
             "joint_units": np.array(trajectory.joint_units),
-            "planner": np.array(trajectory.planner),
+            "planner": np.array(trajectory.origin),
         }
     )
 
@@ -86,7 +86,7 @@ def to_mat(trajectory: JointTrajectory) -> bytes:
         "d": float(joints),
         "joint_names": np.array(trajectory.joint_names, dtype=object)[None, :],
         "joint_units": np.array(trajectory.joint_units, dtype=object)[None, :],
-        "planner": trajectory.planner,
+        "planner": trajectory.origin,
         "pp": {
             "form": "pp",
             "breaks": breaks,

@@ -61,7 +61,7 @@ def to_json(motion: JointTrajectory | MotionPoints | MotionTable, **options: Any
     data: dict[str, Any] = {
         "format": JSON_FORMAT,
         "version": 1,
-        "planner": table.trajectory.planner,
+        "planner": table.trajectory.origin,
         "note": table.note,
         "joint_names": list(table.trajectory.joint_names),
         "units": {"time": "s", "joints": list(table.trajectory.joint_units)},
@@ -119,7 +119,7 @@ def to_parquet(motion: JointTrajectory | MotionPoints | MotionTable, **options: 
     arrow = import_package("pyarrow", "Parquet", how)
     parquet = import_package("pyarrow.parquet", "Parquet", how)
     columns = arrow.table({**table.columns(), **table.labels})
-    about = {"planner": table.trajectory.planner, "note": table.note}
+    about = {"planner": table.trajectory.origin, "note": table.note}
     columns = columns.replace_schema_metadata(about)
     sink = arrow.BufferOutputStream()
     parquet.write_table(columns, sink)

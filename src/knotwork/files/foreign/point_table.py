@@ -116,5 +116,5 @@ def to_trajectory(table: PointTable, description: str) -> JointTrajectory:
         table.joints.names,
         PiecewisePolynomial(c, table.time),
         joint_units=table.joints.units,
-        planner=f"{description}, {table.time.size} points joined by {joined}",
+        origin=f"{description}, {table.time.size} points joined by {joined}",
     )

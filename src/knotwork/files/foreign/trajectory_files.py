@@ -217,5 +217,5 @@ def read_polynomials(document: Document, joints: Joints) -> JointTrajectory:
     order = "" if polynomials.joint_names else ", rows in the order of the joints"
     file = document.file.name if document.file is not None else ""
     description = f"{len(segments)} polynomials of degree {len(coefficients) - 1}{order}"
-    planner = f"{file} (Drake), {description}"
-    return JointTrajectory(joints.names, curve, joint_units=joints.units, planner=planner)
+    origin = f"{file} (Drake), {description}"
+    return JointTrajectory(joints.names, curve, joint_units=joints.units, origin=origin)

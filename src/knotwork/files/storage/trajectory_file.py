@@ -105,7 +105,7 @@ def trajectory_from_dict(data: Document | Mapping[str, Any]) -> JointTrajectory:
             tuple(names),
             polynomial,
             joint_units=tuple(units),
-            planner=content.planner,
+            origin=content.planner,
             waypoint_times=times,
             events=content.events,
             loads=content.loads,

@@ -35,7 +35,7 @@ def trajectory_to_dict(trajectory: JointTrajectory) -> dict[str, Any]:
     data: dict[str, Any] = {
         "format": TRAJECTORY_FORMAT,
         "version": 1,
-        "planner": trajectory.planner,
+        "planner": trajectory.origin,
         "joint_names": list(trajectory.joint_names),
         "units": {"time": "s", "joints": list(trajectory.joint_units)},
     }

@@ -44,20 +44,20 @@ class PathSpeeds:
 
     Attributes:
         free_task: The task with these speeds, or without them where a path can't be followed.
-        chosen: The speeds along each of these paths.
+        choices: The speeds along each of these paths.
     """
 
     free_task: FreeTask
-    chosen: Sequence[ChosenSpeeds]
+    choices: Sequence[ChosenSpeeds]
 
     @property
     def active_limits(self) -> tuple[ActiveLimit, ...]:
         """Bounds of the chosen speeds."""
         names = [waypoint.name for waypoint in self.free_task.scenario.waypoints]
         limits = []
-        for at in self.chosen:
-            for stretch, (_, bound) in at.speeds.items():
-                i = at.problem.path.first + stretch
+        for choice in self.choices:
+            for stretch, (_, bound) in choice.speeds.items():
+                i = choice.problem.path.first + stretch
                 subject, quantity = ("", bound.value) if isinstance(bound, Reason) else bound[:2]
                 limits.append(ActiveLimit(names[i], names[i + 1], subject, quantity, None))
         return tuple(limits)
@@ -71,13 +71,13 @@ class PathSpeeds:
             The problems; none if no path is slowed down.
         """
         ends = {section.waypoints[k] for section in sections for k in (0, -1)}
-        problems = [at.problem for at in self.chosen]
+        problems = [choice.problem for choice in self.choices]
         slower = [
-            at.slowed_down(SLOWDOWN, Reason.ADJACENT_MOTION)
-            if ends & {at.problem.path.first, at.problem.path.last}
-            or any(bound is Reason.ADJACENT_MOTION for _, bound in at.speeds.values())
-            else at.problem
-            for at in self.chosen
+            choice.slowed_down(SLOWDOWN, Reason.ADJACENT_MOTION)
+            if ends & {choice.problem.path.first, choice.problem.path.last}
+            or any(bound is Reason.ADJACENT_MOTION for _, bound in choice.speeds.values())
+            else choice.problem
+            for choice in self.choices
         ]
         return [] if slower == problems else slower
 
@@ -103,16 +103,16 @@ def maximum_path_speeds(
     longest = math.inf
     for _ in range(MAX_MOTIONS):
         try:
-            chosen = [problem.choose() for problem in problems]
+            choices = [problem.choose() for problem in problems]
         except NoSpeedsError as no_speeds:
             faults = faults or [no_speeds.fault]
             break
-        duration = sum(at.timing.duration for at in chosen)
+        duration = sum(choice.timing.duration for choice in choices)
         if feasible and (duration >= longest or budget.time_limit.is_over):
             break
-        speeds = _follow(free_task, chosen)
-        problems = [at.problem for at in speeds.chosen]
-        if exceeded := [at.fault for at in speeds.chosen if at.fault is not None]:
+        speeds = _follow(free_task, choices)
+        problems = [choice.problem for choice in speeds.choices]
+        if exceeded := [choice.fault for choice in speeds.choices if choice.fault is not None]:
             faults = exceeded
         else:
             feasible.append(speeds)
@@ -122,30 +122,35 @@ def maximum_path_speeds(
     return feasible[-1]
 
 
-def _follow(free_task: FreeTask, chosen: Sequence[ChosenSpeeds]) -> PathSpeeds:
+def _follow(free_task: FreeTask, choices: Sequence[ChosenSpeeds]) -> PathSpeeds:
     """Plan the motion along the paths with chosen speeds, and correct their problems."""
     try:
-        timed = _with_speeds(free_task, chosen)
+        timed = _with_speeds(free_task, choices)
     except (PathError, FollowingError) as blocked:
         start = blocked.path_start
-        faulty = [at for at in chosen if at.problem.path.first == start] or chosen
-        return PathSpeeds(free_task, [at.blocked() if at in faulty else at for at in chosen])
-    return PathSpeeds(timed, [at.corrected(timed) for at in chosen])
+        faulty = [choice for choice in choices if choice.problem.path.first == start] or choices
+        return PathSpeeds(
+            free_task,
+            [choice.blocked() if choice in faulty else choice for choice in choices],
+        )
+    return PathSpeeds(timed, [choice.corrected(timed) for choice in choices])
 
 
-def _with_speeds(free_task: FreeTask, chosen: Sequence[ChosenSpeeds]) -> FreeTask:
+def _with_speeds(free_task: FreeTask, choices: Sequence[ChosenSpeeds]) -> FreeTask:
     """The task with chosen speeds along its paths, solved."""
-    if not chosen:
+    if not choices:
         return free_task
     scenario = free_task.scenario
     unit = scenario.units.per_metre
     changes: defaultdict[int, dict[str, Any]] = defaultdict(dict, solutions_near(free_task))
-    for at in chosen:
-        for stretch, (speed, _) in at.speeds.items():
-            end = scenario.task_index[at.problem.path.first + 1 + stretch]
+    for choice in choices:
+        for stretch, (speed, _) in choice.speeds.items():
+            end = scenario.task_index[choice.problem.path.first + 1 + stretch]
             changes[end]["speed"] = round_speed(unit * speed)
     scenario = change_task(scenario, scenario.given.with_waypoints(changes))
-    given = tuple(replace(at, path_speed_is_free=False) for at in free_task.free_values.waypoints)
+    given = tuple(
+        replace(waypoint, path_speed_is_free=False) for waypoint in free_task.free_values.waypoints
+    )
     free = scenario.free_values or replace(free_task.free_values, waypoints=given)
     return FreeTask.solve(scenario, free)
 
@@ -158,9 +163,9 @@ def given_speeds_beyond_limits(speeds: PathSpeeds) -> list[InputError]:
     """
     errors: list[InputError] = []
     free_task = speeds.free_task
-    chosen = {at.problem.number for at in speeds.chosen}
+    chosen_paths = {choice.problem.number for choice in speeds.choices}
     for number, path in enumerate(free_task.scenario.paths):
-        if number in chosen:
+        if number in chosen_paths:
             continue
         limits = state_limits(free_task, path)
         utilisations = planned_utilisation(free_task, path, limits).max(axis=1)

@@ -128,13 +128,13 @@ def choose_times(free_task: FreeTask, budget: Budget) -> ChosenValues:
     motions = _find_motions(free_task, path_speed_problems(free_task), budget)
     while (shorter := _find_shorter(free_task, motions, budget)) is not None:
         motions = shorter
-    return motions.chosen
+    return motions.values
 
 
 class _Motions(NamedTuple):
     """The chosen values of a task, and the speeds along its paths."""
 
-    chosen: ChosenValues
+    values: ChosenValues
     speeds: PathSpeeds
 
 
@@ -168,7 +168,7 @@ def _find_shorter(free_task: FreeTask, motions: _Motions, budget: Budget) -> _Mo
         other = _find_motions(free_task, slower, budget)
     except InputError:
         return None
-    return other if other.chosen.duration < motions.chosen.duration else None
+    return other if other.values.duration < motions.values.duration else None
 
 
 def _choose_values(scenario: Scenario, speeds: PathSpeeds, budget: Budget) -> ChosenValues:

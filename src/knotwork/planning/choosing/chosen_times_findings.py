@@ -36,33 +36,35 @@ _Shares = list[tuple[str, float | None]]
 """Texts of limiting constraints, each with its share of the time."""
 
 
-def chosen_times_findings(chosen: ChosenValues, joints: JointRequirements) -> Iterator[Finding]:
+def chosen_times_findings(
+    chosen_values: ChosenValues, joints: JointRequirements
+) -> Iterator[Finding]:
     """Report the duration, its gap to the lower bound, and the limiting constraints.
 
     Args:
-        chosen: The chosen times.
+        chosen_values: The chosen values.
         joints: The joints and their limits.
     """
-    free = chosen.requested.required_free_values
-    timed = bool(free.duration_is_unknown.any())
-    given = free.total_duration is not None or not timed
-    highlight = _duration(chosen, given=given)
-    verdict: Verdict = "warning" if chosen.status != "optimal" else "information"
-    group = Group.CHOSEN_TIMES if timed else Group.CHOSEN_MOTION
+    free = chosen_values.requested.required_free_values
+    has_free_times = bool(free.duration_is_unknown.any())
+    given = free.total_duration is not None or not has_free_times
+    highlight = _duration(chosen_values, given=given)
+    verdict: Verdict = "warning" if chosen_values.status != "optimal" else "information"
+    group = Group.CHOSEN_TIMES if has_free_times else Group.CHOSEN_MOTION
     fact = f"{group.removeprefix('Chosen ')} chosen: {highlight}"
     yield Topic(group).finding(
-        "duration", fact, verdict, value=chosen.duration, unit="s", highlight=highlight
+        "duration", fact, verdict, value=chosen_values.duration, unit="s", highlight=highlight
     )
     if not given:
-        shortest = f"{chosen.lower_bound:.6g} s{_conditions(chosen)}"
+        shortest = f"{chosen_values.lower_bound:.6g} s{_conditions(chosen_values)}"
         fact = f"no motion for this task within the limits is shorter than {shortest}"
-        yield Topic(group).finding("lower_bound", fact, value=chosen.lower_bound, unit="s")
+        yield Topic(group).finding("lower_bound", fact, value=chosen_values.lower_bound, unit="s")
     if unlimited := _unlimited_note(joints):
         yield Topic(group).finding("acceleration_limit", unlimited, "warning")
-    if chosen.sections and chosen.assumed_jerk:
-        yield Topic(group).finding("assumed_jerk", _assumed_jerk_note(chosen))
-    times = {waypoint.name: waypoint.time for waypoint in chosen.scenario.waypoints}
-    for (start, end), limits in _limits_by_interval(chosen).items():
+    if chosen_values.sections and chosen_values.assumed_jerk:
+        yield Topic(group).finding("assumed_jerk", _assumed_jerk_note(chosen_values))
+    times = {waypoint.name: waypoint.time for waypoint in chosen_values.scenario.waypoints}
+    for (start, end), limits in _limits_by_interval(chosen_values).items():
         parts = [
             f"{limit} {'for ' if share else ''}{_share_text(share)}" for limit, share in limits
         ]
@@ -80,29 +82,29 @@ def chosen_times_findings(chosen: ChosenValues, joints: JointRequirements) -> It
         )
 
 
-def _duration(chosen: ChosenValues, *, given: bool) -> str:
+def _duration(chosen_values: ChosenValues, *, given: bool) -> str:
     """Text of the duration, and whether it is given or the minimum."""
-    text, conditions = f"{chosen.duration:.6g} s", _conditions(chosen)
-    bound = f"lower bound {chosen.lower_bound:.6g} s{conditions}"
+    text, conditions = f"{chosen_values.duration:.6g} s", _conditions(chosen_values)
+    bound = f"lower bound {chosen_values.lower_bound:.6g} s{conditions}"
     better = "a smoother motion may exist" if given else f"a shorter motion may exist ({bound})"
     if given:
         text += ", as given"
-    if chosen.status == "budget":
+    if chosen_values.status == "budget":
         return f"{text}, the best so far when the budget ended: every limit is kept, but {better}"
-    if chosen.status == "resting":
+    if chosen_values.status == "resting":
         return f"{text}: every limit is kept, but the arm rests between waypoints, and {better}"
     if given:
         return text
-    if chosen.gap < 1e-6:
+    if chosen_values.gap < 1e-6:
         return f"{text}, the minimum{conditions}"
-    return f"{text}, {100 * chosen.gap:.1f} % above the {bound}"
+    return f"{text}, {100 * chosen_values.gap:.1f} % above the {bound}"
 
 
-def _conditions(chosen: ChosenValues) -> str:
+def _conditions(chosen_values: ChosenValues) -> str:
     """Text of the chosen speeds along paths and fixed arrivals, on which the bound depends."""
-    times = {waypoint.name: waypoint.time for waypoint in chosen.scenario.waypoints}
-    conditions = [f"{name!r} met at {times[name]:.6g} s" for name in chosen.fixed_arrivals]
-    free_values = chosen.requested.required_free_values
+    times = {waypoint.name: waypoint.time for waypoint in chosen_values.scenario.waypoints}
+    conditions = [f"{name!r} met at {times[name]:.6g} s" for name in chosen_values.fixed_arrivals]
+    free_values = chosen_values.requested.required_free_values
     if any(free.path_speed_is_free for free in free_values.waypoints):
         conditions.insert(0, "these speeds along its paths")
     return f" with {', '.join(conditions)}" if conditions else ""
@@ -121,13 +123,13 @@ def _unlimited_note(joints: JointRequirements) -> str:
     )
 
 
-def _assumed_jerk_note(chosen: ChosenValues) -> str:
+def _assumed_jerk_note(chosen_values: ChosenValues) -> str:
     """Text of the assumed jerk limits."""
-    motion = chosen.sections[0].trajectory
+    motion = chosen_values.sections[0].trajectory
     units = dict(zip(motion.joint_names, motion.joint_units, strict=True))
     joints: dict[str, list[str]] = {}
-    for name, bound in chosen.assumed_jerk.items():
-        text = chosen.scenario.units.text(bound, rate_unit(units[name], 3))
+    for name, bound in chosen_values.assumed_jerk.items():
+        text = chosen_values.scenario.units.text(bound, rate_unit(units[name], 3))
         joints.setdefault(text, []).append(name)
     text = "; ".join(f"{bound} for {', '.join(names)}" for bound, names in joints.items())
     return f"no jerk limit is given, so one is assumed: {text}"
@@ -139,17 +141,17 @@ def _share_text(share: float | None) -> str:
     return f"{100 * share:.0f} % of the time" if share else "at its peak"
 
 
-def _limits_by_interval(chosen: ChosenValues) -> dict[tuple[str, str], _Shares]:
+def _limits_by_interval(chosen_values: ChosenValues) -> dict[tuple[str, str], _Shares]:
     """Limiting constraints by interval, each with its share of the time."""
     limits: defaultdict[tuple[str, str], _Shares] = defaultdict(list)
-    for limit in chosen.binding:
+    for limit in chosen_values.binding:
         quantity = REASON_TEXTS.get(limit.quantity, limit.quantity.replace("_", " "))
         text = f"{limit.subject} {quantity}" if limit.subject else quantity
-        if limit.quantity == "jerk" and limit.subject in chosen.assumed_jerk:
+        if limit.quantity == "jerk" and limit.subject in chosen_values.assumed_jerk:
             text += " (assumed)"
         if limit.quantity == Reason.PATH_ACCELERATION.value:
-            acceleration = chosen.scenario.paths[0].requested.acceleration
-            text = text.format(chosen.scenario.units.text(acceleration, "m/s²"))
+            acceleration = chosen_values.scenario.paths[0].requested.acceleration
+            text = text.format(chosen_values.scenario.units.text(acceleration, "m/s²"))
         limits[limit.start, limit.end].append((text, limit.share))
     return limits
 

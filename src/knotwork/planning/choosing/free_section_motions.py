@@ -63,14 +63,14 @@ def solve_sections(
     """
     free = free_task.free_values
     objective = Objective(**dict(free.objective))
-    timed = [section for section in sections if section.has_free_durations]
-    solved_twice = timed if free.total_duration is not None else []
+    with_free_times = [section for section in sections if section.has_free_durations]
+    solved_twice = with_free_times if free.total_duration is not None else []
     budget.begin(sum(len(section.waypoints) - 1 for section in sections + solved_twice))
     if free.total_duration is None:
         return _motions(sections, objective, budget)
-    fastest = _motions(timed, Objective(), budget)
+    fastest = _motions(with_free_times, Objective(), budget)
     durations = free_task.scenario.durations
-    for section in timed:
+    for section in with_free_times:
         durations[section.waypoints[:-1]] = 0.0
     outside = float(durations.sum())
     shortest = outside + sum(motion.duration for motion in fastest.values())

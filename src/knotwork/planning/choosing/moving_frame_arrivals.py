@@ -61,23 +61,23 @@ def fix_arrival_times(scenario: Scenario, budget: Budget) -> Scenario:
     scenario = _with_speeds_before(scenario, budget)
     if not (scenario.free_values and scenario.free_values.time_dependent):
         return scenario
-    scenario, chosen = _first_choice(scenario, _guesses(scenario), budget)
+    scenario, chosen_values = _first_choice(scenario, _guesses(scenario), budget)
     for count in range(MAX_ARRIVAL_ROUNDS):
         expected = scenario.expected_times
-        times = _times(scenario, chosen)
+        times = _times(scenario, chosen_values)
         arrivals = list(scenario.required_free_values.time_dependent)
         if np.abs(times - expected)[arrivals].max() <= AGREEMENT:
-            return _with_numbers(scenario, chosen)
-        task = scenario.given.with_waypoints(_speeds(scenario, chosen))
+            return _with_numbers(scenario, chosen_values)
+        task = scenario.given.with_waypoints(_speeds(scenario, chosen_values))
         if count == FULL_STEPS:
-            task = task.with_waypoints(_solutions(scenario, chosen))
+            task = task.with_waypoints(_solutions(scenario, chosen_values))
         following = times if count < FULL_STEPS else 0.5 * (expected + times)
         # a wait is two waypoints, of which the first remains
         by_task_index = dict(zip(scenario.task_index[::-1], following[::-1].tolist(), strict=True))
         scenario = _with_fewer_free(scenario, task, by_task_index)
         if not (scenario.free_values and scenario.free_values.time_dependent):
             return scenario
-        chosen = _choose(scenario, budget)
+        chosen_values = _choose(scenario, budget)
     i = max(arrivals, key=lambda k: abs(times[k] - expected[k]))
     raise TimingError(
         f"{scenario.waypoints[i].name!r} moves, and after {MAX_ARRIVAL_ROUNDS} iterations "
@@ -147,35 +147,35 @@ def _with_speeds_before(scenario: Scenario, budget: Budget) -> Scenario:
         return scenario
     try:
         part = task.replace(waypoints=task.waypoints[: scenario.task_index[first]])
-        chosen = _choose(change_task(scenario, part), budget)
+        chosen_values = _choose(change_task(scenario, part), budget)
     except InputError:
         return scenario
-    return _with_fewer_free(scenario, task.with_waypoints(_speeds(scenario, chosen)))
+    return _with_fewer_free(scenario, task.with_waypoints(_speeds(scenario, chosen_values)))
 
 
-def _speeds(scenario: Scenario, chosen: ChosenValues) -> dict[int, Any]:
+def _speeds(scenario: Scenario, chosen_values: ChosenValues) -> dict[int, Any]:
     """Chosen speeds along paths up to the last moving frame, for the task."""
-    free, timed = scenario.required_free_values, chosen.scenario.given.waypoints
+    free, timed = scenario.required_free_values, chosen_values.scenario.given.waypoints
     until = free.waypoints[: free.time_dependent[-1] + 1]
     ends = [scenario.task_index[i] for i, at in enumerate(until) if at.path_speed_is_free]
     # a part of the task has its first waypoints only
     return {k: {"speed": timed[k].speed} for k in ends if k < len(timed)}  # type: ignore[union-attr]
 
 
-def _solutions(scenario: Scenario, chosen: ChosenValues) -> dict[int, Any]:
+def _solutions(scenario: Scenario, chosen_values: ChosenValues) -> dict[int, Any]:
     """Chosen solutions of the poses up to the last moving frame, for the task."""
-    timed = chosen.scenario.given.waypoints
+    timed = chosen_values.scenario.given.waypoints
     reached = scenario.task_index[1 : scenario.required_free_values.time_dependent[-1] + 1]
     return {k: {"near": near} for k in reached if (near := getattr(timed[k], "near", None))}
 
 
-def _times(scenario: Scenario, chosen: ChosenValues) -> FloatArray:
+def _times(scenario: Scenario, chosen_values: ChosenValues) -> FloatArray:
     """Times of the waypoints in a minimum-time motion [s], shape (n,).
 
     Raises:
         InputError: A waypoint is reached later than its given time.
     """
-    times = np.array(chosen.scenario.times)
+    times = np.array(chosen_values.scenario.times)
     for i in scenario.required_free_values.time_dependent:
         task_i = scenario.task_index[i]
         time = scenario.given.waypoints[task_i].time
@@ -192,12 +192,12 @@ def _times(scenario: Scenario, chosen: ChosenValues) -> FloatArray:
     return times
 
 
-def _with_numbers(scenario: Scenario, chosen: ChosenValues) -> Scenario:
+def _with_numbers(scenario: Scenario, chosen_values: ChosenValues) -> Scenario:
     """The scenario with numbers for its free values up to the last moving frame."""
     free, task = scenario.required_free_values, scenario.given
-    last, spans = free.time_dependent[-1], np.diff(chosen.scenario.times)
+    last, spans = free.time_dependent[-1], np.diff(chosen_values.scenario.times)
     changes: defaultdict[int, dict[str, Any]] = defaultdict(dict)
-    changes.update(_speeds(scenario, chosen))
+    changes.update(_speeds(scenario, chosen_values))
     for i in range(1, last + 1):
         at = free.waypoints[i]
         task_i = scenario.task_index[i]
@@ -206,7 +206,7 @@ def _with_numbers(scenario: Scenario, chosen: ChosenValues) -> Scenario:
             waits = at.min_duration > span - AGREEMENT
             after = span if waits else LONGER_TIMES * span + AGREEMENT
             changes[task_i]["after"] = rounded_up(after, 6)
-    task = task.with_waypoints(changes).with_waypoints(_solutions(scenario, chosen))
+    task = task.with_waypoints(changes).with_waypoints(_solutions(scenario, chosen_values))
     return _with_fewer_free(scenario, task)
 
 

@@ -65,9 +65,9 @@ def _plan_in_child(
     try:
         return row, child.call(outcome_of, document, edits, limit=time_limit)
     except (ChildTimeoutError, ChildCrashedError) as error:
-        result = ROW_TIME_LIMIT if isinstance(error, ChildTimeoutError) else ROW_CRASHED
+        verdict = ROW_TIME_LIMIT if isinstance(error, ChildTimeoutError) else ROW_CRASHED
         plan_time = time.perf_counter() - begin
-        return row, Outcome(result, result, str(error), plan_time=plan_time)
+        return row, Outcome(verdict, verdict, str(error), plan_time=plan_time)
 
 
 def distributed() -> Any:

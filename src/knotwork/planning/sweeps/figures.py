@@ -67,20 +67,22 @@ def _squared_effort(plan: Plan) -> float | None:
     return sum(squared_effort(*part) for part in plan.joints.loaded_robots.parts(plan.trajectory))
 
 
-_min_singular = partial(_extreme, min, quantity=SMALLEST_SINGULAR_VALUE)
-_deviation = partial(_extreme, max, quantity="path_deviation")
-_outer = partial(_extreme, min, subject="pair", involves_scene=True)
-_inner = partial(_extreme, min, subject="pair", involves_scene=False)
+_min_singular_value = partial(_extreme, min, quantity=SMALLEST_SINGULAR_VALUE)
+_path_deviation = partial(_extreme, max, quantity="path_deviation")
+_scene_clearance = partial(_extreme, min, subject="pair", involves_scene=True)
+_self_clearance = partial(_extreme, min, subject="pair", involves_scene=False)
 
 FIGURES: dict[str, RowFigure] = {
     figure.name: figure
     for figure in (
         RowFigure("duration", "duration", "s", False, lambda plan: plan.trajectory.duration),
-        RowFigure(SMALLEST_SINGULAR_VALUE, "smallest singular value", "", True, _min_singular),
-        RowFigure("clearance", "clearance to the surroundings", "m", True, _outer),
-        RowFigure("self_clearance", "clearance to itself", "m", True, _inner),
+        RowFigure(
+            SMALLEST_SINGULAR_VALUE, "smallest singular value", "", True, _min_singular_value
+        ),
+        RowFigure("clearance", "clearance to the surroundings", "m", True, _scene_clearance),
+        RowFigure("self_clearance", "clearance to itself", "m", True, _self_clearance),
         *(_utilisation_figure(quantity) for quantity in (*JOINT_QUANTITIES, *TOOL_ORDERS)),
-        RowFigure("path_deviation", "deviation from the path", "m", False, _deviation),
+        RowFigure("path_deviation", "deviation from the path", "m", False, _path_deviation),
         RowFigure("squared_effort", "integral of torque squared", "N²m²s", False, _squared_effort),
     )
 }

@@ -1,4 +1,4 @@
-"""Outcomes of rows: a result, the reason of a failure, and figures."""
+"""Outcomes of rows: a verdict, the reason of a failure, and figures."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from knotwork.planning import Plan, plan
 from knotwork.planning.sweeps.field_path import scenario_with
 from knotwork.planning.sweeps.figures import FIGURES
 
-# results of rows
+# verdicts of rows
 ROW_PASSED = "passed"
 ROW_FAILED = "failed"  # a check fails
 ROW_REFUSED = "refused"  # there is no motion
@@ -37,7 +37,7 @@ class Outcome:
     """Outcome of one scenario.
 
     Attributes:
-        result: `ROW_PASSED`, `ROW_FAILED`, `ROW_REFUSED`, `ROW_TIME_LIMIT` or `ROW_CRASHED`.
+        verdict: `ROW_PASSED`, `ROW_FAILED`, `ROW_REFUSED`, `ROW_TIME_LIMIT` or `ROW_CRASHED`.
         reason: Reason of a failure, in a few words; else empty.
         message: Reason as a sentence; for a motion that passes, the number of requirements that are
             met at samples only, if any.
@@ -45,7 +45,7 @@ class Outcome:
         plan_time: Planning time [s].
     """
 
-    result: str
+    verdict: str
     reason: str = ""
     message: str = ""
     figures: dict[str, float | None] = field(default_factory=dict)

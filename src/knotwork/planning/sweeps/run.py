@@ -162,7 +162,7 @@ def _plan_missing(
     with closing(executors.plan_rows(spec, missing, workers, scheduler)) as results:  # type: ignore[type-var]
         for row, outcome in results:
             folder.add(row, outcome)
-            passed += outcome.result == ROW_PASSED
+            passed += outcome.verdict == ROW_PASSED
             if progress is not None:
                 seconds = time.monotonic() - begin
                 progress(SweepProgress(len(folder.rows), len(spec), passed, before, seconds))

@@ -91,7 +91,7 @@ class StudySpec:
         )
         figures = (outcome.figures.get(name) for name in FIGURES)
         finite = (x if x is not None and math.isfinite(x) else None for x in figures)
-        texts = outcome.result, outcome.reason, outcome.message
+        texts = outcome.verdict, outcome.reason, outcome.message
         cells = (row, *values, *texts, *finite, outcome.plan_time)
         return dict(zip(self.columns, cells, strict=True))
 

@@ -35,9 +35,9 @@ class Study:
         folder: Folder with the rows, or `None` for rows in memory.
     """
 
-    def __init__(self, folder: StudyFolder) -> None:
-        self.spec, self.folder = folder.spec, folder.path
-        self._rows = [row for _, row in sorted(folder.rows.items())]
+    def __init__(self, study_folder: StudyFolder) -> None:
+        self.spec, self.folder = study_folder.spec, study_folder.path
+        self._rows = [row for _, row in sorted(study_folder.rows.items())]
 
     @classmethod
     def open(cls, folder: str | Path) -> Study:
@@ -161,6 +161,6 @@ class Study:
         from knotwork.planning.choosing import saved_text
 
         scenario, target = self.scenario(row), Path(path)
-        chosen = plan(scenario).chosen if scenario.free_values is not None else None
-        with_numbers = scenario if chosen is None else chosen.scenario
+        values = plan(scenario).chosen_values if scenario.free_values is not None else None
+        with_numbers = scenario if values is None else values.scenario
         return storage.write_file(target, saved_text(with_numbers, target.parent))

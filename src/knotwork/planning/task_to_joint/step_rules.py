@@ -78,7 +78,7 @@ def step_rules(
             StepRules(
                 duration,
                 branch_change="forbidden" if scenario.branch == "fixed" else change,
-                is_timed=free is None or not free.motion_is_unknown(i),
+                duration_is_given=free is None or not free.motion_is_unknown(i),
                 rest_to_rest=rests and not (moves[i] or moves[i + 1]),
                 colliding=tuple(
                     CollidingStep(start, end, tolerance)

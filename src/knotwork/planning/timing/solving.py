@@ -90,7 +90,8 @@ def solve_within(problem: TimingProblem, budget: Budget) -> TimedMotion:
     if motion is None and budget.time_limit.is_over:
         message = (
             "no motion that keeps every limit was found within the budget of "
-            f"{budget.time_limit.seconds:g} s; allow more time, or none, for a search to its end"
+            f"{budget.time_limit.seconds:g} s; accepted: a larger budget, or none for no limit of "
+            "time"
         )
         raise TimingError(message, cause="budget")
     if motion is None:
@@ -111,7 +112,7 @@ def _consecutive(motions: Sequence[SectionMotion]) -> SectionMotion:
 
 
 def timed_motion(
-    problem: TimingProblem, motion: SectionMotion, bound: float, planner: str
+    problem: TimingProblem, motion: SectionMotion, bound: float, origin: str
 ) -> TimedMotion:
     """A motion that keeps the limits of a problem, with its figures; see `TimedMotion`.
 
@@ -119,14 +120,14 @@ def timed_motion(
         problem: The waypoints and the limits.
         motion: The motion.
         bound: Lower bound on the duration [s].
-        planner: Name of the planner.
+        origin: Source of the motion, see `JointTrajectory`.
     """
     time, curve = motion.time, motion.curve
     trajectory = JointTrajectory(
         problem.joint_names,
         curve,
         joint_units=problem.joint_units,
-        planner=planner,
+        origin=origin,
         waypoint_times=time,
     )
     return TimedMotion(

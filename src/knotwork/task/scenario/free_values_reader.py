@@ -175,8 +175,8 @@ def _objective(task: ExpandedTask, *, has_free_times: bool) -> Weights:
     given = task.objective
     if isinstance(given, Weights):
         return given
-    timed = has_free_times and task.duration is None
-    return Weights(**{given or ("time" if timed else "jerk"): 1.0})
+    duration_is_free = has_free_times and task.duration is None
+    return Weights(**{given or ("time" if duration_is_free else "jerk"): 1.0})
 
 
 def check_free_values(
@@ -235,7 +235,6 @@ def _misused(
     task: ExpandedTask, free: FreeValues, task_index: Sequence[int]
 ) -> Iterator[tuple[Location, str, str]]:
     """Keys about free values although none is free, and free values that exclude each other."""
-    is_timed = free.has_free_durations
     free_times = sum(waypoint.duration_is_free for waypoint in free.waypoints)
     has_free_times = free_times > len(free.time_dependent)
     has_free_speeds = any(waypoint.speed_kind != "given" for waypoint in free.waypoints)
@@ -250,7 +249,7 @@ def _misused(
     if has_objective and weighs_time and (not has_free_times or task.duration is not None):
         message = "the time is given, so it can't be minimised"
         yield ("objective",), message, "jerk, effort or acceleration"
-    if is_timed and task.duration is None and not weighs_time:
+    if free.has_free_durations and task.duration is None and not weighs_time:
         message = "gives no weight to the time, so the slowest motion would be optimal"
         accepted = "time as well, for example {time: 1, effort: 0.01}, or duration: seconds"
         yield ("objective",), message, accepted

@@ -143,7 +143,7 @@ def compare_log(
     return Report(
         scenario=alignment.smoothed.log.source,
         robot=robot.name if robot is not None else None,
-        planner=alignment.trajectory.planner,
+        origin=alignment.trajectory.origin,
         start_time=alignment.trajectory.start_time,
         end_time=alignment.trajectory.end_time,
         findings=(

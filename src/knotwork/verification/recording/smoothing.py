@@ -96,7 +96,7 @@ def smoothed(log: Recording, noise: float | None = None) -> Smoothed:
         log.joint_names,
         fit.polynomial,
         joint_units=log.joint_units,
-        planner=f"{log.source} (log)",
+        origin=f"{log.source} (log)",
     )
     residuals = log.position - fit.polynomial(log.time)
     noise_errors = np.stack([fit.standard_errors(grid, order) for order in ERROR_ORDERS])
