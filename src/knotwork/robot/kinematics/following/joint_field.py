@@ -124,7 +124,7 @@ class JointField:
             arc_length: Arc length [m], shape (n,).
         """
         change = self._self_motion(q, tangential_acceleration / self.speed, arc_length)
-        if self.guide is not None:
+        if change is not None and self.guide is not None:
             change = change + _to_column(speed**2) * self.guide.rate(arc_length, q, 1)
         return self._solve(q, twist_rate, change)
 
@@ -149,7 +149,7 @@ class JointField:
         if not self.slows:
             return 1.0
         decrease = ((q - self.middle) * self.per_slowing_distance) ** 4
-        return np.maximum(np.maximum(1.0 - decrease, 0.0) ** 3, MIN_MOBILITY)
+        return np.asarray(np.maximum(np.maximum(1.0 - decrease, 0.0) ** 3, MIN_MOBILITY))
 
     def arc_lengths(self, path: TimedPath, time: FloatArray) -> FloatArray:
         """Arc lengths at times [m], shape (k,); zeros where nothing depends on them."""
