@@ -241,7 +241,7 @@ def torques(seed: int) -> list[dict[str, Any]]:
         limits = JointLimits(V, A, J, effort=part * effort)
         motion, seconds = solved_in(TimingProblem(names, q, v, limits, dynamics=dynamics))
         free = solve(TimingProblem(names, q, v, JointLimits(V, A, J)))
-        binds = sum(one.share or 0.0 for one in motion.binding if one.quantity == "effort")
+        binds = sum(one.share or 0.0 for one in motion.active_limits if one.quantity == "effort")
         rows.append(
             {
                 "torque": part,

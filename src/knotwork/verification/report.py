@@ -172,9 +172,10 @@ class Report:
 
     @property
     def counts(self) -> tuple[int, int]:
-        """Number of requirements met, and number of all requirements."""
-        required = [finding for finding in self.findings if finding.required]
-        return sum(finding.ok for finding in required), len(required)
+        """Number of requirements met, and number of all requirements, with undecided ones."""
+        verdicts = [finding.verdict for finding in self.findings]
+        met = verdicts.count("met")
+        return met, met + verdicts.count("failed") + verdicts.count("undecided")
 
     @property
     def tightest(self) -> tuple[Finding, ...]:
@@ -210,7 +211,7 @@ class Report:
     def result(self) -> str:
         """Text with the numbers of met, all, failed, undecided and sampled requirements."""
         met, required = self.counts
-        failed = f", {required - met} failed" if required > met else ""
+        failed = f", {len(self.failures)} failed" if self.failures else ""
         return f"{met} of {required} requirements met{failed}{self.reservations}"
 
     @property
