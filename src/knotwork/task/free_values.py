@@ -130,7 +130,7 @@ class Weights(TaskPart):
     time: Weight = optional("Weight of the duration", 0.0, unit="1/s")
     jerk: Weight = optional("Weight of the integral of jerk squared", 0.0, unit="s⁵/rad²")
     effort: Weight = optional(
-        "Weight of the integral of torque squared, with the payload", 0.0, unit="1/(N²m²s)"
+        "Weight of the integral of effort squared, with the payload", 0.0, unit="1/(N²m²s)"
     )
     acceleration: Weight = optional(
         "Weight of the integral of acceleration squared", 0.0, unit="s³/rad²"
