@@ -113,7 +113,7 @@ def proved(
     whole = motion.start_time, motion.end_time
     limits = PathLimits(tolerance, np.radians(0.1), SpeedLimit(speed, 1e-3 * speed, whole))
     bounds = path_bounds(arm, curve.polynomial, motion, whole, limits)
-    found = bounds.bounds
+    found = bounds.worst_errors
     times = curve.waypoint_times
     if times is None or not (found["path_deviation"].proved and found["path_speed"].proved):
         raise SystemExit(f"{case}: not proved")

@@ -143,7 +143,7 @@ def test_unrequested_continuity_is_information() -> None:
     assert broken.value == pytest.approx(1e-4)
     assert broken.limit == pytest.approx(1e-9 * 1.5, rel=1e-3)  # of the largest acceleration
     found = report.select(group="Continuity")
-    assert [finding.required for finding in found] == [True, True, False]
+    assert [finding.is_decided for finding in found] == [True, True, False]
     assert failing(check(broken_at_one(1, 1e-4), scenario(continuity=1))) == {("", "velocity_jump")}
     assert check(broken_at_one(1, 1e-4), scenario(continuity=0)).ok
     assert not check(broken_at_one(0, 1e-4), scenario(continuity=0)).ok
@@ -165,7 +165,7 @@ def test_too_short_trajectory_fails() -> None:
     report = check(short, scenario())
     assert failing(report) == {("", "time_span")}
     (defect,) = report.failures
-    assert "from 0 s to 1 s, but the waypoints of the scenario are from 0 s to 2 s" in str(defect)
+    assert "from 0 s to 1 s, but the waypoints run from 0 s to 2 s" in str(defect)
     late = JointTrajectory((TURN, SLIDE), PiecewisePolynomial(SOUND.polynomial.c, [0.5, 1.0, 2.0]))
     assert ("", "time_span") in failing(check(late, scenario()))
     assert failing(check(SOUND, scenario(), defects=["scratched"])) == {("", "defect")}

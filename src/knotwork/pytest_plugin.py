@@ -57,7 +57,7 @@ class Checks:
                 reports.append(self._check_file(file, scenario, robot, scene, limits))
                 groups = reports[-1].groups
                 for group, findings in groups.items():
-                    if any(finding.required for finding in findings):
+                    if any(finding.is_decided for finding in findings):
                         with self._subtests.test(msg=f"{name}: {group}"):
                             _fail_if_any(findings)
         return reports

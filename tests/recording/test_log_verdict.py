@@ -46,6 +46,9 @@ def test_good_motion_passes_with_noisy_log(
     assert "estimated from the samples" in messages
     assert report.select(quantity="time_shift")
     count = len(report.select(verdict="undecided"))
+    met, required = len(report.select(verdict="met")), report.counts[1]
+    assert required == met + count + len(report.failures)
+    assert f" {met} of {required} requirements met" in str(report)
     assert str(report).splitlines()[0].endswith(f"requirements met, {count} undecided; 13 s")
     assert "undecided: within 4 standard errors of the limit" in str(report)
     assert "not judged" not in str(report)

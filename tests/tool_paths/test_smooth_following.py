@@ -172,7 +172,7 @@ def unproved(path: Any, motion: kw.JointTrajectory, speed: float, allowed: dict[
         allowed["orientation_tolerance"],
         SpeedLimit(speed, allowed["speed_tolerance"] * speed, whole),
     )
-    found = path_bounds(ARM, motion.polynomial, timed, whole, limits).bounds
+    found = path_bounds(ARM, motion.polynomial, timed, whole, limits).worst_errors
     assert {"path_deviation", "path_orientation", "path_speed"} <= found.keys()
     return [one for one in found.values() if not one.bound <= one.limit]
 

@@ -173,7 +173,7 @@ def test_warns_of_chosen_times_without_acceleration_limit() -> None:
     del task["waypoints"][0]["after"]
     (found,) = kw.plan(task).report.warnings
     assert str(found).startswith(
-        "times are chosen, but no acceleration limit is known for bare: only torque bounds it"
+        "times are chosen, but no acceleration limit is known for bare: only effort bounds it"
     )
     given = kw.plan(task | {"limits": {"acceleration": 10}})
     assert not given.report.warnings

@@ -124,7 +124,7 @@ def test_tolerance_equal_to_deviation_stays_unproved(line: kw.Plan) -> None:
         limits = PathLimits(tolerance, 0.01, speed)
         interval, robot = (stretch.start, stretch.end), arm(line)
         found = path_bounds(robot, line.trajectory.polynomial, path.motion, interval, limits)
-        return found.bounds["path_deviation"]
+        return found.worst_errors["path_deviation"]
 
     tolerance = bound(1e-4).value
     for _ in range(20):

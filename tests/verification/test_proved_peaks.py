@@ -15,10 +15,10 @@ import knotwork as kw
 from knotwork.robot.payload import Payload
 from knotwork.verification import (
     Bound,
+    effort_bound,
     singular_value_bound,
     tool_acceleration_bound,
     tool_speed_bound,
-    torque_bound,
 )
 from knotwork.verification.bounds import adaptive
 from plans import planned
@@ -106,7 +106,7 @@ def examine(robot: kw.Robot, trajectory: kw.JointTrajectory, samples: int) -> No
     order = [trajectory.joint_names.index(name) for name in robot.joint_names]
     curve = kw.PiecewisePolynomial(trajectory.polynomial.c[:, :, order], trajectory.breaks)
     for joint, found in enumerate(
-        torque_bound(robot, trajectory, limit=np.full(robot.dof, np.inf))
+        effort_bound(robot, trajectory, limit=np.full(robot.dof, np.inf))
     ):
         compare(found, curve, torque_of(robot, joint), samples, 1e-9)
     compare(tool_speed_bound(robot, trajectory), curve, speed_of(robot), samples, 1e-9)
@@ -141,13 +141,13 @@ def test_random_motions_peak_below_bounds(seed: int, motions: int, samples: int)
 def test_limits_close_to_peak_are_decided() -> None:
     plan = planned("ur5_deburring")
     robot, trajectory = plan.joints.robot, plan.trajectory
-    tight = torque_bound(robot, trajectory, limit=np.full(6, np.inf))
+    tight = effort_bound(robot, trajectory, limit=np.full(6, np.inf))
     peaks = [peak(trajectory.polynomial, torque_of(robot, joint), 20_000) for joint in range(6)]
     assert all(
         found.proof_gap <= 1.01e-3 * truth for found, truth in zip(tight, peaks, strict=True)
     )
     for share, ok in ((1e-6, True), (-1e-6, False)):
-        found = torque_bound(robot, trajectory, limit=np.array(peaks) * (1 + share))
+        found = effort_bound(robot, trajectory, limit=np.array(peaks) * (1 + share))
         assert [bound.ok for bound in found] == [ok] * 6
         assert [bound.proved for bound in found] == [True] * 6
     speed = peak(trajectory.polynomial, speed_of(robot), 20_000)
@@ -165,7 +165,7 @@ def test_exhausted_budget_is_not_proved(monkeypatch: pytest.MonkeyPatch) -> None
     robot, trajectory = plan.joints.robot, plan.trajectory
     truth = peak(trajectory.polynomial, torque_of(robot, 1), 20_000)
     limit = np.full(6, truth * (1 + 1e-6))
-    found = torque_bound(robot, trajectory, limit=limit)[1]
+    found = effort_bound(robot, trajectory, limit=limit)[1]
     assert found.ok
     assert not found.proved
     assert found.bound > truth
@@ -243,7 +243,7 @@ def test_finds_peak_between_samples(name: str) -> None:
     assert truth > 1.02 * sampled
     limit = np.full(6, np.inf)
     limit[joint] = (truth + sampled) / 2.0
-    found = torque_bound(robot, trajectory, limit=limit)[joint]
+    found = effort_bound(robot, trajectory, limit=limit)[joint]
     assert not found.ok
     assert found.proved
     assert found.bound >= truth * (1 - 1e-12)
@@ -264,5 +264,5 @@ def test_refuses_limits_that_are_not_positive(limit: Any) -> None:
     plan = planned("ur5_deburring")
     with pytest.raises(kw.InputError, match="limit of the tool speed"):
         kw.verification.tool_speed_bound(plan.joints.robot, plan.trajectory, limit=limit)
-    with pytest.raises(kw.InputError, match=r"torque limits.*accepted: 6 positive numbers"):
-        kw.verification.torque_bound(plan.joints.robot, plan.trajectory, limit=limit)
+    with pytest.raises(kw.InputError, match=r"effort limits.*accepted: 6 positive numbers"):
+        kw.verification.effort_bound(plan.joints.robot, plan.trajectory, limit=limit)

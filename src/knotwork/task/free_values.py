@@ -13,6 +13,7 @@ from knotwork.files.documents.values import (
     Forms,
     Items,
     JointMap,
+    NotNegative,
     Number,
     Positive,
     Range,
@@ -107,7 +108,7 @@ class ClearWay(TaskPart):
     tries: Annotated[int, Field(strict=True, ge=1, le=1000)] = optional(
         "Number of motions to search for; the fastest is taken", 2
     )
-    room: Positive = optional(
+    room: NotNegative = optional(
         "Clearance to keep beyond the margins; if no such motion is found, a half of it, then a "
         "quarter, then none",
         unit="length",
@@ -129,7 +130,7 @@ class Weights(TaskPart):
     time: Weight = optional("Weight of the duration", 0.0, unit="1/s")
     jerk: Weight = optional("Weight of the integral of jerk squared", 0.0, unit="s⁵/rad²")
     effort: Weight = optional(
-        "Weight of the integral of torque squared, with the payload", 0.0, unit="1/(N²m²s)"
+        "Weight of the integral of effort squared, with the payload", 0.0, unit="1/(N²m²s)"
     )
     acceleration: Weight = optional(
         "Weight of the integral of acceleration squared", 0.0, unit="s³/rad²"

@@ -1,6 +1,7 @@
 from . import metrics as metrics
 from . import recording as recording
 from .bounds import Bound as Bound
+from .bounds import effort_bound as effort_bound
 from .bounds import singular_value_bound as singular_value_bound
 from .bounds import tool_acceleration_bound as tool_acceleration_bound
 from .bounds import tool_speed_bound as tool_speed_bound

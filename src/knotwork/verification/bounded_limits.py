@@ -87,19 +87,19 @@ def check_singularity(motion: Motion, scenario: Scenario, joints: JointRequireme
 
 
 def check_effort_limits(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
-    """Compare joint torques and forces, by inverse dynamics, with their limits."""
+    """Compare joint efforts, by inverse dynamics, with their limits."""
     if joints.loaded_robots is None:
         if joints.robot is not None and joints.robot.base_moves:
             name = joints.robot.base_frame
             message = f"efforts are not checked: the frame of the poses is on {name}, which moves"
             yield Topic(Group.MOTION).finding("efforts", message, "warning")
         return
-    from knotwork.verification.bounds import torque_bound
+    from knotwork.verification.bounds import effort_bound
 
     limits = joints.limits.effort
     jumps = lower_order_jumps(motion.curve, 2)  # a jump of one joint is an impulse on all joints
     parts = [
-        torque_bound(robot, part, limit=add_slack(limits))
+        effort_bound(robot, part, limit=add_slack(limits))
         for robot, part in joints.loaded_robots.parts(motion.trajectory)
     ]
     for i, bounds in enumerate(zip(*parts, strict=True)):

@@ -40,7 +40,7 @@ def group_lines(
     rows: dict[str, list[str]] = {}
     listed = []
     for name, findings in groups.items():
-        texts, required = highlights(findings), sum(finding.required for finding in findings)
+        texts, required = highlights(findings), sum(finding.is_decided for finding in findings)
         if not texts and all(finding.value is None for finding in findings):
             continue
         heading = f"{name} ({required})" if required else name
@@ -158,7 +158,7 @@ def _far_from_limits(findings: Sequence[Finding]) -> bool:
     if any(finding.highlight for finding in findings):
         return False
     return all(
-        finding.required
+        finding.is_decided
         and (
             finding.value == finding.limit == 0.0
             or (finding.utilisation is not None and finding.utilisation < NOTABLE_UTILISATION)
@@ -169,7 +169,9 @@ def _far_from_limits(findings: Sequence[Finding]) -> bool:
 
 
 def _meets_requirements(findings: Sequence[Finding]) -> bool:
-    return all(finding.ok for finding in findings) and any(finding.required for finding in findings)
+    return all(finding.ok for finding in findings) and any(
+        finding.is_decided for finding in findings
+    )
 
 
 def wrap(text: str, width: int, indent: str, head: str = "") -> list[str]:
@@ -245,5 +247,5 @@ def limited_findings(numbers: Sequence[Finding]) -> list[Finding]:
     return [
         finding
         for finding in numbers
-        if finding.required and finding.limit is not None and not finding.only_sampled
+        if finding.is_decided and finding.limit is not None and not finding.only_sampled
     ]

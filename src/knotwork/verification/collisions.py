@@ -177,7 +177,7 @@ def _pair_fact(pair: Clearance, points: Sequence[FloatArray], scenario: Scenario
         resolution = scenario.units.text(scenario.scene.collisions.resolution, "m", ".3g")
         return (
             f"it is not proved that {second} keeps clear of {first}: {distance} apart "
-            f"{where}, {span} within {resolution}, the resolution"
+            f"{where}, closer than the resolution, {resolution}, can decide {span}"
         )
     scale, unit = scenario.units.per_metre, scenario.units.length
     ends = " and ".join(_vector_text(scale * point) for point in points)

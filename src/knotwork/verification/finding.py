@@ -161,9 +161,11 @@ class Finding:
         return self.verdict in PASSING_VERDICTS
 
     @property
-    def required(self) -> bool:
-        """Whether the finding is a requirement, which can fail."""
+    def is_decided(self) -> bool:
+        """Whether the finding is on a requirement that is known to be met or to fail."""
         return self.verdict in ("met", "failed")
+
+    required = is_decided  # its old name, for one more version
 
     @property
     def only_sampled(self) -> bool:

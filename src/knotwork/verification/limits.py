@@ -181,9 +181,7 @@ def compare_text(worst: LimitedValue, unit: str, units: Units) -> str:
         text = f"reaches {units.text(worst.value, unit)} at {worst.time:.6g} s, {allowed}"
     if worst.proof != "sampled":
         return text
-    from knotwork.verification.bounds.adaptive import EVALUATION_BUDGET
-
-    return f"{text}; sampled only: a proof takes more than {EVALUATION_BUDGET} evaluations"
+    return f"{text}; sampled only: a proof exceeds the budget of evaluations"
 
 
 def limit_finding(

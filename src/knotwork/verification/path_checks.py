@@ -125,12 +125,12 @@ class _FollowedStretch(NamedTuple):
     path: ScenarioPath
     ends: tuple[str, str]
     stretch: Stretch
-    result: StretchBounds
+    bounds: StretchBounds
 
     @property
     def keeps_turn(self) -> bool:
         """Whether the turn is proved to stay within its range."""
-        turn = self.result.bounds.get("path_turn")
+        turn = self.bounds.worst_errors.get("path_turn")
         return turn is None or (turn.proved and turn.value <= turn.limit)
 
 
@@ -146,7 +146,7 @@ def _follow_paths(
     freedom = paths[0].freedom if first else None
     if freedom is None or not math.isfinite(freedom.turn[1] - freedom.turn[0]):
         return first
-    start = first[0].result.errors.turns[0]
+    start = first[0].bounds.errors.turns[0]
     slack = scenario.tolerances.path_orientation
     low, high = freedom.turn[0] - slack - start, freedom.turn[1] + slack - start
     whole_turns = range(math.ceil(low / math.tau), math.floor(high / math.tau) + 1)
@@ -176,7 +176,7 @@ def _follow_stretches(
     from knotwork.verification.bounds.stretch_bounds import path_bounds
 
     allowed = scenario.tolerances
-    followed = []
+    stretches = []
     for path in paths:
         for i, stretch in enumerate(path.stretches, path.first):
             interval = stretch.start, stretch.end
@@ -187,29 +187,30 @@ def _follow_stretches(
             limits = PathLimits(
                 allowed.path, allowed.path_orientation, speed if path.clock is None else None
             )
-            result = path_bounds(
+            bounds = path_bounds(
                 robot, motion.curve, path.motion, interval, limits, path.freedom, turn, path.clock
             )
-            turn = result.errors.turns[1]
+            turn = bounds.errors.turns[1]
             ends = scenario.waypoints[i].name, scenario.waypoints[i + 1].name
-            followed.append(_FollowedStretch(path, ends, stretch, result))
-    return followed
+            stretches.append(_FollowedStretch(path, ends, stretch, bounds))
+    return stretches
 
 
 def _stretch_findings(scenario: Scenario, followed: _FollowedStretch) -> Findings:
     """Make the findings on a stretch, one for each criterion."""
-    _, (begin, end), stretch, result = followed
+    _, (begin, end), stretch, bounds = followed
     tolerances = scenario.tolerances
-    progress = result.progress
+    progress = bounds.progress
     units = scenario.units
-    bounds = dict(result.bounds)
-    bounds["path_progress"] = bounds["path_deviation"]._replace(  # proved if the distance is
+    errors = bounds.worst_errors
+    # the progress is proved where the deviation is proved
+    errors["path_progress"] = errors["path_deviation"]._replace(
         limit=max(tolerances.path, tolerances.position),
         value=progress.error,
         bound=progress.error,
         time=progress.time,
     )
-    for quantity, bound in bounds.items():
+    for quantity, bound in errors.items():
         unit = CRITERION_UNITS[quantity]
         fact = f"from {begin!r} to {end!r} {_error_text(quantity, bound, followed, scenario)}"
         proof: Proof = "bounded"
@@ -222,8 +223,8 @@ def _stretch_findings(scenario: Scenario, followed: _FollowedStretch) -> Finding
         if quantity == "path_deviation":
             off = units.number(bound.value, "m", ".3g")
             highlight = f"{begin} to {end}: {off} of {units.text(bound.limit, 'm', '.3g')} off"
-            if "path_speed" in bounds:
-                highlight += f", {_speed_range_text(result.errors, units, '.4g')}"
+            if "path_speed" in errors:
+                highlight += f", {_speed_range_text(bounds.errors, units, '.4g')}"
         interval = stretch.start, stretch.end
         if quantity == "path_speed":
             interval = stretch.full_speed_interval
@@ -240,9 +241,9 @@ def _error_text(
     quantity: str, bound: PathBound, followed: _FollowedStretch, scenario: Scenario
 ) -> str:
     """Text of the error on a stretch by one criterion."""
-    path, _, stretch, result = followed
+    path, _, stretch, bounds = followed
     units = scenario.units
-    value, limit, beyond = (
+    value, limit, excess = (
         units.text(number, CRITERION_UNITS[quantity], ".3g")
         for number in (abs(bound.value), bound.limit, max(bound.value, 0.0))
     )
@@ -255,7 +256,7 @@ def _error_text(
         ranges = _angle_ranges_text(path.freedom, units)
         return f"the orientation is {value} {side} its free range ({ranges}), tolerance {limit}"
     if quantity == "path_progress":
-        progress = result.progress
+        progress = bounds.progress
         start, end, total, backward = (
             units.text(round(length, LENGTH_DIGITS), "m")
             for length in (progress.start, progress.end, progress.length, progress.back)
@@ -267,9 +268,9 @@ def _error_text(
     speed = units.number(stretch.speed, "m/s", ".5g")
     within = f"tolerance {100 * scenario.tolerances.path_speed:.3g} %"
     if quantity == "path_ramp":
-        return f"where the speed changes it is {beyond} beyond 0 to {speed}, {within}"
+        return f"where the speed changes it is {excess} outside 0 to {speed}, {within}"
     start, end = (f"{time:.3f} s" for time in stretch.full_speed_interval)
-    speeds = _speed_range_text(result.errors, units, ".5g")
+    speeds = _speed_range_text(bounds.errors, units, ".5g")
     return f"the speed is {speeds}, required {speed} from {start} to {end}, {within}"
 
 

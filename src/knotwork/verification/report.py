@@ -15,6 +15,7 @@ from typing import Any, TypeAlias
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import CheckFailedError, InputError
 from knotwork.errors.arguments import require_type
+from knotwork.errors.old_names import OldAttribute
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_requirements import JointRequirements, read_joint_requirements
 from knotwork.units import Units
@@ -134,10 +135,7 @@ class Report:
 
         return f"<pre>{html.escape(str(self))}</pre>"
 
-    @property
-    def planner(self) -> str:
-        """Old name of `origin`, which works for one more version."""
-        return self.origin
+    planner = OldAttribute("origin")
 
     @property
     def ok(self) -> bool:
@@ -174,9 +172,10 @@ class Report:
 
     @property
     def counts(self) -> tuple[int, int]:
-        """Number of requirements met, and number of all requirements."""
-        required = [finding for finding in self.findings if finding.required]
-        return sum(finding.ok for finding in required), len(required)
+        """Number of requirements met, and number of all requirements, with undecided ones."""
+        verdicts = [finding.verdict for finding in self.findings]
+        met = verdicts.count("met")
+        return met, met + verdicts.count("failed") + verdicts.count("undecided")
 
     @property
     def tightest(self) -> tuple[Finding, ...]:
@@ -212,7 +211,7 @@ class Report:
     def result(self) -> str:
         """Text with the numbers of met, all, failed, undecided and sampled requirements."""
         met, required = self.counts
-        failed = f", {required - met} failed" if required > met else ""
+        failed = f", {len(self.failures)} failed" if self.failures else ""
         return f"{met} of {required} requirements met{failed}{self.reservations}"
 
     @property
@@ -309,10 +308,7 @@ class CheckedMotion:
     trajectory: JointTrajectory
     report: Report
 
-    @property
-    def space(self) -> JointRequirements:
-        """Old name of `joints`, which works for one more version."""
-        return self.joints
+    space = OldAttribute("joints")
 
 
 AnyMotion: TypeAlias = CheckedMotion | JointTrajectory

@@ -63,9 +63,9 @@ def check_time_span(motion: Motion, scenario: Scenario, joints: JointRequirement
     slack = _time_slack(motion)
     first, last = scenario.waypoints[0].time, scenario.waypoints[-1].time
     same = abs(motion.start_time - first) <= slack and abs(motion.end_time - last) <= slack
-    message = f"the trajectory lasts from {motion.start_time:.12g} s to {motion.end_time:.12g} s"
+    message = f"the trajectory runs from {motion.start_time:.12g} s to {motion.end_time:.12g} s"
     if not same:
-        message += f", but the waypoints of the scenario are from {first:.12g} s to {last:.12g} s"
+        message += f", but the waypoints run from {first:.12g} s to {last:.12g} s"
     yield Topic(Group.MOTION).finding("time_span", message, verdict_on(same))
 
 

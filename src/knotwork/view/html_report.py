@@ -109,8 +109,8 @@ def _groups(report: Report) -> list[dict[str, Any]]:
         if not shown:
             continue
         numbers = [finding for finding in shown if finding.value is not None]
-        required = [finding for finding in shown if finding.required]
-        rows = [finding for finding in numbers if finding.limit is not None or finding.required]
+        required = [finding for finding in shown if finding.is_decided]
+        rows = [finding for finding in numbers if finding.limit is not None or finding.is_decided]
         met = sum(finding.ok for finding in required)
         group = {
             "title": title,

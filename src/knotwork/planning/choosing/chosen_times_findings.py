@@ -118,7 +118,7 @@ def _unlimited_note(joints: JointRequirements) -> str:
     names = ", ".join(np.array(joints.joint_names)[missing])
     of = joints.robot.name if missing.all() else f"{names} of {joints.robot.name}"
     return (
-        f"times are chosen, but no acceleration limit is known for {of}: only torque bounds it; "
+        f"times are chosen, but no acceleration limit is known for {of}: only effort bounds it; "
         "accepted: limits: {acceleration: …}"
     )
 

@@ -314,7 +314,7 @@ def _check_limits(scenario: Scenario, joints: JointRequirements, limits: JointLi
     reason = "no acceleration limit is given"
     if joints.robot is not None:
         bounded |= np.isfinite(limits.effort)
-        reason = "neither a limit of acceleration nor one of torque is known"
+        reason = "neither a limit of acceleration nor one of effort is known"
     unbounded = np.array(joints.joint_names)[~bounded]
     if unbounded.size:
         raise InputError(

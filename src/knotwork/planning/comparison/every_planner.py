@@ -186,7 +186,7 @@ def _score(name: str, trajectory: JointTrajectory, seconds: float, base_plan: Pl
     speeds = _values_and_limits(report, "path", "path_speed")
     clearances = _values_and_limits(report, "pair", "clearance")
     speed_tolerance = scenario.tolerances.path_speed
-    met, required = report.counts
+    _, required = report.counts
     jerk_bounded = trajectory.continuity.order >= 2
     kinds = ("velocity", "acceleration", "jerk")
     peaks = [metrics.peak(trajectory, i + 1, joints.limits[kind]) for i, kind in enumerate(kinds)]
@@ -211,7 +211,7 @@ def _score(name: str, trajectory: JointTrajectory, seconds: float, base_plan: Pl
         clearance=min((value - limit for value, limit in clearances), default=None),
         duration=trajectory.duration,
         required=required,
-        failed=required - met,
+        failed=len(report.failures),
         time_to_plan=seconds,
         reason=worst_failure_text(report.failures, scenario.units),
     )

@@ -83,7 +83,7 @@ FIGURES: dict[str, RowFigure] = {
         RowFigure("self_clearance", "clearance to itself", "m", True, _self_clearance),
         *(_utilisation_figure(quantity) for quantity in (*JOINT_QUANTITIES, *TOOL_ORDERS)),
         RowFigure("path_deviation", "deviation from the path", "m", False, _path_deviation),
-        RowFigure("squared_effort", "integral of torque squared", "N²m²s", False, _squared_effort),
+        RowFigure("squared_effort", "integral of effort squared", "N²m²s", False, _squared_effort),
     )
 }
 """All figures by name, in the order of the columns."""

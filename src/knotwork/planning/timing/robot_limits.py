@@ -196,12 +196,12 @@ def unproved_utilisation(
 
     Only the worst value of each joint is there, in its piece; the others are 0.
     """
-    from knotwork.verification.bounds import tool_speed_bound, torque_bound
+    from knotwork.verification.bounds import effort_bound, tool_speed_bound
 
     robot = problem.required_dynamics.robot
     motion = JointTrajectory(robot.joint_names, curve, joint_units=robot.joint_units)
     if name == "effort":
-        bounds = torque_bound(robot, motion, limit=problem.limits.effort)
+        bounds = effort_bound(robot, motion, limit=problem.limits.effort)
     else:
         bounds = (tool_speed_bound(robot, motion, limit=problem.tool_speed),)
     utilisations = np.zeros((curve.x.size - 1, len(bounds)))

@@ -1,4 +1,4 @@
-"""Proofs over all time from bounds on derivatives: torque, tool speed, distance to singularities.
+"""Proofs over all time from bounds on derivatives: effort, tool speed, distance to singularities.
 
 Samples give the values of a quantity at some times, and a bound on its second derivative limits the
 values between them. Together they are a proof.

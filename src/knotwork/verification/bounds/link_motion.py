@@ -21,7 +21,7 @@ from knotwork.arrays import FloatArray
 from knotwork.robot.joint_tree import JointTree
 
 RATE_ORDERS = 5
-"""Number of bounds on derivatives of joint positions, of orders 0 … 4: two are for torque, and two
+"""Number of bounds on derivatives of joint positions, of orders 0 … 4: two are for effort, and two
 more for its bound.
 """
 

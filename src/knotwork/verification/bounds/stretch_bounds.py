@@ -84,7 +84,7 @@ class StretchBounds(NamedTuple):
     progress: PathProgress
 
     @property
-    def bounds(self) -> dict[str, PathBound]:
+    def worst_errors(self) -> dict[str, PathBound]:
         """The worst errors by the criteria that are judged."""
         return {name: error.worst(self.times) for name, error in self.errors.criteria.items()}
 

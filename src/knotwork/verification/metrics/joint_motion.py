@@ -177,7 +177,7 @@ def velocity_fluctuation(trajectory: JointTrajectory, waypoints: JointWaypoints)
 
 
 def squared_effort(robot: Robot, trajectory: JointTrajectory) -> float:
-    """Integral over time of the sum of the joints' torques squared [N² m² s].
+    """Integral over time of the sum of the joints' efforts squared [N² m² s].
 
     It uses Gauss-Legendre quadrature with six nodes in each piece.
 

@@ -90,9 +90,9 @@ def check_log(
             continue
         if finding.subject == "event" and finding.verdict == "warning":
             continue  # a log of positions has no signals
-        if tolerances is not None and finding.required and finding.subject in REPLACED_SUBJECTS:
+        if tolerances is not None and finding.is_decided and finding.subject in REPLACED_SUBJECTS:
             continue
-        error = _uncertainty(finding, alignment, joints) if finding.required else None
+        error = _uncertainty(finding, alignment, joints) if finding.is_decided else None
         if error is not None and abs(finding.margin or 0.0) <= error:
             undecided += 1
             size = units.text(error, finding.unit, ".2g")

@@ -1,4 +1,4 @@
-"""Proved bounds on joint torques: their derivatives by Newton's and Euler's laws for every link."""
+"""Proved bounds on joint efforts: their derivatives by Newton's and Euler's laws for every link."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from knotwork.verification.bounds.adaptive import Bound, Quantity, curve_of, upp
 from knotwork.verification.bounds.link_motion import TreeMotion, product, tree_motion, unit_bounds
 
 
-def torque_bound(
+def effort_bound(
     robot: Robot, trajectory: JointTrajectory, *, limit: ArrayLike | None = None
 ) -> tuple[Bound, ...]:
-    """Bound every joint's torque (its force, if prismatic) over all time [N m or N].
+    """Bound every joint's effort over all time: its torque, or its force if prismatic [N m or N].
 
-    Between samples h apart a torque is at most the larger of both plus h²/8 times a bound on its
+    Between samples h apart an effort is at most the larger of both plus h²/8 times a bound on its
     second derivative, by Newton's and Euler's laws for every link: see "Proved over all time" in
     the documentation. Gravity, inertias and the inertia of the motors count as in `Robot.effort`.
 
@@ -40,11 +40,11 @@ def torque_bound(
             number per joint.
 
     >>> plan = kw.plan("ur5_deburring")
-    >>> torque = kw.verification.torque_bound(plan.joints.robot, plan.trajectory)
-    >>> all(joint.proved and joint.bound < joint.limit for joint in torque)
+    >>> efforts = kw.verification.effort_bound(plan.joints.robot, plan.trajectory)
+    >>> all(joint.proved and joint.bound < joint.limit for joint in efforts)
     True
     """
-    fault = f"torque limits are {limit!r}; accepted: {robot.dof} positive numbers, one per joint"
+    fault = f"effort limits are {limit!r}; accepted: {robot.dof} positive numbers, one per joint"
     try:
         limits = np.asarray(robot.limits.effort if limit is None else limit, dtype=float)
     except (TypeError, ValueError) as error:
@@ -52,19 +52,23 @@ def torque_bound(
     if limits.shape != (robot.dof,) or not (limits > 0.0).all():
         raise InputError(fault)
 
-    curve, quantity = curve_of(robot, trajectory), torque_quantity(robot.model)
+    curve, quantity = curve_of(robot, trajectory), effort_quantity(robot.model)
     return upper_bounds(curve, quantity, limits)
 
 
-def torque_sizes(motion: TreeMotion, model: Any, rates: FloatArray) -> FloatArray:
-    """Bound the joint torques and their first two derivatives, shape (3, d, n).
+torque_bound = effort_bound
+"""Old name, which works for one more version."""
+
+
+def effort_sizes(motion: TreeMotion, model: Any, rates: FloatArray) -> FloatArray:
+    """Bound the joint efforts and their first two derivatives, shape (3, d, n).
 
     With c the centre of mass, f and n the force and moment of a joint on its link, both summed from
     the tips to the base (r the offset to a child, armature the reflected inertia of the motor):
 
         f = m (c'' - g) + sum of f_child
         n = (I ω)' + (c - o) × m (c'' - g) + sum of n_child + r × f_child
-        torque = axis · n + armature q''      (prismatic: axis · f)
+        effort = axis · n + armature q''      (prismatic: axis · f)
 
     Args:
         motion: Bounds on the motion of the links.
@@ -108,8 +112,8 @@ def _spin(angular: FloatArray, moments: FloatArray) -> FloatArray:
     return product(tensor, angular)[1:]
 
 
-def torque_quantity(model: Any) -> Quantity:
-    """Joint torques of a model, by Pinocchio's inverse dynamics (`pin.rnea`)."""
+def effort_quantity(model: Any) -> Quantity:
+    """Joint efforts of a model, by Pinocchio's inverse dynamics (`pin.rnea`)."""
     joints, data = joint_tree(model), model.createData()
 
     def values(q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
@@ -119,6 +123,6 @@ def torque_quantity(model: Any) -> Quantity:
         return result
 
     def sizes(rates: FloatArray) -> FloatArray:
-        return torque_sizes(tree_motion(joints, rates), model, rates)
+        return effort_sizes(tree_motion(joints, rates), model, rates)
 
     return Quantity(values, sizes, joints.is_angle, absolute=True)
