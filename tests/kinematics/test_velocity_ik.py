@@ -181,7 +181,7 @@ PASSING: dict[str, Any] = {
 
 
 def test_pull_to_middle_at_passing_speed() -> None:
-    plain, pulled = kw.plan(PASSING), kw.plan({**PASSING, "pull_to_middle": 0.2})
+    plain, pulled = (kw.plan({**PASSING, "pull_to_middle": rate}) for rate in (0, 0.2))
     assert plain.report.ok
     assert pulled.report.ok
     q, v = plain.joint_waypoints.position, plain.joint_waypoints.velocity

@@ -1,11 +1,16 @@
 """Accelerations at the waypoints with continuous jerk: one tridiagonal system.
 
-docs/method.md derives the system under "How it is solved here". As there, the knots of an interval
-of length h are the time p h after its first waypoint and b h before its second one, A and B are
-the accelerations at the knots, and a0, a1 those at the waypoints; q = 1 - b.
+Take an interval of length h between two waypoints with accelerations a0, a1. Its two knots are the
+time p h after the first waypoint and b h before the second; q = 1 - b. Position and velocity at the
+far end determine the accelerations at the knots, A and B, as sums of a0, a1 and given terms (page
+"The method" of the documentation). The first jerk of the interval is (A - a0) / (p h), and its last
+jerk is (a1 - B) / (b h). There is no knot at a waypoint, so the last jerk of an interval equals the
+first jerk of the next one. This is one equation in three neighbouring accelerations. These are Eqs.
+(30), (31) and (34), where all unknowns but the accelerations are eliminated.
 
-The first interval of the paper's curve has only one knot: p = 0. The last interval, with b = 0, is
-its mirror image. For n = 2 both cases apply, and the curve is the plain cubic.
+The first interval of the paper's curve has only one knot. This is the case p = 0, in which A is the
+acceleration at the start, and B does not depend on a0. The last interval, with b = 0, is its mirror
+image. For n = 2 both cases apply, and the curve is the plain cubic.
 """
 
 from __future__ import annotations
