@@ -212,7 +212,7 @@ class _PathReader:
         return durations
 
     def _requested_timing(self, lengths: FloatArray) -> RequestedTiming:
-        free = self.reading.free[self.first + 1 : self.last + 1]
+        free = self.reading.free_values[self.first + 1 : self.last + 1]
         return RequestedTiming(
             lengths=tuple(lengths.tolist()),
             speeds=tuple(

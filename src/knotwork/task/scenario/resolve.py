@@ -71,7 +71,7 @@ def resolve_task(
     _check_keys(reading, given)
     task_in_si = reading.task
     waypoints, paths, task_index = read_waypoints(reading, expected or {})
-    free = read_free_values(task_in_si, reading.free, locations, task_index)
+    free = read_free_values(task_in_si, reading.free_values, locations, task_index)
     if task_in_si.frames and free is not None:
         free = reading.pose_frames.with_time_dependent(free, task_index)
     events = EventReader(reading, waypoints, paths, task_index)
