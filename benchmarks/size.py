@@ -2,7 +2,8 @@
 
     python benchmarks/size.py
 
-Lines of code are those without docstrings, comments and blank lines. Words of documentation are
+Lines of code are those without docstrings, comments and blank lines; a string below the assignment
+of a constant is its docstring. Words of documentation are
 those of the pages in docs, with their code and tables, but without the notebook, the API reference
 and what the build of the site adds: outputs of commands and tables of keys. The pages of benchmarks
 are rendered from stored results when the site is built; their words, most of them numbers in
@@ -16,6 +17,7 @@ import io
 import re
 import tokenize
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 
 import click
@@ -59,13 +61,27 @@ PRIVATE_WORDS = (
 PRIVATE = re.compile(rf"\b(?:{'|'.join(PRIVATE_WORDS)})\b", re.IGNORECASE)
 
 
+def is_constant_docstring(before: ast.stmt, statement: ast.stmt) -> bool:
+    """Whether a statement is a string below an assignment."""
+    return (
+        isinstance(before, ast.Assign | ast.AnnAssign)
+        and isinstance(statement, ast.Expr)
+        and isinstance(statement.value, ast.Constant)
+        and isinstance(statement.value.value, str)
+    )
+
+
 def lines_of_code(text: str) -> int:
     """Count lines that hold code."""
     described: set[int] = set()
     for node in ast.walk(ast.parse(text)):
+        docstrings: list[ast.stmt] = []
         if isinstance(node, DOCUMENTED) and ast.get_docstring(node, clean=False) is not None:
-            first = node.body[0]
-            described.update(range(first.lineno, (first.end_lineno or first.lineno) + 1))
+            docstrings.append(node.body[0])
+        if isinstance(node, ast.Module | ast.ClassDef):
+            docstrings += [b for a, b in pairwise(node.body) if is_constant_docstring(a, b)]
+        for docstring in docstrings:
+            described.update(range(docstring.lineno, (docstring.end_lineno or 0) + 1))
     lines: set[int] = set()
     for token in tokenize.generate_tokens(io.StringIO(text).readline):
         if token.type not in NO_CODE:

@@ -86,8 +86,8 @@ class JointLimits(ReadOnlyArrays):
         effort: Effort limits [N m or N], positive; by default infinite.
         lower: Lower position limits [rad or m]; by default -infinite.
         upper: Upper position limits [rad or m]; by default infinite.
-        used_fraction: Fraction of the full limits of magnitudes that these are, the key `margin` in
-            a file. Errors name it, and propose full limits.
+        used_fraction: Fraction of the full limits of magnitudes that these are, as in a file.
+            Errors name it, and propose full limits.
 
     Raises:
         WaypointDataError: Values are not numbers, or a magnitude is not positive.
@@ -129,7 +129,7 @@ class JointLimits(ReadOnlyArrays):
             if name in MAGNITUDES and not (array > 0.0).all():
                 raise WaypointDataError(f"{name} limits are {array.tolist()}; give positive ones")
             object.__setattr__(self, name, array)
-        require_number(self.used_fraction, "margin", positive=True)
+        require_number(self.used_fraction, "used_fraction", positive=True)
 
     def __getitem__(self, quantity: str) -> FloatArray:
         if quantity not in MAGNITUDES:
@@ -152,16 +152,17 @@ class JointLimits(ReadOnlyArrays):
         """Clause after full limits in messages; empty where all of them are used."""
         if self.used_fraction == 1.0:
             return ""
-        return f" (the margin leaves {self.used_fraction:g} of each limit)"
+        return f" (used_fraction is {self.used_fraction:g})"
 
 
 def limit_text(limit: float, unit: str, units: Units, used_fraction: float) -> str:
     """Text of a limit, with the full limit that it is a fraction of.
 
     >>> limit_text(1.8, "rad/s", Units(), used_fraction=0.9)
-    '1.8 rad/s, 0.9 of 2 rad/s (margin)'
+    '1.8 rad/s, 0.9 of 2 rad/s (used_fraction)'
     """
     shown = units.text(limit, unit)
     if used_fraction == 1.0:
         return shown
-    return f"{shown}, {used_fraction:g} of {units.text(limit / used_fraction, unit)} (margin)"
+    full = units.text(limit / used_fraction, unit)
+    return f"{shown}, {used_fraction:g} of {full} (used_fraction)"

@@ -89,18 +89,18 @@ class PoseFreedom:
 class CartesianWaypoint:
     """A pose that the tool must reach at a time, with its velocity there.
 
-    All values are in the axes of the robot's base frame, or of the world frame, at the tool centre
-    point (TCP).
+    Pose and twist are in the robot's base frame, or both are in the world frame.
 
     Attributes:
         name: Name of the waypoint.
         time: Time [s].
-        pose: Pose of the tool [m]. The waypoint keeps a copy.
-        twist: Velocity of the tool at the TCP, in base axes (`local_world_aligned`) [m/s, rad/s].
+        pose: Pose of the tool centre point (TCP) [m]. The waypoint keeps a copy.
+        twist: Velocity of the tool at the TCP, in the axes of that frame (`local_world_aligned`)
+            [m/s, rad/s].
         where: Location of its definition, for messages.
         freedom: Freedom of the pose, or `None`.
-        in_world_frame: Whether the pose is in the world frame (`Robot.world_frame`), not in the
-            base frame. They differ only if joints move the base frame.
+        in_world_frame: Whether pose and twist are in the world frame (`Robot.world_frame`), not in
+            the base frame. They differ only if joints move the base frame.
 
     Raises:
         WaypointDataError: The pose is not a `pin.SE3`, the twist not a `pin.Motion`, a value is not

@@ -21,7 +21,7 @@ from sweeps import first_of
 
 def test_the_payload_bounds_the_times_by_torque() -> None:
     plan = planned("ur5_palletise")
-    assert any(one.quantity == "effort" for one in plan.chosen_values.binding)
+    assert any(one.quantity == "effort" for one in plan.chosen_values.active_limits)
     document = plan.chosen_values.requested.given.to_dict()
     light = {**document, "tool": {"frame": "tool0", "offset": document["tool"]["offset"]}}
     assert kw.plan(light).trajectory.duration < plan.trajectory.duration
@@ -103,7 +103,7 @@ def test_a_path_may_end_in_a_wait() -> None:
     assert plan.report.select(subject="wait")
 
 
-@pytest.mark.parametrize("limits", first_of({"margin": 0.3}, {"velocity": 20}))
+@pytest.mark.parametrize("limits", first_of({"used_fraction": 0.3}, {"velocity": 20}))
 def test_joints_follow_path_at_chosen_speed(limits: dict[str, Any]) -> None:
     kw.plan(reach(line("fastest"), limits=limits)).report.raise_if_failed()
 

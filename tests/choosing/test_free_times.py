@@ -80,7 +80,7 @@ def test_after_fastest_at_single_waypoint() -> None:
 
 
 def test_margin_applies_to_planning_and_check() -> None:
-    plan = kw.plan(swing(to(2), limits={**SMOOTH, "margin": 0.5}))
+    plan = kw.plan(swing(to(2), limits={**SMOOTH, "used_fraction": 0.5}))
     plan.report.raise_if_failed()
     assert plan.trajectory.extrema("velocity").peak[0] <= 1.0
     (found,) = plan.report.select(name="a", quantity="velocity")

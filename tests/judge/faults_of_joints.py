@@ -124,7 +124,7 @@ def limit(order: int) -> Any:
         for_all = rng.random() >= 0.8 and len(motion.names) == 1
         share = rng.uniform(0.3, 1.0) if rng.random() < 0.3 else 1.0
         given = allowed / share if for_all else {name: allowed / share}
-        margin = {"margin": share} if share < 1.0 else {}
+        margin = {"used_fraction": share} if share < 1.0 else {}
         return case.with_data({"limits": {KINDS[order]: given, **margin}})
 
     return make

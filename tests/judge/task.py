@@ -376,7 +376,7 @@ class Task:
         given = self.data.get("limits") or {}
         own = self.arm.limits if self.arm else no_limits(len(self.names))
         self.limits = replaced(own, given, self.names, self.scale)
-        margin = float(given.get("margin", 1.0))
+        margin = float(given.get("used_fraction", 1.0))
         for kind in KINDS[1:]:
             self.limits[kind] *= margin
         self.tool_speed, self.tool_acceleration = (

@@ -32,7 +32,7 @@ def stacking(held: dict[str, Any], **more: Any) -> dict[str, Any]:
         "gravity": [0.5, 0.0, -9.7],
         "tool": {**TOOL, "mass": 1.0, "centre_of_mass": [0, 0, 0.05], "holds": {"box": held}},
         "times": "fastest",
-        "limits": {"margin": 0.5, "acceleration": 12},
+        "limits": {"used_fraction": 0.5, "acceleration": 12},
         "waypoints": [
             {"name": "home", "pose": down(0.4, 0.1, 0.4)},
             {"name": "pick", "pose": down(0.6, 0.3, 0.2), "stop": True},

@@ -153,8 +153,12 @@ def test_progress_does_not_change_result(problem: TimingProblem, fastest: TimedM
 
 
 def test_reports_active_limits(fastest: TimedMotion) -> None:
-    assert {limit.quantity for limit in fastest.binding} & {"velocity", "acceleration", "jerk"}
-    assert all(one.share is not None and 0.0 < one.share <= 1.0 for one in fastest.binding)
+    assert {limit.quantity for limit in fastest.active_limits} & {
+        "velocity",
+        "acceleration",
+        "jerk",
+    }
+    assert all(one.share is not None and 0.0 < one.share <= 1.0 for one in fastest.active_limits)
 
 
 def test_windows_cost_little_duration(monkeypatch: pytest.MonkeyPatch) -> None:

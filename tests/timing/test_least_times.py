@@ -158,9 +158,9 @@ def swing(**options: Any) -> TimingProblem:
 @pytest.mark.parametrize(
     ("wrong", "says"),
     [
-        ({"used_fraction": 0}, "margin is 0; it must be a positive"),
-        ({"used_fraction": float("nan")}, "margin is nan"),
-        ({"used_fraction": "a"}, "margin is 'a'"),
+        ({"used_fraction": 0}, "used_fraction is 0; it must be a positive"),
+        ({"used_fraction": float("nan")}, "used_fraction is nan"),
+        ({"used_fraction": "a"}, "used_fraction is 'a'"),
         ({"jerk": "a"}, "jerk limit must be numbers, not 'a'"),
         ({"jerk": [float("nan")]}, r"jerk limits are \[nan\]; give positive ones"),
         ({"upper": 1.0}, r"upper limit must have shape \(1,\)"),
@@ -204,7 +204,7 @@ def test_keeps_effort_limits_all_the_time() -> None:
     times = np.linspace(0.0, motion.duration, 20001)
     assert (efforts(motion.trajectory, times) <= limit).all()
     assert motion.duration > fast.duration
-    assert any(limit.quantity == "effort" for limit in motion.binding)
+    assert any(limit.quantity == "effort" for limit in motion.active_limits)
 
 
 def test_stopping_motion_is_as_fast_as_its_parts() -> None:
@@ -225,7 +225,7 @@ def test_keeps_tool_speed_limit_all_the_time() -> None:
     bound = kw.verification.tool_speed_bound(robot, motion.trajectory, limit=0.8)
     assert bound.ok
     assert bound.proved
-    assert any(limit.quantity == "tool_speed" for limit in motion.binding)
+    assert any(limit.quantity == "tool_speed" for limit in motion.active_limits)
 
 
 def test_sufficient_duration_is_not_for_the_speed_of_a_longer_interval() -> None:

@@ -53,7 +53,7 @@ NARROW = replace(LIMITS, lower=[-1.0], upper=[0.5])
             one_joint(*TOO_FAST, replace(LIMITS, used_fraction=0.5)),
             (1, "velocity"),
             (4.0, 2.0),
-            r"its limit is 2 rad/s, 0.5 of 4 rad/s \(margin\)",
+            r"its limit is 2 rad/s, 0.5 of 4 rad/s \(used_fraction\)",
         ),
         (one_joint([0, 1], [0, 0], NARROW), (1, "position"), (1.0, 0.5), "outside its limits"),
         (

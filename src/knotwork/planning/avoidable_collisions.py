@@ -45,7 +45,7 @@ def find_avoidable_ends(plan: Plan, requested: Scenario) -> list[int]:
 def _given_motions(plan: Plan, free: FreeValues | None) -> set[int]:
     """Ends of tool paths, waits and motions with a way of their own, by index of waypoint."""
     ends = {i for path in plan.scenario.paths for i in range(path.first + 1, path.last + 1)}
-    ways = {i for i, at in enumerate(free.waypoints) if at.way} if free else set()
+    ways = {i for i, end in enumerate(free.waypoints) if end.way} if free else set()
     return ends | {i + 1 for i in plan.joints.waits} | ways
 
 

@@ -89,7 +89,7 @@ def _attempt(sequences: SequencePlanner, solution: TaskSolution) -> SequenceAtte
 
 
 def _steps(solution: TaskSolution | None, intervals: Iterable[int]) -> list[SequenceStep]:
-    """Steps of a solution in some intervals; none if it has no sequence to choose from."""
+    """Steps of a solution in some intervals; none if no other sequence is worth planning."""
     q = None if solution is None else solution.sequence
     return [] if q is None else [(i, q[i], q[i + 1]) for i in intervals]
 

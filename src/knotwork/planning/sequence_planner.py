@@ -92,12 +92,19 @@ class SequencePlanner:
         from knotwork.planning.choosing.free_sections import FreeTask
 
         free_task = FreeTask(self.scenario, free_values, self.joints, solution)
-        chosen_values = replace(
-            choose_times(free_task, self.budget), fixed_arrivals=self.fixed_arrivals
-        )
+        chosen_values = choose_times(free_task, self.budget)
+        chosen_values = replace(chosen_values, fixed_arrivals=self.fixed_arrivals)
         self.budget.finish_all(chosen_values.duration)
-        timed = self.with_scenario(chosen_values.scenario)
-        return timed._interpolate(timed.solve(), chosen_values)
+        # The scenario with numbers is solved again, for the joint velocities. Its keys `near` lead
+        # to the same sequence, so the alternatives are those of the scenario with free values.
+        planner = self.with_scenario(chosen_values.scenario)
+        solved = planner.solve()
+        solution = replace(
+            chosen_values.solution,
+            waypoints=solved.waypoints,
+            infeasibilities=solved.infeasibilities,
+        )
+        return planner._interpolate(solution, chosen_values)
 
     def _interpolate(
         self, solution: TaskSolution, chosen_values: ChosenValues | None = None
@@ -118,12 +125,6 @@ class SequencePlanner:
             from knotwork.planning.choosing.chosen_times_findings import chosen_times_findings
 
             findings += chosen_times_findings(chosen_values, joints)
-            # the solutions were chosen before the times, and the times are only valid for them
-            solution = replace(
-                chosen_values.solution,
-                waypoints=waypoints,
-                infeasibilities=solution.infeasibilities,
-            )
         if clear_motions:
             from knotwork.planning.choosing.chosen_times_findings import clear_motion_findings
 
@@ -151,12 +152,14 @@ class SequencePlanner:
             return get_planner(self.scenario.planner)(waypoints, self.options)
         except InputError as error:
             field: tuple[str, ...] = ("planner",)
-            if isinstance(error, KnotError) and error.waypoint_index is not None:
-                count = 1 if error.interval is None else 2
-                names = map(waypoint_text, waypoints.names[error.waypoint_index :][:count])
-                error.locate(("at", "between")[count - 1] + " " + " and ".join(names))
-            if isinstance(error, KnotError | OptionError):
-                option = getattr(error, "option", "knots")
+            if isinstance(error, KnotError):
+                field = ("knots",)
+                if error.waypoint_index is not None:
+                    count = 1 if error.interval is None else 2
+                    names = map(waypoint_text, waypoints.names[error.waypoint_index :][:count])
+                    error.locate(("at", "between")[count - 1] + " " + " and ".join(names))
+            elif isinstance(error, OptionError):
+                option = error.option
                 field = ("planner_options", option) if option == "accelerations" else (option,)
             if self.planner and field == ("planner",):
                 error.locate(f"{self.scenario.name}: planner")

@@ -1,4 +1,4 @@
-"""The strip below a scene: segments and their limiting constraints, curves and failures."""
+"""The strip below a scene: segments and their active limits, curves and failures."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def time_strip(shown: ShownMotion) -> dict[str, Any]:
                 segment.start - start,
                 segment.end - start,
                 segment.name,
-                _limiting_constraint(segment, shown.findings, utilisations, time),
+                _limit_text(segment, shown.findings, utilisations, time),
             ]
             for segment in trajectory.segments
         ],
@@ -87,12 +87,12 @@ def exceeded_spans(
     return [[a - start, b - start] for a, b in wide]
 
 
-def _limiting_constraint(
+def _limit_text(
     segment: Segment, findings: Sequence[Finding], utilisations: _Utilisations, time: FloatArray
 ) -> str:
-    """Name the limiting constraint of a segment: that of chosen times, or else the tightest limit.
+    """Name the active limit of a segment, which chosen times have, or else its nearest limit.
 
-    Positions within their range are not constraints.
+    Positions within their range do not count.
     """
     start, end = segment.start, segment.end
     for finding in findings:

@@ -17,6 +17,7 @@ from knotwork.curves.trajectory.exportable import Exportable
 from knotwork.curves.trajectory.motion_events import Event, Load, Segment
 from knotwork.curves.trajectory.sampling import MAX_SAMPLES, Knots, Samples, make_sample_times
 from knotwork.errors import InputError, UnknownNameError
+from knotwork.errors.old_names import OldAttribute
 from knotwork.joint_quantities import MOTION_QUANTITIES
 
 
@@ -110,10 +111,7 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
                 )
             object.__setattr__(self, "waypoint_times", times)
 
-    @property
-    def planner(self) -> str:
-        """Old name of `origin`, which works for one more version."""
-        return self.origin
+    planner = OldAttribute("origin")
 
     @classmethod
     def from_knots(

@@ -77,9 +77,10 @@ class ChosenValues:
         return worst_status(motion.status for motion in self.sections)
 
     @property
-    def binding(self) -> tuple[ActiveLimit, ...]:
+    def active_limits(self) -> tuple[ActiveLimit, ...]:
         """Active limits by interval."""
-        return (*self.path_limits, *(limit for motion in self.sections for limit in motion.binding))
+        of_sections = (limit for motion in self.sections for limit in motion.active_limits)
+        return (*self.path_limits, *of_sections)
 
     @property
     def objective_values(self) -> dict[str, float]:
@@ -105,7 +106,7 @@ class ChosenValues:
             "objective": self.objective_values,
             "assumed_jerk": dict(self.assumed_jerk),
             "times": dict(zip(names, self.scenario.times.tolist(), strict=True)),
-            "binding": [asdict(limit) for limit in self.binding],
+            "binding": [asdict(limit) for limit in self.active_limits],
         }
 
 

@@ -33,13 +33,13 @@ REASON_TEXTS = {
 """Texts of reasons that bound a speed along a path, by the quantity of the active limit."""
 
 _Shares = list[tuple[str, float | None]]
-"""Texts of limiting constraints, each with its share of the time."""
+"""Texts of active limits, each with its share of the time."""
 
 
 def chosen_times_findings(
     chosen_values: ChosenValues, joints: JointRequirements
 ) -> Iterator[Finding]:
-    """Report the duration, its gap to the lower bound, and the limiting constraints.
+    """Report the duration, its gap to the lower bound, and the active limits.
 
     Args:
         chosen_values: The chosen values.
@@ -142,9 +142,9 @@ def _share_text(share: float | None) -> str:
 
 
 def _limits_by_interval(chosen_values: ChosenValues) -> dict[tuple[str, str], _Shares]:
-    """Limiting constraints by interval, each with its share of the time."""
+    """Active limits by interval, each with its share of the time."""
     limits: defaultdict[tuple[str, str], _Shares] = defaultdict(list)
-    for limit in chosen_values.binding:
+    for limit in chosen_values.active_limits:
         quantity = REASON_TEXTS.get(limit.quantity, limit.quantity.replace("_", " "))
         text = f"{limit.subject} {quantity}" if limit.subject else quantity
         if limit.quantity == "jerk" and limit.subject in chosen_values.assumed_jerk:
@@ -157,7 +157,7 @@ def _limits_by_interval(chosen_values: ChosenValues) -> dict[tuple[str, str], _S
 
 
 def _longest(limits: _Shares) -> str:
-    """The constraint that is active for the longest time, and the number of other ones."""
+    """The limit that is active for the longest time, and the number of other ones."""
     limit, share = max(limits, key=lambda pair: pair[1] or 0.0)
     remaining = f", and by {len(limits) - 1} more" if len(limits) > 1 else ""
     return f"{limit} {_share_text(share)}{remaining}"

@@ -37,8 +37,8 @@ def with_chosen_values(free_task: FreeTask, motions: Mapping[FreeSection, TimedM
         if section.way is not None:  # its end was chosen
             positions[section.rows] = motion.trajectory.position(motion.time)
     waypoints.update(solutions_near(free_task, positions))
-    for i, at in enumerate(free):
-        if at.way is not None:
+    for i, waypoint in enumerate(free):
+        if waypoint.way is not None:
             waypoints[scenario.task_index[i]]["way"] = None
     for section, motion in motions.items():
         for k, i in enumerate(section.waypoints):

@@ -18,7 +18,6 @@ from knotwork.planning.clear_motions.clear_motion_problem import (
     ClearSearchError,
 )
 from knotwork.planning.clear_motions.clear_search import find_clear_motion, slow_to_duration
-from knotwork.planning.clear_motions.configuration_space import bodies_at
 from knotwork.planning.timing import TimedMotion, TimingProblem
 from knotwork.planning.timing.budget import Budget
 from knotwork.planning.timing.minimum_durations import lower_bound, sufficient_duration
@@ -115,11 +114,13 @@ def _stop(section: FreeSection, problem: TimingProblem) -> PiecewisePolynomial |
     continued = section.free_task.scenario.continued_motion
     if continued is None or section.waypoints[0]:
         return None
-    motion, at = continued
+    motion, start_time = continued
     curve, limits = motion.polynomial, problem.limits
     columns = [motion.joint_names.index(name) for name in problem.joint_names]
-    curve = cut_curve(PiecewisePolynomial(curve.c[:, :, columns], curve.x), at, float(curve.x[-1]))
-    curve = PiecewisePolynomial(curve.c, curve.x - at)
+    curve = cut_curve(
+        PiecewisePolynomial(curve.c[:, :, columns], curve.x), start_time, float(curve.x[-1])
+    )
+    curve = PiecewisePolynomial(curve.c, curve.x - start_time)
     stopped = stop_on_path(curve, 0.0, limits, STOP_TOLERANCE)
     return curve if stopped is None else stopped[1]
 
@@ -131,9 +132,7 @@ def _bodies(section: FreeSection) -> CollisionModel:
         InputError: The bodies change during the section, or an obstacle moves.
     """
     free_task = section.free_task
-    first, *later = (
-        bodies_at(free_task.collision_model_by_index, i + 0.5) for i in section.waypoints[:-1]
-    )
+    first, *later = (free_task.bodies_in_interval(i) for i in section.waypoints[:-1])
     for model, i in zip(later, section.waypoints[1:-1], strict=True):
         if model.pairs != first.pairs:
             raise InputError(
@@ -221,7 +220,7 @@ def _located_error(
     free_task = section.free_task
     names = [free_task.scenario.waypoints[i].name for i in section.waypoints]
     text = free_task.scenario.units.text
-    k = fault.waypoint
+    k = fault.waypoint_index
     bodies: tuple[str, ...] = ()
     if k is None:
         reason = f" was found among {fault.checks} configurations; one may exist all the same"

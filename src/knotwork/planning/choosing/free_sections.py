@@ -87,24 +87,30 @@ class FreeTask:
         Sections are split there. Two collision-free motions are one if only a position is given
         between them.
         """
-        at = self.free_values.waypoints
+        waypoints = self.free_values.waypoints
         loads = enumerate(pairwise(self._dynamics), start=1)
         points = {i: "the load changes" for i, (before, after) in loads if before is not after}
         return points | {
             i: "a collision-free motion begins or ends"
-            for end, free in enumerate(at)
+            for end, free in enumerate(waypoints)
             if free.way
             for i in (end - 1, end)
             if not (
-                at[i].speed_kind == "free"
-                and at[i].way == at[i + 1].way
-                and all(free.duration_is_free and not free.min_duration for free in at[i : i + 2])
+                waypoints[i].speed_kind == "free"
+                and waypoints[i].way == waypoints[i + 1].way
+                and all(w.duration_is_free and not w.min_duration for w in waypoints[i : i + 2])
             )
         }
 
+    def bodies_in_interval(self, i: int) -> CollisionModel:
+        """Bodies of the robot and the scene that are present from waypoint i to the next one."""
+        from knotwork.planning.clear_motions.configuration_space import bodies_at
+
+        return bodies_at(self._collision_model, i + 0.5)
+
     @cached_property
-    def collision_model_by_index(self) -> CollisionModel:
-        """Bodies of the robot and the scene over the index of the waypoint in place of time."""
+    def _collision_model(self) -> CollisionModel:
+        """Bodies of the robot and the scene; the index of a waypoint replaces its unknown time."""
         from knotwork.planning.task_to_joint.candidate_collisions import unsolved_collision_model
 
         if self.joints.robot is None:
@@ -246,10 +252,10 @@ def find_sections(free_task: FreeTask) -> list[FreeSection]:
         InputError: Two equal stops have no given time between them, or a free velocity is at a
             waypoint where the motion must be split.
     """
-    scenario, at = free_task.scenario, free_task.free_values.waypoints
+    scenario, free = free_task.scenario, free_task.free_values.waypoints
     closed = set(free_task.joints.waits)
     for i in closed:
-        if at[i + 1].duration_is_free:
+        if free[i + 1].duration_is_free:
             names = (scenario.waypoints[k].name for k in (i, i + 1))
             raise InputError(
                 f"{' and '.join(map(repr, names))} are the same stop, so the minimum time between "
@@ -258,9 +264,9 @@ def find_sections(free_task: FreeTask) -> list[FreeSection]:
             )
     ends = free_task.zero_acceleration_points
     for i, why in ends.items():
-        if at[i].speed_kind != "given":
+        if free[i].speed_kind != "given":
             accepted = "stop, or a velocity"
-            if [bool(free.way) for free in at[i : i + 2]] == [True, True]:
+            if [bool(end.way) for end in free[i : i + 2]] == [True, True]:
                 accepted += ", or velocity: free between ways of equal options without times"
             message = f"the velocity is chosen, but {why} here; accepted: {accepted}"
             raise InputError(message, where=free_task.where(i))

@@ -143,7 +143,7 @@ def _with_speeds_before(scenario: Scenario, budget: Budget) -> Scenario:
     """
     free, task = scenario.required_free_values, scenario.given
     first = free.time_dependent[0]
-    if not any(at.path_speed_is_free for at in free.waypoints[:first]):
+    if not any(waypoint.path_speed_is_free for waypoint in free.waypoints[:first]):
         return scenario
     try:
         part = task.replace(waypoints=task.waypoints[: scenario.task_index[first]])
@@ -157,7 +157,7 @@ def _speeds(scenario: Scenario, chosen_values: ChosenValues) -> dict[int, Any]:
     """Chosen speeds along paths up to the last moving frame, for the task."""
     free, timed = scenario.required_free_values, chosen_values.scenario.given.waypoints
     until = free.waypoints[: free.time_dependent[-1] + 1]
-    ends = [scenario.task_index[i] for i, at in enumerate(until) if at.path_speed_is_free]
+    ends = [scenario.task_index[i] for i, end in enumerate(until) if end.path_speed_is_free]
     # a part of the task has its first waypoints only
     return {k: {"speed": timed[k].speed} for k in ends if k < len(timed)}  # type: ignore[union-attr]
 
@@ -199,11 +199,11 @@ def _with_numbers(scenario: Scenario, chosen_values: ChosenValues) -> Scenario:
     changes: defaultdict[int, dict[str, Any]] = defaultdict(dict)
     changes.update(_speeds(scenario, chosen_values))
     for i in range(1, last + 1):
-        at = free.waypoints[i]
+        waypoint = free.waypoints[i]
         task_i = scenario.task_index[i]
-        if at.duration_is_free and task.waypoints[task_i].time is None:
+        if waypoint.duration_is_free and task.waypoints[task_i].time is None:
             span = float(spans[i - 1])
-            waits = at.min_duration > span - AGREEMENT
+            waits = waypoint.min_duration > span - AGREEMENT
             after = span if waits else LONGER_TIMES * span + AGREEMENT
             changes[task_i]["after"] = rounded_up(after, 6)
     task = task.with_waypoints(changes).with_waypoints(_solutions(scenario, chosen_values))

@@ -17,7 +17,7 @@ import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.curves.tool_paths import Timing
-from knotwork.errors import PathError
+from knotwork.errors import PathError, RampError, StretchTimeError
 from knotwork.planning.choosing.free_sections import FreeTask
 from knotwork.planning.choosing.path_limit_utilisation import (
     CONSTANT_SPEED_PART,
@@ -176,7 +176,9 @@ class PathSpeedProblem:
                     {k: speed for k, (speed, _) in speeds.items()}
                 )
             except PathError as error:
-                k, highest = getattr(error, "stretch", 0), getattr(error, "highest_speed", None)
+                # any other error concerns the whole path
+                k = error.stretch if isinstance(error, RampError | StretchTimeError) else 0
+                highest = error.highest_speed if isinstance(error, RampError) else None
                 if k not in speeds or highest is None:
                     raise NoSpeedsError(self.path, k, Reason.PATH_ACCELERATION) from error
                 lower = (1.0 - 10.0**-SPEED_DIGITS) * speeds[k].speed  # by rounding or more

@@ -84,8 +84,8 @@ class ClearSearchError(Exception):
     """No motion was found, which does not prove that none exists. `NoWayFoundError` tells users.
 
     Attributes:
-        waypoint: Index of the waypoint where the arm collides, or can't come to rest along its
-            velocity without a collision, -1 for the goal; `None` if all are collision-free.
+        waypoint_index: Waypoint of the section where the arm collides, or can't come to rest along
+            its velocity without a collision, -1 for the goal; `None` if all are collision-free.
         bodies: Names of the two colliding bodies.
         shortfall: Violation of the margin [m], or of the joint's position limit [rad or m].
         moving: Whether the motion to rest collides.
@@ -95,7 +95,7 @@ class ClearSearchError(Exception):
         solutions: Number of solutions of the waypoint, all of which collide.
     """
 
-    waypoint: int | None = None
+    waypoint_index: int | None = None
     bodies: tuple[str, str] = ("", "")
     shortfall: float = 0.0
     moving: bool = False

@@ -157,8 +157,8 @@ class _ClearSearch:
         self.space = ConfigurationSpace(problem.arm_model, model, limits, problem.loaded_arm_model)
         self.inner = problem.timing.position[1:-1]
         starts = self._clear_ends(0, problem.starts)
-        for waypoint, q in enumerate(self.inner, 1):
-            self._clear_ends(waypoint, q[None])
+        for i, q in enumerate(self.inner, 1):
+            self._clear_ends(i, q[None])
         goals = self._clear_ends(-1, problem.goals)
         self.ends = [starts, goals]
         before, after = self.stops = [self._stop(end, self.ends[end][0]) for end in (0, -1)]
@@ -168,12 +168,12 @@ class _ClearSearch:
         ]
         self.stage = 0
 
-    def _clear_ends(self, waypoint: int, ends: FloatArray) -> FloatArray:
-        """Select the collision-free solutions of a waypoint."""
+    def _clear_ends(self, i: int, ends: FloatArray) -> FloatArray:
+        """Select the collision-free solutions of waypoint i."""
         clear = ends[[self.space.is_clear(q) for q in ends]]
         if not len(clear):
             gap, bodies = self.space.worst(ends[0])
-            raise ClearSearchError(waypoint, bodies, -gap, solutions=len(ends))
+            raise ClearSearchError(i, bodies, -gap, solutions=len(ends))
         return clear
 
     def _stop(self, end: int, q: FloatArray) -> PiecewisePolynomial | None:

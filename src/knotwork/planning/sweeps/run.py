@@ -32,8 +32,8 @@ DEFAULT_TIME_LIMIT = 60.0
 class SweepProgress:
     """Progress of a sweep.
 
-    >>> at = kw.sweeps.SweepProgress(done=30, total=90, passed=12, before=10, seconds=4.0)
-    >>> at.rate, at.left
+    >>> progress = kw.sweeps.SweepProgress(done=30, total=90, passed=12, before=10, seconds=4.0)
+    >>> progress.rate, progress.left
     (5.0, 12.0)
 
     Attributes:

@@ -99,7 +99,9 @@ class SequenceSearch:
         self._group_of = {i: group for group in groups for i in group}
         check_branch(scenario, robot)
         free = scenario.free_values.waypoints if scenario.free_values is not None else ()
-        self.free_velocity = frozenset(i for i, at in enumerate(free) if at.speed_kind != "given")
+        self.free_velocity = frozenset(
+            i for i, waypoint in enumerate(free) if waypoint.speed_kind != "given"
+        )
         self.joint_rules = joint_rules(robot)
         self.steps = step_rules(scenario, chains, joints.targets, self.free_velocity, avoided)
 
@@ -173,25 +175,23 @@ class SequenceSearch:
             result[i] = candidates
         return result
 
-    def _reference(self, index: int) -> FloatArray:
+    def _reference(self, i: int) -> FloatArray:
         """The last known configuration before a waypoint, without a search."""
         if self.near is not None:
             return self.near
-        given = (
-            target.position for target in self.joints.targets[:index][::-1] if target is not None
-        )
+        given = (target.position for target in self.joints.targets[:i][::-1] if target is not None)
         return next(given, home(self.joints))
 
-    def _layer(self, index: int, candidates_by_waypoint: Sequence[Candidates | None]) -> Layer:
+    def _layer(self, i: int, candidates_by_waypoint: Sequence[Candidates | None]) -> Layer:
         """The candidates at a waypoint in the requested branch, with their costs."""
-        target = self.joints.targets[index]
+        target = self.joints.targets[i]
         if target is not None:
             q, v = target.position[None], target.velocity[None]
             flags, weight = configuration_flags(self.robot, q), travel_weights(self.robot, q)
             return Layer(q, v, make_cost(1), weight, flags, fixed=True)
-        candidates = cast(Candidates, candidates_by_waypoint[index])
-        group = self._group_of.get(index)
-        first = index if group is None else group[0]
+        candidates = cast(Candidates, candidates_by_waypoint[i])
+        group = self._group_of.get(i)
+        first = i if group is None else group[0]
         begin = cast(Candidates, candidates_by_waypoint[first])
         rows = allowed_rows(self.scenario, self.robot, first, begin)
         q = candidates.q[rows]
@@ -202,14 +202,14 @@ class SequenceSearch:
             gap = joint_difference(q, self.near, joint_axes(self.robot).is_revolute)
             distance = np.linalg.norm(gap / self.joint_rules.scale, axis=1)
         elif self.scenario.given.prefer == "clearance" and self.collisions is not None:
-            distance = self.collisions.clearance_cost(index, candidates)[rows]
-        if index == 0:
+            distance = self.collisions.clearance_cost(i, candidates)[rows]
+        if i == 0:
             gap = q - (home(self.joints) if self.near is None else self.near)
             turns = np.where(self.joint_rules.unbounded, whole_turns(gap), 0.0)
             q, travel = q - turns, np.linalg.norm((gap - turns) / self.joint_rules.scale, axis=1)
         collisions = np.zeros(len(rows))
         if self.collisions is not None:
-            collisions = self.collisions.collision_cost(index, candidates)[rows]
+            collisions = self.collisions.collision_cost(i, candidates)[rows]
         cost = make_cost(
             len(rows),
             impossible=candidates.unattainable[rows],
@@ -218,7 +218,7 @@ class SequenceSearch:
             distance=distance,
             travel=travel,
         )
-        previous = candidates_by_waypoint[index - 1] if first < index else None
+        previous = candidates_by_waypoint[i - 1] if first < i else None
         return Layer(
             q,
             candidates.velocity[rows],
@@ -231,7 +231,7 @@ class SequenceSearch:
 
 
 def velocity_at(
-    scenario: Scenario, chains: FreedomChains, track: PathTrack | None, index: int, q: FloatArray
+    scenario: Scenario, chains: FreedomChains, track: PathTrack | None, i: int, q: FloatArray
 ) -> FloatArray:
     """Joint velocities for the tool's twist at a waypoint [rad/s or m/s], shape (d,).
 
@@ -239,13 +239,13 @@ def velocity_at(
         scenario: The scenario.
         chains: The robot with the virtual joints of each pose.
         track: Track of the path of the waypoint, if it is on one.
-        index: Index of the waypoint, which is given by a pose.
+        i: Index of the waypoint, which is given by a pose.
         q: Joint positions at the waypoint [rad or m], shape (d,).
 
     Raises:
         SingularityError: The twist is unattainable.
     """
-    target, rate = cast(CartesianWaypoint, scenario.waypoints[index]), scenario.given.pull_to_middle
+    target, rate = cast(CartesianWaypoint, scenario.waypoints[i]), scenario.given.pull_to_middle
     chain = chains.for_waypoint(target) if track is None else track.chain
     robot, q = chain.robot, q[chain.columns]
     if track is not None:

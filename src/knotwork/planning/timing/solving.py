@@ -28,7 +28,7 @@ INTERVALS_AHEAD = 4
 """Number of following intervals that are solved with them."""
 MAX_INTERVALS = 24
 """Maximum number of intervals of a motion that is solved as a whole."""
-BINDING_SAMPLES = 100
+LIMIT_SAMPLES = 100
 """Number of samples in each interval."""
 ACTIVE_LIMIT_DISTANCE = 1e-3
 """Relative distance within which a joint is at a limit."""
@@ -136,7 +136,7 @@ def timed_motion(
         velocity=np.where(problem.velocity_known[:, None], problem.velocity, curve(time, 1)),
         lower_bound=bound,
         status=motion.status,
-        binding=binding_limits(problem, time, curve),
+        active_limits=find_active_limits(problem, time, curve),
         objective_values=_terms(problem, trajectory),
     )
 
@@ -198,7 +198,7 @@ def _terms(problem: TimingProblem, motion: JointTrajectory) -> dict[str, float]:
     return values
 
 
-def binding_limits(
+def find_active_limits(
     problem: TimingProblem, time: FloatArray, curve: PiecewisePolynomial
 ) -> tuple[ActiveLimit, ...]:
     """Find the active limits of each interval, those that are active longest first.
@@ -208,7 +208,7 @@ def binding_limits(
         time: Times of the waypoints [s], shape (n,).
         curve: Joint positions.
     """
-    fractions = (np.arange(BINDING_SAMPLES) + 0.5) / BINDING_SAMPLES
+    fractions = (np.arange(LIMIT_SAMPLES) + 0.5) / LIMIT_SAMPLES
     times = time[:-1, None] + fractions * np.diff(time)[:, None]
     limits = problem.limits
     q = curve(times)

@@ -120,8 +120,11 @@ def _rates_of_frames(
     """
     readers = {1: pin.getFrameVelocity, 2: pin.getFrameClassicalAcceleration}
     wanted = [
-        (robot.frame_index(at.subject) if at.subject else robot.require_tool(), readers[at.order])
-        for at in frames
+        (
+            robot.frame_index(limited.subject) if limited.subject else robot.require_tool(),
+            readers[limited.order],
+        )
+        for limited in frames
     ]
     rates = np.empty((len(states), len(frames), 3))
     for row, state in zip(rates, states, strict=True):

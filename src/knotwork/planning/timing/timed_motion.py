@@ -50,7 +50,7 @@ class TimedMotion(ReadOnlyArrays):
         status: `"optimal"`; `"budget"` if the budget ended first, so a better motion may
             exist; or `"resting"` if the arm comes to rest in each interval, because the solver did
             not converge or hardly any gain was possible.
-        binding: Active limits of each interval, the longest first.
+        active_limits: Limits that are active in each interval, the longest first.
         objective_values: Unweighted value of each term by name: `"time"` [s], and the integrals
             with a weight.
         iterations: Number of solver steps.
@@ -66,7 +66,7 @@ class TimedMotion(ReadOnlyArrays):
     velocity: FloatArray
     lower_bound: float
     status: Status = "optimal"
-    binding: Sequence[ActiveLimit] = ()
+    active_limits: Sequence[ActiveLimit] = ()
     objective_values: Mapping[str, float] = field(default_factory=dict)
     iterations: int = 0
     line: FloatArray | None = None

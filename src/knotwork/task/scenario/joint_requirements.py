@@ -98,15 +98,15 @@ def read_joint_requirements(scenario: Scenario) -> JointRequirements:
     >>> read_joint_requirements(scenario).targets[1].position
     array([1.57079633])
     """
-    margin = scenario.given.limits.margin
+    used_fraction = scenario.given.limits.used_fraction
     robot = loaded_robots = None
     if scenario.given.robot is None:
         read = _bare_joints(scenario)
-        limits = JointLimits.by_joint(read.names, read.limits()).scaled(margin)
+        limits = JointLimits.by_joint(read.names, read.limits()).scaled(used_fraction)
     else:
         robot = _robot(scenario)
         read = JointReader(scenario, robot.joint_names, robot.joint_units, robot.configurations)
-        robot = robot.with_limits(**read.limits()).with_limits_scaled(margin)
+        robot = robot.with_limits(**read.limits()).with_limits_scaled(used_fraction)
         limits = robot.limits
         if not robot.base_moves:
             loaded_robots = robots_with_loads(scenario, robot)

@@ -164,13 +164,14 @@ def _check_joints_alone(reading: TaskReading) -> None:
 
 
 def _motion_limits(limits: Limits) -> MotionLimits:
-    """Limits on the motion of tool and links, with their margin."""
-    margin = limits.margin
+    """Limits on the motion of tool and links, scaled by their used fraction."""
+    fraction = limits.used_fraction
     return MotionLimits.model_construct(
-        tool_speed=limits.tool_speed and margin * limits.tool_speed,
-        tool_acceleration=limits.tool_acceleration and margin * limits.tool_acceleration,
+        tool_speed=limits.tool_speed and fraction * limits.tool_speed,
+        tool_acceleration=limits.tool_acceleration and fraction * limits.tool_acceleration,
         frame_speed=tuple(
-            limit.model_copy(update={"speed": margin * limit.speed}) for limit in limits.link_speeds
+            limit.model_copy(update={"speed": fraction * limit.speed})
+            for limit in limits.link_speeds
         ),
         singular_value=limits.singular_value,
     )

@@ -151,7 +151,7 @@ class Scenario:
         paths: Tool paths between its waypoints, in order of time.
         events: Events in order of time; empty while times are free.
         free_values: Durations, speeds and knots to be chosen, or `None`.
-        motion_limits: Limits on the motion of tool and links, in SI, their margin applied.
+        motion_limits: Limits on the motion of tool and links, in SI, scaled by their used fraction.
         scene: Surroundings, held objects, and options of the collision check.
         locations: Locations of its parts in the file, for errors.
         continued_motion: The motion that it continues, and the time in it [s], or `None`.
@@ -202,12 +202,14 @@ class Scenario:
         return {part: word for part, word in branch if word is not None}
 
     @property
-    def knots(self) -> Any:
-        """`"paper"`, `"balanced"`, the constant of balanced knots, or the knot times [s]."""
+    def interpolation_knots(self) -> Any:
+        """`"paper"`, `"balanced"`, the constant of balanced knots, or the knot times [s].
+
+        With `knots: optimal` this is `"paper"`: knots are chosen only outside tool paths.
+        """
         knots = self.given.knots
         if isinstance(knots, Balanced):
             return knots.balanced
-        # along tool paths no knots are optimised: the paper's rule is used
         return "paper" if isinstance(knots, str) and knots == "optimal" else knots
 
     @property

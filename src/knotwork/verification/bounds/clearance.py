@@ -45,7 +45,6 @@ CLEARANCE_PRECISION = 1e-3
 """Precision of a pair's minimum clearance [m], unless a fraction of the clearance is larger."""
 RELATIVE_PRECISION = 0.05
 """Fraction of the clearance that is precise enough."""
-
 INTERVAL_BLOCK = 2000
 """Number of intervals per block."""
 
@@ -122,11 +121,8 @@ def least_clearance(
     if not rough:
         return None
     minimum = min(pair.gap for pair in rough)
-    near = {
-        (pair.first, pair.second)
-        for pair in rough
-        if pair.bound - pair.required_clearance < minimum
-    }
+    candidates = [pair for pair in rough if pair.bound - pair.required_clearance < minimum]
+    near = {(pair.first, pair.second) for pair in candidates}
     pairs = [p for p in model.pairs if (model.bodies[p.first], model.bodies[p.second]) in near]
     exact = clearances(replace(model, pairs=tuple(pairs)), curve, resolution, precision)
     return min(exact or rough, key=lambda pair: pair.gap)
@@ -216,7 +212,7 @@ class _ClearanceSearch:
         self._measure(tests, time, placed, distance_bound - motion, motion)
         is_measured = ~np.isnan(tests.distance)
         distance_bound[is_measured] = tests.distance[is_measured] - DISTANCE_ERROR
-        goal = self._goal()[tests.solid_pair]
+        goal = self._goal(self.distance, self.margin)[tests.solid_pair]
         lower = self._bounds_by_planes(tests, motions, placed, distance_bound - motion, goal)
         is_closed = (lower >= goal) | (motion <= self.resolution)
         is_closed |= self.measurements >= DISTANCE_BUDGET
@@ -257,12 +253,12 @@ class _ClearanceSearch:
         by_planes[rows] = distance - motions.approach(*where)
         return np.maximum(lower, by_planes)
 
-    def _goal(self) -> FloatArray:
-        """Bound at which an interval is closed, for each pair of solids [m]."""
-        with np.errstate(invalid="ignore"):
-            tolerance = np.maximum(self.precision, self.relative_precision * np.abs(self.distance))
-            goal = np.where(np.isinf(self.distance), np.inf, self.distance - tolerance)
-        return np.where(self.distance > self.margin, np.maximum(goal, self.margin), goal)
+    def _goal(self, distance: FloatArray, margin: FloatArray) -> FloatArray:
+        """Bound at which an interval is closed, for the minimum distance found so far [m]."""
+        with np.errstate(invalid="ignore"):  # inf - inf, of pairs that are not measured yet
+            tolerance = np.maximum(self.precision, self.relative_precision * np.abs(distance))
+            goal = np.where(np.isinf(distance), np.inf, distance - tolerance)
+        return np.where(distance > margin, np.maximum(goal, margin), goal)
 
     def _measure(
         self,
@@ -284,7 +280,7 @@ class _ClearanceSearch:
             lower: Lower bound from boxes over each interval [m].
             motion: Upper bound on the relative motion of the two solids [m].
         """
-        first_goal = self._goal()
+        first_goal = self._goal(self.distance, self.margin)
         waiting = np.flatnonzero(np.isnan(tests.distance) & (lower < first_goal[tests.solid_pair]))
         waiting = waiting[np.argsort(np.round(lower[waiting], LENGTH_DIGITS), kind="stable")]
         goal, smallest = first_goal.tolist(), self.distance.tolist()  # faster than arrays
@@ -300,8 +296,7 @@ class _ClearanceSearch:
             if d < smallest[c] - 10.0**-LENGTH_DIGITS:
                 smallest[c] = self.distance[c] = d
                 self.time[c] = time[interval]
-                near = d - max(self.precision, self.relative_precision * abs(d))
-                goal[c] = max(near, self.margin[c]) if d > self.margin[c] else near
+                goal[c] = float(self._goal(np.array(d), self.margin[c]))
 
     def _find_enclosed(self) -> None:
         """Find solids inside meshes. If the surfaces never touch, one test decides for all time."""
@@ -340,12 +335,11 @@ class _ClearanceSearch:
                 interval = next(span for span in contacts if span[0] <= time <= span[1])
             elif low <= high:
                 state, interval = "unproved", (float(low), float(high))
-            bound = float(self.bound[of_pair].min())
             yield Clearance(
                 first,
                 second,
                 distance,
-                bound=bound,
+                bound=float(self.bound[of_pair].min()),
                 required_clearance=pair.margin,
                 involves_scene=pair.involves_scene,
                 time=time,

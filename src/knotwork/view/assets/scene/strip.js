@@ -1,4 +1,4 @@
-// The strip below the slider: segments with their limiting constraints, the use of limits, a chosen
+// The strip below the slider: segments with their active limits, the use of limits, a chosen
 // curve with its axis, failures, events and waypoints. A click goes to its time.
 
 // Half the width of the slider's knob, whose middle stays this far from both ends [pixels]
