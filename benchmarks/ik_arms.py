@@ -29,8 +29,8 @@ def arm(name: str) -> Robot:
 
 def box(robot: Robot) -> tuple[FloatArray, FloatArray]:
     """Where configurations are drawn from: the limits, no more than a turn of each joint."""
-    lower = np.maximum(robot.lower_position_limit, -np.pi)
-    return lower, np.minimum(robot.upper_position_limit, lower + 2 * np.pi)
+    lower = np.maximum(robot.limits.lower, -np.pi)
+    return lower, np.minimum(robot.limits.upper, lower + 2 * np.pi)
 
 
 def misses(robot: Robot, pose: Any, q: FloatArray | None) -> float:
@@ -38,7 +38,7 @@ def misses(robot: Robot, pose: Any, q: FloatArray | None) -> float:
     if q is None or not np.isfinite(q).all():
         return np.inf
     slack = 1e-9
-    lower, upper = robot.lower_position_limit - slack, robot.upper_position_limit + slack
+    lower, upper = robot.limits.lower - slack, robot.limits.upper + slack
     if ((q < lower) | (q > upper)).any():
         return np.inf
     error = robot.forward(q).actInv(pose)

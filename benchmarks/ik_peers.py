@@ -43,7 +43,7 @@ def toolbox(robot: Robot) -> Solver:
         ets = ets * rtb.ET.SE3(step.homogeneous) * rtb.ET.Rz()
         step = along.inverse()
     ets = ets * rtb.ET.SE3((step * tool.placement).homogeneous)
-    ets.qlim = np.array([robot.lower_position_limit, robot.upper_position_limit])
+    ets.qlim = np.array([robot.limits.lower, robot.limits.upper])
 
     def solve(pose: Any, start: FloatArray) -> FloatArray | None:
         answer = ets.ik_LM(pose.homogeneous, q0=start, tol=1e-17, ilimit=60, joint_limits=True)
@@ -123,7 +123,7 @@ def tuned_loop(robot: Robot) -> Solver:
     from scipy.linalg.lapack import dposv
 
     model, data, frame = robot.model, robot.model.createData(), robot.tcp_frame_id
-    lower, upper = robot.lower_position_limit, robot.upper_position_limit
+    lower, upper = robot.limits.lower, robot.limits.upper
     lows, highs = lower.tolist(), upper.tolist()
     base, eye = robot.base_placement, np.eye(robot.dof)
     anywhere = np.random.default_rng(0).uniform(*box(robot), (200, robot.dof))
@@ -188,7 +188,7 @@ def ssik(robot: Robot) -> Solver:
     module: Any = importlib.import_module("ssik")
     chain, home = JointAxes(robot), robot.forward(np.zeros(robot.dof))
     points = np.vstack([np.zeros(3), chain.origins, home.translation])
-    limits = np.column_stack([robot.lower_position_limit, robot.upper_position_limit])
+    limits = np.column_stack([robot.limits.lower, robot.limits.upper])
     arm = module.Manipulator.from_axes(chain.axes, np.diff(points, axis=0), limits=limits)
     arm.prepare()
     turned = np.linalg.inv(arm.fk(np.zeros(robot.dof))) @ home.homogeneous

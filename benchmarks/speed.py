@@ -93,8 +93,8 @@ def tasks() -> dict[str, Callable[[], object]]:
         return run
 
     def solved(robot: Robot) -> Callable[[], object]:
-        low = np.maximum(robot.lower_position_limit, -3.0)
-        high = np.minimum(robot.upper_position_limit, 3.0)
+        low = np.maximum(robot.limits.lower, -3.0)
+        high = np.minimum(robot.limits.upper, 3.0)
         asked = [robot.forward(rng.uniform(low, high)) for _ in range(20)]
         return lambda: [kw.solve_pose_ik_all(robot, pose) for pose in asked]
 

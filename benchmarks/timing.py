@@ -236,7 +236,7 @@ def torques(seed: int) -> list[dict[str, Any]]:
         q = np.cumsum(rng.uniform(-0.6, 0.6, (8, 6)), axis=0) + UR5_MIDDLE
         v = np.zeros((8, 6))
         v[1:-1] = rng.uniform(-0.3, 0.3, (6, 6))
-        A, J, V = np.full(6, acceleration), np.full(6, 400.0), robot.velocity_limit
+        A, J, V = np.full(6, acceleration), np.full(6, 400.0), robot.limits.velocity
         names = tuple(robot.joint_names)
         limits = JointLimits(V, A, J, effort=part * effort)
         motion, seconds = solved_in(TimingProblem(names, q, v, limits, dynamics=dynamics))

@@ -91,7 +91,7 @@ def judged(problem: Problem, motion: Motion) -> dict[str, Any]:
             if i < count and link.parentJoint and not link.name.startswith(may_touch):
                 geometry.addCollisionPair(pin.CollisionPair(i, k))
     data, found = model.createData(), geometry.createData()
-    limit = arm().acceleration_limit
+    limit = arm().limits.acceleration
     return {
         "duration": round(motion.duration, 4),
         "collides": any(
@@ -159,7 +159,7 @@ def along(q: FloatArray) -> float:
     """TOPP-RA along configurations, with limits of velocity and acceleration [s]."""
     q = q[np.append(True, np.linalg.norm(np.diff(q, axis=0), axis=1) > 1e-7)]
     s = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1)))
-    return toppra_duration(s, q, arm().velocity_limit, arm().acceleration_limit, grid=400)
+    return toppra_duration(s, q, arm().limits.velocity, arm().limits.acceleration, grid=400)
 
 
 def roboplan(problem: Problem) -> Motion | None:
@@ -196,7 +196,7 @@ def _roboplan_scene(core: Any, problem: Problem) -> tuple[Any, list[str]]:
     scene.addGroup("arm", names)
     limits = {
         name: {"max_acceleration": [float(a)], "max_jerk": [float(j)]}
-        for name, a, j in zip(names, robot.acceleration_limit, robot.jerk_limit, strict=True)
+        for name, a, j in zip(names, robot.limits.acceleration, robot.limits.jerk, strict=True)
     }
     with tempfile.TemporaryDirectory() as folder:
         config = Path(folder) / "limits.yaml"

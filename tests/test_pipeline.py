@@ -10,6 +10,7 @@ import pickle
 import re
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
+from operator import attrgetter
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -56,6 +57,23 @@ def test_an_old_name_works_and_warns_of_the_new_one(old: str) -> None:
     assert [warning.filename for warning in seen] == [__file__]
     module, _, attribute = new_name.rpartition(".")
     assert value is getattr(importlib.import_module(module), attribute)
+
+
+@pytest.mark.parametrize(
+    ("owner", "old", "new"),
+    [
+        ("joints.robot", "jerk_limit", "limits.jerk"),
+        ("joints.robot", "held", "held_payloads"),
+        ("joints.robot", "torque", "effort"),
+        ("trajectory", "planner", "origin"),
+        ("report", "planner", "origin"),
+    ],
+)
+def test_an_old_attribute_works_and_warns(deburring: Plan, owner: str, old: str, new: str) -> None:
+    with pytest.warns(DeprecationWarning, match=rf"\w+\.{old} is now {new};") as seen:
+        value = attrgetter(f"{owner}.{old}")(deburring)
+    assert [warning.filename for warning in seen] == [__file__]
+    assert np.array_equal(value, attrgetter(f"{owner}.{new}")(deburring))
 
 
 def test_a_scenario_comes_as_mapping_file_path_or_loaded(tmp_path: Path) -> None:
@@ -170,8 +188,8 @@ def assert_same_robot(one: kw.Robot, other: kw.Robot) -> None:
     assert np.array_equal(one.forward(q).homogeneous, other.forward(q).homogeneous)
     assert np.array_equal(one.jacobian(q), other.jacobian(q))
     assert np.array_equal(one.effort(q, q, q), other.effort(q, q, q))
-    for name in ("lower_position_limit", "upper_position_limit", "velocity_limit"):
-        assert np.array_equal(getattr(one, name), getattr(other, name))
+    for name in ("lower", "upper", "velocity"):
+        assert np.array_equal(getattr(one.limits, name), getattr(other.limits, name))
     assert dict(one.locked) == dict(other.locked)
     assert one.configurations.keys() == other.configurations.keys()
 
@@ -235,7 +253,7 @@ def test_a_copy_of_a_robot_has_its_own_memory(copied: Callable[[Any], Any]) -> N
     robot = kw.load_robot("kinova").with_limits(acceleration=3.0)
     other = copied(robot)
     assert_same_robot(other, robot)
-    assert np.array_equal(other.acceleration_limit, robot.acceleration_limit)
+    assert np.array_equal(other.limits.acceleration, robot.limits.acceleration)
     # Its working memory is its own.
     q = np.linspace(0.2, 0.9, robot.dof)
     pose = robot.forward(q)

@@ -146,7 +146,7 @@ def test_reports_feasible_tool_speed() -> None:
     assert (one.name, one.interval, one.time) == ("waypoint 1", None, 3.0)
     assert text.startswith("at 'waypoint 1' ")
     speeds = np.abs(found.waypoints.velocity[1])
-    worst = int(np.argmax(speeds / UR5.velocity_limit))
+    worst = int(np.argmax(speeds / UR5.limits.velocity))
     assert f"{UR5.joint_names[worst]} needs" in text
     assert one.value == speeds[worst]
     part = float(re.findall(r"([\d.]+) of that velocity is feasible", text)[0])
@@ -207,4 +207,4 @@ def test_guides_keep_joint_limits(problems: Any, monkeypatch: pytest.MonkeyPatch
     with pytest.raises(kw.InputError):
         kw.plan(problems.problem("panda__2cubes"))
     q, robot = np.vstack([rung.q for rung in ladders[0].rungs[1:]]), ladders[0].robot
-    assert ((robot.lower_position_limit <= q) & (q <= robot.upper_position_limit)).all()
+    assert ((robot.limits.lower <= q) & (q <= robot.limits.upper)).all()

@@ -11,7 +11,6 @@ Everything is loaded when it is first used, so that importing `knotwork` costs n
 """
 
 import importlib
-import warnings
 from typing import Any
 
 import lazy_loader
@@ -54,7 +53,8 @@ def __getattr__(name: str) -> Any:
     new_name = _RENAMED.get(name)
     if new_name is None:
         return _load(name)
-    message = f"knotwork.{name} is now {new_name}; the old name goes with the next version"
-    warnings.warn(message, DeprecationWarning, stacklevel=2)
+    from knotwork.errors.old_names import warn_of_old_name
+
+    warn_of_old_name(f"knotwork.{name}", new_name)
     module, _, attribute = new_name.rpartition(".")
     return getattr(importlib.import_module(module), attribute)

@@ -181,7 +181,7 @@ def test_lines_are_off_as_stated(motion: JointTrajectory, name: str, tolerance: 
     streamed = "cycle" in export.STRAIGHT[name]
     if streamed and tolerance is not None:
         with pytest.raises(InputError, match="takes no option 'tolerance'"):
-            export.content(motion, name, fit=tolerance)  # its old name
+            export.content(motion, name, tolerance=tolerance)
         return
     text = export.content(motion, name, **({} if tolerance is None else {"tolerance": tolerance}))
     run = read(text)

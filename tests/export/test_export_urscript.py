@@ -145,7 +145,8 @@ def test_quintics_need_a_fit() -> None:
     quintic = planned("ur5_deburring", planner="quintic").trajectory
     with pytest.raises(ExportError, match="--tolerance"):
         quintic.to_urscript()
-    controller = run(quintic, 500.0, quintic.to_urscript(fit=1e-5))  # its old name
+    with pytest.warns(DeprecationWarning, match="option 'fit' is now 'tolerance'"):
+        controller = run(quintic, 500.0, quintic.to_urscript(fit=1e-5))
     assert np.abs(deviation(quintic, controller)).max() < 5e-5
 
 

@@ -13,7 +13,7 @@ from scipy.optimize import brentq, least_squares
 
 import knotwork as kw
 from knotwork import Robot, load_robot
-from knotwork.errors import OutsideLimitsError, UnreachablePoseError, WaypointDataError
+from knotwork.errors import ArrayError, OutsideLimitsError, UnreachablePoseError
 from knotwork.robot.kinematics import solve_pose_ik
 from knotwork.units import Units
 from sweeps import first_of, mostly_exhaustive
@@ -46,7 +46,7 @@ def refusal(robot: Robot, pose: pin.SE3, start: np.ndarray) -> Refused | None:
 def refusals(name: str, count: int) -> list[tuple[pin.SE3, Refused]]:
     """Poses that an arm does not reach: turned at random, or reached outside the limits only."""
     robot, generator = ARMS[name], np.random.default_rng(9)
-    lower, upper = robot.lower_position_limit, robot.upper_position_limit
+    lower, upper = robot.limits.lower, robot.limits.upper
     found: list[tuple[pin.SE3, Refused]] = []
     while len(found) < count:
         outside, stretch = generator.random() < 0.5, generator.uniform(0.5, 1.3)
@@ -88,13 +88,13 @@ def least_by_scipy(
 @pytest.mark.parametrize("name", mostly_exhaustive(ARMS, *[*ARMS][:2]))
 def test_closest_pose_within_limits_beats_other_searches(name: str, count: int) -> None:
     robot = ARMS[name]
-    limits = robot.lower_position_limit, robot.upper_position_limit
+    limits = robot.limits.lower, robot.limits.upper
     for pose, error in refusals(name, count):
         if isinstance(error, OutsideLimitsError):
             continue
         closest = np.array(error.closest)
-        assert (closest >= robot.lower_position_limit).all()
-        assert (closest <= robot.upper_position_limit).all()
+        assert (closest >= robot.limits.lower).all()
+        assert (closest <= robot.limits.upper).all()
         left = off(robot, closest, pose)
         assert error.closest_distance == pytest.approx(np.linalg.norm(left[:3]), abs=1e-12)
         assert error.closest_angle == pytest.approx(np.linalg.norm(left[3:]), abs=1e-12)
@@ -112,7 +112,7 @@ def test_reports_joints_outside_limits(name: str, count: int) -> None:
         assert error.joints
         for joint, value, lower, upper in error.joints:
             i = robot.joint_names.index(joint)
-            assert (lower, upper) == (robot.lower_position_limit[i], robot.upper_position_limit[i])
+            assert (lower, upper) == (robot.limits.lower[i], robot.limits.upper[i])
             assert not lower <= value <= upper
             assert f"{joint} at {Units().text(value, 'rad')}, outside [" in str(error)
 
@@ -120,11 +120,11 @@ def test_reports_joints_outside_limits(name: str, count: int) -> None:
 @pytest.mark.parametrize("option", ["position_tolerance", "orientation_tolerance"])
 def test_refuses_tolerance_finer_than_rounding(option: str) -> None:
     panda, start = load_robot("panda"), np.zeros(7)
-    lower, upper = panda.lower_position_limit, panda.upper_position_limit
+    lower, upper = panda.limits.lower, panda.limits.upper
     for q in np.random.default_rng(2).uniform(-2, 2, (3, 7)):
         pose = panda.forward(np.clip(q, lower, upper))
         assert solve_pose_ik(panda, pose, start, nearest=False, **{option: 1e-12}).converged
-    with pytest.raises(WaypointDataError, match=f"{option} 9e-13 is finer than rounding; 1e-12 or"):
+    with pytest.raises(ArrayError, match=f"{option} 9e-13 is finer than rounding; 1e-12 or"):
         solve_pose_ik(panda, pose, start, **{option: 9e-13})
 
 
@@ -221,7 +221,7 @@ NO_POSES = {
 def test_refuses_invalid_pose(solver: str, what: str) -> None:
     pose, complaint = NO_POSES[what]
     name = r"poses\[1\]" if solver == "solve_pose_ik_batch" else "pose"
-    with pytest.raises(WaypointDataError, match=f"{name}.*{complaint}"):
+    with pytest.raises(ArrayError, match=f"{name}.*{complaint}"):
         SOLVERS[solver](pose)
 
 

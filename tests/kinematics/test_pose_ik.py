@@ -7,7 +7,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from knotwork import Robot, load_robot, robot_names
-from knotwork.errors import OutsideLimitsError, RobotError, UnreachablePoseError, WaypointDataError
+from knotwork.errors import ArrayError, OutsideLimitsError, RobotError, UnreachablePoseError
 from knotwork.robot.kinematics import solve_pose_ik, solve_pose_ik_all
 from plain import tool_frames
 from sweeps import examples, first_of, mostly_exhaustive
@@ -20,8 +20,8 @@ ANGLE = st.floats(-2.6, 2.6)
 
 
 def sample(robot: Robot, generator: np.random.Generator) -> np.ndarray:
-    lower = np.maximum(robot.lower_position_limit, -np.pi)
-    upper = np.minimum(robot.upper_position_limit, 2 * np.pi)
+    lower = np.maximum(robot.limits.lower, -np.pi)
+    upper = np.minimum(robot.limits.upper, 2 * np.pi)
     return generator.uniform(lower, upper)
 
 
@@ -38,8 +38,8 @@ def assert_solves(robot: Robot, pose: pin.SE3, q: np.ndarray, independent: bool 
     if independent:
         reached = tool_frames(robot, [q])[0] * robot.tool_offset
     assert max(errors(reached, pose)) <= 1e-8
-    assert (q >= robot.lower_position_limit).all()
-    assert (q <= robot.upper_position_limit).all()
+    assert (q >= robot.limits.lower).all()
+    assert (q <= robot.limits.upper).all()
 
 
 @pytest.mark.parametrize("count", first_of(8, 100))
@@ -65,8 +65,8 @@ def test_solves_reachable_poses(name: str, count: int) -> None:
 @pytest.mark.parametrize("name", URDF_ROBOTS)
 def test_solves_poses_at_joint_limits(name: str, count: int) -> None:
     robot, generator = ROBOTS[name], np.random.default_rng(22)
-    lower = np.maximum(robot.lower_position_limit, -np.pi)
-    upper = np.minimum(robot.upper_position_limit, 2 * np.pi)
+    lower = np.maximum(robot.limits.lower, -np.pi)
+    upper = np.minimum(robot.limits.upper, 2 * np.pi)
     for _ in range(count):
         side = generator.integers(0, 3, robot.dof)
         q = np.select([side == 0, side == 1], [lower, upper], sample(robot, generator))
@@ -122,7 +122,7 @@ def test_redundant_arm_is_nearest_along_self_motion(name: str) -> None:
         q = home + generator.uniform(-0.4, 0.4, 7)
         found = solve_pose_ik(robot, robot.forward(q), home).q
         free = np.linalg.svd(robot.jacobian(found))[2][-1]
-        room = np.minimum(found - robot.lower_position_limit, robot.upper_position_limit - found)
+        room = np.minimum(found - robot.limits.lower, robot.limits.upper - found)
         assert (room > 0).all()
         assert abs(free @ (home - found)) < 1e-5
         assert np.linalg.norm(found - home) <= np.linalg.norm(q - home) + 1e-6
@@ -188,8 +188,8 @@ def test_takes_nearest_valid_turn(angle: float, start: float, lower: float, widt
 @pytest.mark.parametrize("name", ["ur5", "z1", "talos_arm", "panda"])
 def test_solution_is_nearest_of_all(name: str, poses: int) -> None:
     robot, generator = ROBOTS[name], np.random.default_rng(500)
-    lower = np.maximum(robot.lower_position_limit, -np.pi)
-    upper = np.minimum(robot.upper_position_limit, lower + 2 * np.pi)
+    lower = np.maximum(robot.limits.lower, -np.pi)
+    upper = np.minimum(robot.limits.upper, lower + 2 * np.pi)
     for i in range(poses if name != "panda" else min(poses, 40)):
         q, start = generator.uniform(lower, upper, (2, robot.dof))
         if i % 2:  # from close by a local search is the first step, and mostly the last
@@ -209,9 +209,9 @@ def test_refuses_numbers_that_are_not_finite(bad: float, nearest: bool) -> None:
     pose = robot.forward(home)
     start = home.copy()
     start[2] = bad
-    with pytest.raises(WaypointDataError, match=r"start\[2\] is .*every value must be finite"):
+    with pytest.raises(ArrayError, match=r"start\[2\] is .*every value must be finite"):
         solve_pose_ik(robot, pose, start, nearest=nearest)
-    with pytest.raises(WaypointDataError, match=r"near\[2\] is"):
+    with pytest.raises(ArrayError, match=r"near\[2\] is"):
         solve_pose_ik(robot, pose, home, near=start, nearest=nearest)
 
 
@@ -225,7 +225,7 @@ BAXTER = {
 def test_solves_corner_of_limits() -> None:
     """All seven joints at a limit at once, where no search inside the limits comes by."""
     robot = load_robot(BAXTER)
-    lower, upper = robot.lower_position_limit, robot.upper_position_limit
+    lower, upper = robot.limits.lower, robot.limits.upper
     corner = np.where([0, 0, 0, 1, 0, 0, 0], lower, upper)
     pose = robot.forward(corner)
     solution = solve_pose_ik(robot, pose, np.zeros(robot.dof))
@@ -240,7 +240,7 @@ def test_solves_poses_with_nearly_straight_wrist(bent: float) -> None:
         for _ in range(12):
             q = generator.uniform(-2.0, 2.0, 6)
             q[4] = bent
-            q = np.clip(q, robot.lower_position_limit, robot.upper_position_limit)
+            q = np.clip(q, robot.limits.lower, robot.limits.upper)
             pose = robot.forward(q)
             for start in (q + generator.uniform(-0.1, 0.1, 6), generator.uniform(-2.0, 2.0, 6)):
                 for nearest in (True, False):
@@ -258,7 +258,7 @@ def test_solves_simultaneous_singularities() -> None:
     for _ in range(4):
         start = q + generator.uniform(-0.1, 0.1, 7)
         assert solve_pose_ik(robot, pose, start).distance < np.linalg.norm(start - q) + 0.05
-        anywhere = generator.uniform(robot.lower_position_limit / 2, robot.upper_position_limit / 2)
+        anywhere = generator.uniform(robot.limits.lower / 2, robot.limits.upper / 2)
         assert solve_pose_ik(robot, pose, anywhere).converged
 
 

@@ -12,7 +12,7 @@ from test_pose_ik import assert_solves
 
 import knotwork as kw
 from knotwork import Robot, load_robot, robot_names
-from knotwork.errors import WaypointDataError
+from knotwork.errors import ArrayError
 from knotwork.robot.kinematics.chain.batch import Targets
 from knotwork.robot.kinematics.geometry.closed_form import solve_closed_form as in_closed_form
 from knotwork.robot.kinematics.sequence import find_candidates
@@ -54,8 +54,8 @@ def gap(found: np.ndarray, q: np.ndarray) -> float:
 
 def one_turn(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
     """Limits, at most one turn from each other."""
-    lower = np.maximum(robot.lower_position_limit, -np.pi)
-    return lower, np.minimum(robot.upper_position_limit, lower + 2 * np.pi)
+    lower = np.maximum(robot.limits.lower, -np.pi)
+    return lower, np.minimum(robot.limits.upper, lower + 2 * np.pi)
 
 
 @pytest.mark.parametrize("count", first_of(20, 60))
@@ -165,8 +165,8 @@ def test_turns_are_all_copies_within_limits() -> None:
     assert len(branches) == 8
     for branch in branches:
         assert len(branch.turns) == 32  # five joints with two turns each, the elbow with one
-        assert (branch.turns >= UR5.lower_position_limit).all()
-        assert (branch.turns <= UR5.upper_position_limit).all()
+        assert (branch.turns >= UR5.limits.lower).all()
+        assert (branch.turns <= UR5.limits.upper).all()
         assert len(np.unique(np.round(branch.turns, 6), axis=0)) == 32
         for turn in branch.turns[::7]:
             assert UR5.forward(turn).isApprox(UR5.forward(q), 1e-7)
@@ -182,7 +182,7 @@ def test_joint_on_limit_has_both_turns() -> None:
         if np.abs(b.turns - q).max(axis=1).min() < 1e-7
     )
     assert len(branch.turns) == 3 * 2 * 2 * 2 * 3
-    assert (np.abs(branch.turns) <= UR5.upper_position_limit).all()
+    assert (np.abs(branch.turns) <= UR5.limits.upper).all()
 
 
 @pytest.mark.parametrize("count", first_of(3, 6))
@@ -194,8 +194,8 @@ def test_origin_of_pose_is_among_solutions(name: str, count: int) -> None:
         branches = kw.solve_pose_ik_all(robot, robot.forward(q))
         for branch in branches:
             assert max(branch.position_error, branch.orientation_error) <= 1e-8
-            assert (branch.q >= robot.lower_position_limit).all()
-            assert (branch.q <= robot.upper_position_limit).all()
+            assert (branch.q >= robot.limits.lower).all()
+            assert (branch.q <= robot.limits.upper).all()
         has_closed_form = name in ("ur3", "ur5", "ur10", "z1", "kinova")
         smallest = np.linalg.svd(robot.jacobian(q), compute_uv=False)[-1]
         if robot.dof <= 6 and (has_closed_form or smallest > 3e-3):
@@ -244,7 +244,7 @@ def test_flags_change_only_at_singularities(arm: str, spherical: Robot) -> None:
     generator, products = np.random.default_rng(9), set()
     for _ in range(12):
         middle = generator.uniform(-np.pi, np.pi, 6)
-        middle = np.clip(middle, robot.lower_position_limit, robot.upper_position_limit)
+        middle = np.clip(middle, robot.limits.lower, robot.limits.upper)
         for branch in kw.solve_pose_ik_all(robot, robot.forward(middle)):
             # Up and down trade places where the shoulder changes sides.
             flags = ("elbow up" in branch.flags) ^ ("no flip" in branch.flags)
@@ -290,7 +290,7 @@ def test_batch_reports_unreachable_poses() -> None:
     found = kw.kinematics.solve_pose_ik_batch(UR5, [away, UR5.forward(home)], home, max_restarts=3)
     assert found.converged.tolist() == [False, True]
     assert found.position_error[0] > 1.9
-    with pytest.raises(WaypointDataError):
+    with pytest.raises(ArrayError):
         kw.kinematics.solve_pose_ik_batch(UR5, [away], np.zeros((2, 6)))
 
 
@@ -315,7 +315,7 @@ def test_marks_samples_of_self_motion() -> None:
         branch.sampled for branch in kw.solve_pose_ik_all(UR5, UR5.forward(np.full(6, 0.7)))
     )
     panda = ROBOTS["panda"]
-    middle = 0.5 * (panda.lower_position_limit + panda.upper_position_limit)
+    middle = 0.5 * (panda.limits.lower + panda.limits.upper)
     assert all(branch.sampled for branch in kw.solve_pose_ik_all(panda, panda.forward(middle)))
 
 

@@ -10,7 +10,7 @@ import pytest
 
 import knotwork as kw
 from knotwork import Robot, load_robot, robot_names
-from knotwork.errors import BranchError, SingularityError, WaypointDataError
+from knotwork.errors import ArrayError, BranchError, SingularityError
 from knotwork.robot.kinematics import pull_to_middle, smallest_singular_value, solve_velocity_ik
 from knotwork.robot.kinematics.sequence import travel_weights
 
@@ -34,7 +34,7 @@ def test_equals_least_squares(name: str) -> None:
         v = solve_velocity_ik(robot, q, twist)
         J = robot.jacobian(q)
         # Of a redundant arm each joint's velocity is measured by its limit.
-        weights = robot.velocity_limit if robot.dof > 6 else np.ones(robot.dof)
+        weights = robot.limits.velocity if robot.dof > 6 else np.ones(robot.dof)
         expected = weights * np.linalg.lstsq(J * weights, twist, rcond=1e-10)[0]
         np.testing.assert_allclose(v, expected, atol=1e-11)
         np.testing.assert_allclose(J @ v, twist, atol=1e-12)
@@ -43,13 +43,13 @@ def test_equals_least_squares(name: str) -> None:
 def test_pull_to_middle_uses_null_space() -> None:
     q, twist = attainable(PANDA, 52)
     pull = pull_to_middle(PANDA, q, rate=0.5)
-    middle = 0.5 * (PANDA.lower_position_limit + PANDA.upper_position_limit)
+    middle = 0.5 * (PANDA.limits.lower + PANDA.limits.upper)
     np.testing.assert_allclose(q + 2 * pull, middle)
     v = solve_velocity_ik(PANDA, q, twist, preferred=pull)
     np.testing.assert_allclose(PANDA.jacobian(q) @ v, twist, atol=1e-12)
     # Of all that give the twist it is the nearest to the pull, measured by the limits.
     free = np.linalg.svd(PANDA.jacobian(q))[2][-1]
-    limits = PANDA.velocity_limit
+    limits = PANDA.limits.velocity
     assert abs((free / limits) @ ((v - pull) / limits)) < 1e-12
     still = solve_velocity_ik(PANDA, q, np.zeros(6), preferred=pull)
     np.testing.assert_allclose(PANDA.jacobian(q) @ still, 0, atol=1e-12)
@@ -119,7 +119,7 @@ def test_refuses_excessive_speeds_only_near_singularity() -> None:
         solve_velocity_ik(UR5, near, 0.1 * lost)
     velocity = np.array(list(caught.value.joint_velocity.values()))
     np.testing.assert_allclose(UR5.jacobian(near) @ velocity, 0.1 * lost, atol=1e-9)
-    assert (np.abs(velocity) > UR5.velocity_limit).any()
+    assert (np.abs(velocity) > UR5.limits.velocity).any()
     assert "wrist_1_joint" in str(caught.value)
     assert "(limit 3.2)" in str(caught.value)
     slow = solve_velocity_ik(UR5, near, 1e-4 * lost)
@@ -138,7 +138,7 @@ def test_tolerance_grows_with_speed() -> None:
 
 @pytest.mark.parametrize("twist", [[0] * 5, [0, 0, 0, 0, 0, np.nan], "fast", np.zeros((6, 1))])
 def test_refuses_wrong_input(twist: object) -> None:
-    with pytest.raises(WaypointDataError):
+    with pytest.raises(ArrayError):
         solve_velocity_ik(PLANAR, [0.5, 1.2], twist)
 
 
@@ -157,7 +157,7 @@ def test_missing_limit_does_not_allow_any_speed():
 
 
 def test_weights_grow_near_limits_and_singularities() -> None:
-    lower, upper = PANDA.lower_position_limit, PANDA.upper_position_limit
+    lower, upper = PANDA.limits.lower, PANDA.limits.upper
     within = np.random.default_rng(6).uniform(0.025, 0.975, (20, PANDA.dof))
     for q in lower + (upper - lower) * within:
         smallest = np.linalg.svd(PANDA.jacobian(q), compute_uv=False)[-1]
@@ -181,7 +181,7 @@ PASSING: dict[str, Any] = {
 
 
 def test_pull_to_middle_at_passing_speed() -> None:
-    plain, pulled = kw.plan(PASSING), kw.plan({**PASSING, "pull_to_middle": 0.2})
+    plain, pulled = (kw.plan({**PASSING, "pull_to_middle": rate}) for rate in (0, 0.2))
     assert plain.report.ok
     assert pulled.report.ok
     q, v = plain.joint_waypoints.position, plain.joint_waypoints.velocity
@@ -189,11 +189,11 @@ def test_pull_to_middle_at_passing_speed() -> None:
     extra = pulled.joint_waypoints.velocity - v
     np.testing.assert_array_equal(extra[[0, 2]], 0)  # at rest all joints rest
     np.testing.assert_allclose(PANDA.jacobian(q[1]) @ extra[1], 0, atol=1e-12)
-    middle = 0.5 * (PANDA.lower_position_limit + PANDA.upper_position_limit)
-    scale = PANDA.velocity_limit
+    middle = 0.5 * (PANDA.limits.lower + PANDA.limits.upper)
+    scale = PANDA.limits.velocity
     assert (extra[1] / scale) @ ((middle - q[1]) / scale) > 0
     wild = kw.plan({**PASSING, "pull_to_middle": 1000}).joint_waypoints.velocity[1]
-    use = np.abs(wild) / PANDA.velocity_limit
+    use = np.abs(wild) / PANDA.limits.velocity
     assert use.max() == pytest.approx(1.0)  # as far as the velocity limits let it
 
 

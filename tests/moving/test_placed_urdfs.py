@@ -86,9 +86,9 @@ def test_robot_has_joints_and_limits_of_both_urdfs(folder: Path) -> None:
     low, high, fast = (
         dict(zip(turned.joint_names, each, strict=True))
         for each in (
-            turned.lower_position_limit,
-            turned.upper_position_limit,
-            turned.velocity_limit,
+            turned.limits.lower,
+            turned.limits.upper,
+            turned.limits.velocity,
         )
     )
     assert (low[TILT], high[TILT], fast[TILT]) == (-0.6, 0.7, 1.2)

@@ -24,7 +24,7 @@ def test_rail_carries_robot() -> None:
     robot = arm(rail={**RAIL, "position": [0.1, 0.2, 0.3], "rpy": [0.3, -0.2, 0.1]})
     assert robot.joint_names[0] == "rail"
     assert robot.joint_units[0] == "m"
-    assert (robot.lower_position_limit[0], robot.velocity_limit[0]) == (-1.0, 1.5)
+    assert (robot.limits.lower[0], robot.limits.velocity[0]) == (-1.0, 1.5)
     model = pin.buildModelFromUrdf(str(robot.urdf))
     data, q = model.createData(), np.linspace(-0.7, 0.9, 7)
     pin.framesForwardKinematics(model, data, q[1:])
@@ -39,7 +39,7 @@ def test_axes_carry_each_other() -> None:
     turn = {"in": "cradle", "turns": [0, 0, 1], "position": [0, 0, 0.1]}
     robot = arm(tilt=tilt, plate=turn).with_tool("plate")
     assert robot.joint_names == ("tilt", "plate")
-    assert np.isinf(robot.upper_position_limit[1])
+    assert np.isinf(robot.limits.upper[1])
     a, b = 0.4, 2.0
     placed = pin.SE3(pin.rpy.rpyToMatrix(a, 0, 0), np.array([0.5, 0, 0.2]))
     placed = placed * pin.SE3(pin.rpy.rpyToMatrix(0, 0, b), np.array([0, 0, 0.1]))
@@ -50,7 +50,7 @@ def test_weights_decide_which_joints_move() -> None:
     """The velocities of least weighted norm, by SciPy from the definition."""
     robot = kw.load_robot("ur5_rail").with_weights({"rail": 0.2, "elbow_joint": 3.0})
     q, twist = robot.configuration("home"), np.array([0.1, 0.2, -0.05, 0.1, 0, 0.2])
-    share = np.array([0.2, 1, 1, 3, 1, 1, 1]) / robot.velocity_limit
+    share = np.array([0.2, 1, 1, 3, 1, 1, 1]) / robot.limits.velocity
     J = robot.jacobian(q)
     expected = np.linalg.pinv(J / share) @ twist / share
     assert kw.solve_velocity_ik(robot, q, twist) == pytest.approx(expected, abs=1e-9)
@@ -105,7 +105,7 @@ def test_fastest_motion_moves_slow_rail_little(place: list[float], prefer: Any) 
     plan = kw.plan({**task, "prefer": prefer} if prefer else task)
     assert plan.report.ok
     robot, ur5 = plan.joints.robot, kw.load_robot("ur5")
-    speed, acceleration = robot.velocity_limit, robot.limits["acceleration"]
+    speed, acceleration = robot.limits.velocity, robot.limits["acceleration"]
     best, home = np.inf, robot.configuration("home")
     target = pin.SE3(pin.rpy.rpyToMatrix(*pose["rpy"]), np.array(place))
     for rail in np.linspace(-0.2, 0.2, 21):

@@ -71,12 +71,12 @@ def test_shipped_robots_have_regular_home(name: str) -> None:
     values = np.linalg.svd(robot.jacobian(q), compute_uv=False)
     rows = 2 if name == "planar2" else 6
     assert values[rows - 1] > NOT_SINGULAR
-    room = np.minimum(q - robot.lower_position_limit, robot.upper_position_limit - q)
+    room = np.minimum(q - robot.limits.lower, robot.limits.upper - q)
     assert (room > np.radians(10)).all()
     assert robot.model.nq == robot.model.nv == robot.dof == len(robot.joint_names)
     assert not any("finger" in joint or "ripper" in joint for joint in robot.joint_names)
-    assert (robot.velocity_limit > 0).all()
-    for limit in (robot.acceleration_limit, robot.jerk_limit):
+    assert (robot.limits.velocity > 0).all()
+    for limit in (robot.limits.acceleration, robot.limits.jerk):
         assert ((limit > 0) & np.isfinite(limit)).all()
     comment = robot.source.read_text(encoding="utf-8").split("\nlimits:\n")[1].split("  acc")[0]
     assert re.search("our default|documentation|of our own", comment)
@@ -157,8 +157,8 @@ def test_plans_prismatic_and_unbounded_joints(tmp_path: Path) -> None:
     robot = load_robot(path).with_tool("d")
     assert robot.joint_names == ("slide", "spin")
     assert robot.joint_units == ("m", "rad")
-    np.testing.assert_array_equal(robot.lower_position_limit, [-1, -np.inf])
-    np.testing.assert_array_equal(robot.velocity_limit, [3, np.inf])
+    np.testing.assert_array_equal(robot.limits.lower, [-1, -np.inf])
+    np.testing.assert_array_equal(robot.limits.velocity, [3, np.inf])
     # Up the slide's axis y by 0.5, then the last offset turned about y by a right angle.
     tool = robot.forward([0.5, np.pi / 2]).translation
     np.testing.assert_allclose(tool, [0.2 + 0.2, 0.5, 0.4 - 0.1], atol=1e-12)
@@ -171,7 +171,7 @@ def test_refuses_joint_without_range(tmp_path: Path) -> None:
     description = {"urdf": str(path), "tool_frame": "c"}
     assert load_robot({**description, "locked": {"second": 0}}).dof == 1
     limits = {"position": {"second": [-1, 1]}}
-    assert load_robot({**description, "limits": limits}).upper_position_limit[1] == 1
+    assert load_robot({**description, "limits": limits}).limits.upper[1] == 1
 
 
 def test_locked_mimic_joints_follow_master(tmp_path: Path) -> None:
@@ -260,7 +260,7 @@ def test_base_frame_within_chain() -> None:
 def test_loads_models_of_whole_robots(path: str, tool: str | None) -> None:
     robot = load_robot(f"example-robot-data:{path}")
     robot = robot.with_tool(tool or robot.tool_candidates[-1])
-    middle = np.clip(0.0, robot.lower_position_limit, robot.upper_position_limit)
+    middle = np.clip(0.0, robot.limits.lower, robot.limits.upper)
     J = robot.jacobian(middle)
     assert J.shape == (6, robot.dof)
     assert robot.dof >= 1

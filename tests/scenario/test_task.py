@@ -150,6 +150,13 @@ def test_configurations_have_the_units_of_their_joints(at: Location) -> None:
     assert unit_at(data, at, {"a": "m"}) == "m"
 
 
+def test_defaults_of_zero_can_be_given() -> None:
+    way = {"clear": True, "room": 0}
+    ends = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": 1, "way": way}]
+    task = kw.Task.load({"pull_to_middle": 0, "waypoints": ends})
+    assert (task.pull_to_middle, task.waypoints[1].way.room) == (0, 0)
+
+
 def test_no_key_is_forgotten_where_a_motion_is_executed_or_has_no_robot() -> None:
     """A new key is for planning alone, or one of the executed ones; for any joints, or marked."""
     planned = "start near branch prefer pull_to_middle planner knots times ways duration objective"

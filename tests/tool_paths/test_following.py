@@ -247,8 +247,8 @@ def test_reports_arc_length_of_velocity_limit() -> None:
     q = kw.solve_pose_ik(ARM, there, HOME).q
     v = np.linalg.solve(ARM.jacobian(q), [0, 1.0, 0, 0, 0, 0])
     j = ARM.joint_names.index(one.joint)
-    assert abs(v[j]) == pytest.approx(ARM.velocity_limit[j], rel=1e-3)
-    assert one.limit == ARM.velocity_limit[j]
+    assert abs(v[j]) == pytest.approx(ARM.limits.velocity[j], rel=1e-3)
+    assert one.limit == ARM.limits.velocity[j]
     kw.follow_path(ARM, straight, 0.98 * one.limit / one.value, start=HOME)
     with pytest.raises(FollowingError):
         kw.follow_path(ARM, straight, 1.02 * one.limit / one.value, start=HOME)

@@ -41,7 +41,7 @@ class Task:
 def random_task(seed: int) -> Task:
     rng = np.random.default_rng([13, seed])
     arm = kw.load_robot(ARMS[seed % len(ARMS)])
-    limits = arm.lower_position_limit, arm.upper_position_limit
+    limits = arm.limits.lower, arm.limits.upper
     lower, upper = (np.nan_to_num(limit, posinf=np.pi, neginf=-np.pi) for limit in limits)
     q = lower + (upper - lower) * rng.uniform(0.2, 0.8, arm.dof)
     pose = arm.forward(q)
@@ -93,7 +93,7 @@ def check_followed(task: Task, motion: kw.JointTrajectory) -> None:
             assert np.linalg.norm(velocity) == pytest.approx(task.speed, rel=0.01)
     assert np.abs(motion.polynomial.jumps(2)).max() < 1e-6
     assert (
-        np.abs(motion.velocity(np.linspace(0, motion.end_time, 999))) < arm.velocity_limit * 1.01
+        np.abs(motion.velocity(np.linspace(0, motion.end_time, 999))) < arm.limits.velocity * 1.01
     ).all()
 
 
@@ -122,7 +122,7 @@ def integrated(task: Task, length: float) -> tuple[np.ndarray, np.ndarray]:
     """Joint positions and their rates by arc length at the end of a part of the path."""
     q = task.q.copy()
 
-    limit = task.arm.velocity_limit
+    limit = task.arm.limits.velocity
     # of all that do, those that are least beside the limits
     scale = limit / limit.mean() if task.arm.dof > 6 else np.ones(task.arm.dof)
 
@@ -154,10 +154,10 @@ def check_refused(task: Task, error: FollowingError) -> None:
             np.abs(integrated(task, s)[1][j]) * speed_at(task, s)
             for s in np.minimum(places, task.path.length)
         ]
-        assert max(rates) > 0.999 * arm.velocity_limit[j]
+        assert max(rates) > 0.999 * arm.limits.velocity[j]
         return
     assert error.cause == "joint limit"
-    off = min(abs(q[j] - arm.upper_position_limit[j]), abs(q[j] - arm.lower_position_limit[j]))
+    off = min(abs(q[j] - arm.limits.upper[j]), abs(q[j] - arm.limits.lower[j]))
     assert off < max(1e-3, CLOSE * abs(rates[j]))
 
 

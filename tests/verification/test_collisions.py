@@ -40,8 +40,8 @@ def random_task(
 ) -> dict[str, Any]:
     """A motion through random configurations, among random boxes, and a mesh as it is."""
     robot = kw.load_robot(name)
-    low = np.maximum(robot.lower_position_limit, -math.pi)
-    high = np.minimum(robot.upper_position_limit, math.pi)
+    low = np.maximum(robot.limits.lower, -math.pi)
+    high = np.minimum(robot.limits.upper, math.pi)
     q = [robot.configurations["home"], *rng.uniform(low, high, (3, robot.dof))]
     reach = float(np.linalg.norm(robot.forward(q[0]).translation)) + 0.2
 

@@ -366,8 +366,8 @@ def test_short_budget_gives_proved_motion() -> None:
 
 def test_gap_gradients_match_finite_differences() -> None:
     robot = kw.load_robot("panda")
-    limits = robot.lower_position_limit, robot.upper_position_limit
-    given = JointLimits(robot.velocity_limit, lower=limits[0], upper=limits[1])
+    limits = robot.limits.lower, robot.limits.upper
+    given = JointLimits(robot.limits.velocity, lower=limits[0], upper=limits[1])
     space = ConfigurationSpace(robot.model, build_robot_collision_model(robot), given)
     rng, step, compared = np.random.default_rng(5), 1e-5, 0
     for _ in range(20):

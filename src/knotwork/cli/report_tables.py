@@ -37,8 +37,8 @@ def print_plan(plan: Plan) -> None:
     origin = trajectory.origin
     if plan.unsupported_options:
         origin += f" ({describe_left_out(plan)})"
-    if isinstance(scenario.knots, str):
-        origin += f", knots {scenario.knots}"
+    if isinstance(scenario.interpolation_knots, str):
+        origin += f", knots {scenario.interpolation_knots}"
     counts = f"{len(scenario.waypoints)} waypoints, {len(trajectory.breaks)} breaks"
     origin += f": {counts}, {trajectory.duration:g} s"
     print_report(plan.report, scenario, origin, plan.solution)

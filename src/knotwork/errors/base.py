@@ -218,16 +218,26 @@ class RobotError(InputError):
         super().__init__(f"robot {robot!r}: {message}", **data)
 
 
-class WaypointDataError(InputError):
+class ArrayError(InputError):
+    """Values that are not numbers, not finite, out of range, or not of the required shape.
+
+    Attributes:
+        value: The value found, or `None`.
+        index: Index of the value that is not finite, or `None`.
+    """
+
+    value: Any = None
+    index: tuple[int, ...] | None = None
+
+
+class WaypointDataError(ArrayError):
     """Waypoint arrays that are not finite, not of matching shape, or not in time order.
 
     Attributes:
         waypoint_index: Index of the waypoint at fault, or `None`.
-        value: The value found, or `None`.
     """
 
     waypoint_index: int | None = None
-    value: Any = None
 
 
 class OptionError(InputError):

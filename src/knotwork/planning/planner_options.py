@@ -32,7 +32,7 @@ def _refuse_values_by_waypoint(scenario: Scenario, joints: JointRequirements) ->
     if not scenario.paths:
         return
     text = "given one by one, but waypoints are inserted along the path"
-    if not isinstance(scenario.knots, str | int | float):
+    if not isinstance(scenario.interpolation_knots, str | int | float):
         message = f"times are {text}; accepted: paper, balanced or {{balanced: a constant}}"
         raise InputError(message, where=scenario.where("knots"))
     if joints.accelerations is not None and not isinstance(joints.accelerations, str):

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from knotwork.arrays import FloatArray, checked_array
 from knotwork.errors import RobotError, UnknownNameError
+from knotwork.errors.old_names import OldAttribute
 from knotwork.robot.description import Description
 from knotwork.robot.joint_chain import select_chain
 from knotwork.robot.planned_joints import PlannedJoints
@@ -56,7 +57,7 @@ class ChainModel(PlannedJoints):
         model = self.model
         tool = model.frames[model.getFrameId(description.tool_frame, pin.BODY)]
         carrier, placement = tool.parentJoint, tool.placement * description.tool_offset
-        loads = [(load, placement) for load in description.held]
+        loads = [(load, placement) for load in description.held_payloads]
         if description.payload is not None:
             loads.append((description.payload, tool.placement))
         for load, axes in loads:
@@ -158,13 +159,13 @@ class ChainModel(PlannedJoints):
         motion = self._checked(q, "q"), self._checked(v, "v"), self._checked(a, "a")
         return np.array(pin.rnea(self.model, self.data, *motion))
 
-    torque = effort  # its old name, for one more version
+    torque = OldAttribute("effort")
 
     def _checked(self, values: ArrayLike, name: str) -> FloatArray:
         """Check values of the joints, and return them as an array.
 
         Raises:
-            WaypointDataError: A value is not finite, or there is a wrong number of them.
+            ArrayError: A value is not finite, or there is a wrong number of them.
         """
         array = np.asarray(values)
         is_vector = array.shape == (self.dof,) and array.dtype == np.float64

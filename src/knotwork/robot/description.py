@@ -56,7 +56,7 @@ class Description:
         base_frame, tool_frame: Links; `None` for the root, and for no tool.
         tool_offset: TCP in the tool frame.
         payload: Payload of the tool frame, in its axes.
-        held: Objects held by the tool, in the axes of the TCP.
+        held_payloads: Objects held by the tool, in the axes of the TCP.
         gravity: Gravity in the axes of the base frame [m/s²], or `None` for 9.81 along -z of the
             root.
         locked: Positions of the joints that the description locks [rad or m].
@@ -81,7 +81,7 @@ class Description:
     tool_frame: str | None = None
     tool_offset: Any = field(default_factory=pin.SE3.Identity)
     payload: Payload | None = None
-    held: tuple[Payload, ...] = ()
+    held_payloads: tuple[Payload, ...] = ()
     gravity: FloatArray | None = None
     locked: Mapping[str, float] = field(default_factory=dict)
     unplanned: Mapping[str, float] = field(default_factory=dict)
@@ -96,7 +96,7 @@ class Description:
     weights: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        for payload in (*self.held, *([] if self.payload is None else [self.payload])):
+        for payload in (*self.held_payloads, *([] if self.payload is None else [self.payload])):
             require_type(payload, Payload, "payload", "a kw.Payload")
         for joint in self.virtual_joints:
             require_type(joint, VirtualJoint, "virtual joint", "a VirtualJoint")

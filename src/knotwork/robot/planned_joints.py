@@ -10,6 +10,7 @@ import numpy as np
 
 from knotwork.arrays import FloatArray, checked_array
 from knotwork.errors import RobotError
+from knotwork.errors.old_names import OldAttribute
 from knotwork.joint_quantities import JointLimits
 from knotwork.robot.description import Description
 
@@ -22,6 +23,13 @@ class PlannedJoints:
         names: Names of the planned joints of the URDF.
     """
 
+    lower_position_limit = OldAttribute("limits.lower")
+    upper_position_limit = OldAttribute("limits.upper")
+    velocity_limit = OldAttribute("limits.velocity")
+    acceleration_limit = OldAttribute("limits.acceleration")
+    jerk_limit = OldAttribute("limits.jerk")
+    effort_limit = OldAttribute("limits.effort")
+
     def __init__(self, description: Description, names: Sequence[str]) -> None:
         virtual = description.virtual_joints
         types = description.urdf.types
@@ -33,11 +41,7 @@ class PlannedJoints:
         self.dof = len(self.joint_names)
         self.virtual_joints = virtual
         self.virtual = np.array([False] * len(names) + [True] * len(virtual))
-        self.limits = limits = _collect_limits(description, names)
-        # the same arrays by names in the style of Pinocchio
-        self.lower_position_limit, self.upper_position_limit = limits.lower, limits.upper
-        self.velocity_limit, self.acceleration_limit = limits.velocity, limits.acceleration
-        self.jerk_limit, self.effort_limit = limits.jerk, limits.effort
+        self.limits = _collect_limits(description, names)
         weights = [description.weights.get(name, 1.0) for name in self.joint_names]
         self.weights = checked_array(weights, (self.dof,), "weights")
         self.configurations: Mapping[str, FloatArray] = MappingProxyType(

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from knotwork.arrays import FloatArray, checked_array
 from knotwork.errors import RobotError, UnknownNameError
 from knotwork.errors.arguments import require_number, require_type
+from knotwork.errors.old_names import OldAttribute
 from knotwork.files.documents import Document, validate
 from knotwork.files.documents.values import JointLimitFields
 from knotwork.robot.chain_model import ChainModel
@@ -29,7 +30,7 @@ class Robot(ChainModel):
     A joint position is one number, for unbounded joints as well. All poses are of the TCP in the
     base frame. All arrays over joints have shape (d,) and are read-only. Arguments q are joint
     positions [rad or m], v velocities [rad/s or m/s] and a accelerations [rad/s² or m/s²]. A
-    `WaypointDataError` refuses values that are not finite and wrong shapes, and a `RobotError`
+    `ArrayError` refuses values that are not finite and wrong shapes, and a `RobotError`
     kinematics without a tool frame. Threads may share a robot.
 
     Attributes:
@@ -47,15 +48,13 @@ class Robot(ChainModel):
         tool_offset: TCP in the tool frame.
         tool_candidates: Links without children, possible tool frames.
         payload: `Payload` of the tool frame, or `None`.
-        held: Objects held by the tool, in the axes of the TCP.
+        held_payloads: `Payload`s of the objects held by the tool, in the axes of the TCP.
         gravity: Gravity in the axes of the base frame [m/s²], shape (3,).
 
         dof: Number of planned joints, d.
         joint_names: Names of the d joints, base first.
         joint_units: `"rad"` or `"m"` for each joint.
-        limits: Limits of the joints, `JointLimits`; its arrays also have these names:
-        lower_position_limit, upper_position_limit: `limits.lower` and `limits.upper`.
-        velocity_limit, acceleration_limit, jerk_limit, effort_limit: `limits.velocity`, and so on.
+        limits: Limits of the joints, `JointLimits`.
         weights: Weight of each joint's motion.
         virtual: Whether each joint is a virtual one.
         virtual_joints: The virtual joints, which are the last joints.
@@ -94,9 +93,11 @@ class Robot(ChainModel):
         self.tool_offset = description.tool_offset.copy()
         self.tool_candidates = description.urdf.leaves
         self.payload = description.payload
-        self.held = description.held
+        self.held_payloads = description.held_payloads
         self.external_axes = description.urdf.added
         self.joined_links = description.urdf.joined_links
+
+    held = OldAttribute("held_payloads")
 
     @property
     def is_redundant(self) -> bool:
@@ -123,7 +124,7 @@ class Robot(ChainModel):
     def with_held(self, *held: Payload) -> Robot:
         """Let the tool hold objects, given in the axes of the TCP; they count in `effort`."""
         self.require_tool()
-        return Robot(replace(self._description, held=held))
+        return Robot(replace(self._description, held_payloads=held))
 
     def with_virtual_joints(self, *joints: VirtualJoint) -> Robot:
         """Add virtual joints after the TCP, which move its frame.
@@ -200,7 +201,7 @@ class Robot(ChainModel):
             gravity: Gravity in the axes of the base frame [m/s²], shape (3,).
 
         Raises:
-            WaypointDataError: The value is not three finite numbers.
+            ArrayError: The value is not three finite numbers.
 
         >>> kw.load_robot("ur5").with_gravity([0, 0, 9.81]).gravity
         array([0.  , 0.  , 9.81])
@@ -273,7 +274,7 @@ class Robot(ChainModel):
         if frame is not None and frame != self.tool_frame:
             no_offset = pin.SE3.Identity()
             changed = replace(
-                changed, tool_frame=frame, tool_offset=no_offset, payload=None, held=()
+                changed, tool_frame=frame, tool_offset=no_offset, payload=None, held_payloads=()
             )
         if offset is not None:
             if not (isinstance(offset, pin.SE3) and np.isfinite(offset.homogeneous).all()):

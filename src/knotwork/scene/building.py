@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from types import MappingProxyType
@@ -100,15 +100,15 @@ def find_hold(
         in_world_frame: Whether each pose is in the world frame instead.
     """
 
-    def elsewhere(k: int, waypoint: int) -> bool:
-        if in_world_frame[k] != in_world_frame[waypoint]:
+    def is_elsewhere(i: int, end: int) -> bool:
+        if in_world_frame[i] != in_world_frame[end]:
             return True
-        moved = poses[k].translation - poses[waypoint].translation
+        moved = poses[i].translation - poses[end].translation
         return bool(np.abs(moved).max() > TCP_TOLERANCE)
 
     first, last = held.taken_at, held.released_at
-    before = (times[k] for k in range(first - 1, -1, -1) if elsewhere(k, first))
-    after = (times[k] for k in range(last + 1, len(times)) if elsewhere(k, last))
+    before = (times[i] for i in range(first - 1, -1, -1) if is_elsewhere(i, first))
+    after = (times[i] for i in range(last + 1, len(times)) if is_elsewhere(i, last))
     return Hold(
         taken_pose=poses[first],
         released_pose=poses[last],
@@ -171,13 +171,16 @@ class _Builder:
         bodies = list(self.links.bodies)
         if scene.tool:
             bodies.append(self._tool_body(scene.tool))
-        for frame in (BASE_FRAME, *scene.frames.values()):
-            self._carrier(frame)  # for pictures
+        frames = [BASE_FRAME, *scene.frames.values(), *(item.frame for item in scene.objects)]
+        frames += [frame for held in scene.held for frame in held.end_frames]
+        for frame in frames:  # those without bodies are for pictures
+            if (frame.link, frame.joints) not in self.carriers:
+                self._add_frame(frame)
         bodies += [self._object_body(item) for item in scene.objects if not item.visual]
         for held in scene.held:
             bodies += self._held_bodies(held)
         for robot in scene.robots:
-            bodies += self._robot_bodies(robot)
+            bodies += self._add_robot(robot)
         # if two arms share a URDF, the links of the other one are bodies of its own model already
         bodies = [body for body in bodies if body.link not in self.other_arm_links]
         if scene.tool:
@@ -197,12 +200,12 @@ class _Builder:
         )
 
     def _object_body(self, item: PlacedObject) -> Body:
-        joint, placement = self._carrier(item.frame)
+        joint, placement = find_carrier(self.carriers, item.frame)
         start = self.appearance_times.get(item.name, -math.inf)
         return Body(item.name, "object", joint, (self._solid(item.shape, placement),), start=start)
 
-    def _robot_bodies(self, placed: PlacedRobot) -> Iterator[Body]:
-        """Add the joints of another robot, and give its links, tool and held objects as bodies."""
+    def _add_robot(self, placed: PlacedRobot) -> list[Body]:
+        """Add the joints of another robot; its links, tool and held objects are the bodies."""
         robot = self.robot
         try:
             motion = load_other_motion(placed)
@@ -211,7 +214,7 @@ class _Builder:
         except InputError as error:
             location = ("scene", "robots", placed.name, "scenario")
             raise self.locations.error(location, str(error)) from error
-        carrier, placement = self._carrier(BASE_FRAME)
+        carrier, placement = find_carrier(self.carriers, BASE_FRAME)
         if not one_cell:
             placement = placement * placed.placement
         link = robot.world_frame if one_cell else other.world_frame
@@ -228,30 +231,28 @@ class _Builder:
         self.joints = join_trees(self.joints, motion.model.joints, pin.SE3.Identity(), root)
         self.known_motions += known
         self.robots[placed.name] = other, root
-        for body in motion.model.bodies:
-            if one_cell and body.joint == base_joint:
-                continue
-            if one_cell and body.link:
-                self.other_arm_links.add(body.link)
-            if body.kind != "object" or body.name in motion.held:
-                yield replace(
-                    body,
-                    name=f"{placed.name}/{body.name}",
-                    kind="object",
-                    joint=root + body.joint,
-                    start=body.start + placed.delay,
-                    end=body.end + placed.delay,
-                    tool_keeps_clear=False,
-                    link="",
-                )
-
-    def _carrier(self, frame: TaskFrame, time: float | None = None) -> tuple[int, Any]:
-        """As `find_carrier`; the joints of the frame are added to the tree if they are missing."""
-        if (frame.link, frame.joints) not in self.carriers:
-            self._add_frame(frame)
-        return find_carrier(self.carriers, frame, time)
+        bodies = [
+            body for body in motion.model.bodies if not (one_cell and body.joint == base_joint)
+        ]
+        if one_cell:
+            self.other_arm_links |= {body.link for body in bodies if body.link}
+        return [
+            replace(
+                body,
+                name=f"{placed.name}/{body.name}",
+                kind="object",
+                joint=root + body.joint,
+                start=body.start + placed.delay,
+                end=body.end + placed.delay,
+                tool_keeps_clear=False,
+                link="",
+            )
+            for body in bodies
+            if body.kind != "object" or body.name in motion.held
+        ]
 
     def _add_frame(self, frame: TaskFrame) -> None:
+        """Add the joints that move a frame, whose last one carries it."""
         joint, placement = _joint_of_link(self.robot, frame.link or self.robot.world_frame)
         if frame.joints:
             placements: list[Any] = []
@@ -287,7 +288,7 @@ class _Builder:
         frame = self.robot.model.frames[self.robot.require_tool()]
 
         def lying(lies_in: TaskFrame, pose: Any, time: float) -> Body:
-            joint, placement = self._carrier(lies_in, time)
+            joint, placement = find_carrier(self.carriers, lies_in, time)
             return Body(held.name, "object", joint, (self._solid(held.shape, placement * pose),))
 
         frame_before, frame_after = held.end_frames

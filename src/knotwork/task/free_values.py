@@ -13,6 +13,7 @@ from knotwork.files.documents.values import (
     Forms,
     Items,
     JointMap,
+    NotNegative,
     Number,
     Positive,
     Range,
@@ -107,7 +108,7 @@ class ClearWay(TaskPart):
     tries: Annotated[int, Field(strict=True, ge=1, le=1000)] = optional(
         "Number of motions to search for; the fastest is taken", 2
     )
-    room: Positive = optional(
+    room: NotNegative = optional(
         "Clearance to keep beyond the margins; if no such motion is found, a half of it, then a "
         "quarter, then none",
         unit="length",

@@ -8,10 +8,10 @@ from pydantic import AfterValidator, Field, model_validator
 
 from knotwork.files.documents import Text
 from knotwork.files.documents.values import (
-    MAX_NUMBER,
     Forms,
     Items,
     NonEmpty,
+    NotNegative,
     Number,
     Positive,
     Vector3,
@@ -23,7 +23,6 @@ from knotwork.task.task_part import TaskPart
 
 Size3 = Annotated[Items[Positive], Field(min_length=3, max_length=3)]
 Flag = Annotated[bool, Field(strict=True)]
-Distance = Annotated[float, Field(strict=True, ge=0, le=MAX_NUMBER)]
 
 SHAPES = ("box", "sphere", "cylinder", "capsule", "cone", "ellipsoid", "mesh", "points")
 """Keys of a shape, exactly one of which is given."""
@@ -147,11 +146,22 @@ class OtherRobot(Placement):
 class Surroundings(TaskPart):
     """The surroundings of the robot."""
 
-    margin: Distance = optional(
+    margin: NotNegative = optional(
         "Clearance that robot, tool and held objects keep from the surroundings", 0.0, unit="length"
     )
     objects: dict[Text, SceneObject] = optional("Objects by name, in the base or in frames", {})
     robots: dict[Text, OtherRobot] = optional("Other moving robots by name", {})
+
+
+class Inertia(TaskPart):
+    """Moments of inertia about the centre of mass, named as in a URDF."""
+
+    ixx: Number = required("Moment about x", unit="kg m²")
+    iyy: Number = required("Moment about y", unit="kg m²")
+    izz: Number = required("Moment about z", unit="kg m²")
+    ixy: Number = optional("Product of inertia", 0.0, unit="kg m²")
+    ixz: Number = optional("Product of inertia", 0.0, unit="kg m²")
+    iyz: Number = optional("Product of inertia", 0.0, unit="kg m²")
 
 
 def require_mass(part: Any) -> Any:
@@ -171,7 +181,7 @@ class HeldObject(_Appearing):
         "links. The tool may touch it in any case",
         (),
     )
-    mass: Mass | None = optional(
+    mass: NotNegative | None = optional(
         "Mass, carried from where the object is taken to where it is released, in "
         "addition to the mass of the tool",
         unit="kg",
@@ -206,17 +216,3 @@ class Collisions(TaskPart):
         unit="length",
         si_default=1e-4,
     )
-
-
-Mass = Annotated[float, Field(strict=True, ge=0, le=MAX_NUMBER)]
-
-
-class Inertia(TaskPart):
-    """Moments of inertia about the centre of mass, named as in a URDF."""
-
-    ixx: Number = required("Moment about x", unit="kg m²")
-    iyy: Number = required("Moment about y", unit="kg m²")
-    izz: Number = required("Moment about z", unit="kg m²")
-    ixy: Number = optional("Product of inertia", 0.0, unit="kg m²")
-    ixz: Number = optional("Product of inertia", 0.0, unit="kg m²")
-    iyz: Number = optional("Product of inertia", 0.0, unit="kg m²")

@@ -16,6 +16,7 @@ from knotwork.files.documents.values import (
     Items,
     JointsOrName,
     NonEmpty,
+    NotNegative,
     Number,
     Positive,
     Vector3,
@@ -57,6 +58,46 @@ class TaskUnits(TaskPart):
     def for_output(self) -> Units:
         """The same units, with methods to show values."""
         return Units(self.length, self.angle)
+
+
+class PlacesFile(TaskPart):
+    """Places in a CSV file."""
+
+    file: Text = required(
+        "Path of a CSV file, relative to this file, with the columns x, y, z, and "
+        "qx, qy, qz, qw for orientations; its numbers are in this file's unit of "
+        "length",
+        path=True,
+    )
+    parent: Text = optional("base or the name of a frame", "base", key="in")
+
+
+class Repeat(TaskPart):
+    """Waypoints that are repeated, once at each place."""
+
+    over: Annotated[
+        Text
+        | PlacesFile
+        | NonEmpty[
+            Annotated[Text | Frame, Forms("the name of a frame, or a mapping with a position")]
+        ],
+        Forms("the name of a frame with a grid, a list of frames and places, or a file"),
+    ] = required(
+        "Places: a frame with a grid, a list of frame names and of places, or a CSV "
+        "file; inside the block, the frame place is the current place"
+    )
+    holds: dict[Text, HeldObject] = optional(
+        "Objects held by the tool in each repetition, as holds of the tool", {}
+    )
+    repeat: NonEmpty[Waypoint] = required(
+        "Waypoints of one repetition; its number is added to all names in it"
+    )
+
+
+TaskItem = Annotated[
+    TaggedWaypoint | Annotated[Repeat, Tag("Repeat")],
+    by_key({"repeat": "Repeat"} | KINDS, "either pose or joints, not both, or with repeat"),
+]
 
 
 class Task(TaskPart):
@@ -142,7 +183,7 @@ class Task(TaskPart):
         "travel",
         needs_robot=True,
     )
-    pull_to_middle: Positive = optional(
+    pull_to_middle: NotNegative = optional(
         "Rate at which self-motion pulls joints towards the middle of their range; for arms of "
         "more than six joints, where they pass a pose at speed, as far as the tool's velocity and "
         "the limits allow; left out: minimum joint speeds",
@@ -271,43 +312,3 @@ class ExpandedTask(Task):
             waypoint.replace(**changes.get(i, {})) for i, waypoint in enumerate(self.waypoints)
         ]
         return self.replace(waypoints=waypoints)
-
-
-class PlacesFile(TaskPart):
-    """Places in a CSV file."""
-
-    file: Text = required(
-        "Path of a CSV file, relative to this file, with the columns x, y, z, and "
-        "qx, qy, qz, qw for orientations; its numbers are in this file's unit of "
-        "length",
-        path=True,
-    )
-    parent: Text = optional("base or the name of a frame", "base", key="in")
-
-
-class Repeat(TaskPart):
-    """Waypoints that are repeated, once at each place."""
-
-    over: Annotated[
-        Text
-        | PlacesFile
-        | NonEmpty[
-            Annotated[Text | Frame, Forms("the name of a frame, or a mapping with a position")]
-        ],
-        Forms("the name of a frame with a grid, a list of frames and places, or a file"),
-    ] = required(
-        "Places: a frame with a grid, a list of frame names and of places, or a CSV "
-        "file; inside the block, the frame place is the current place"
-    )
-    holds: dict[Text, HeldObject] = optional(
-        "Objects held by the tool in each repetition, as holds of the tool", {}
-    )
-    repeat: NonEmpty[Waypoint] = required(
-        "Waypoints of one repetition; its number is added to all names in it"
-    )
-
-
-TaskItem = Annotated[
-    TaggedWaypoint | Annotated[Repeat, Tag("Repeat")],
-    by_key({"repeat": "Repeat"} | KINDS, "either pose or joints, not both, or with repeat"),
-]

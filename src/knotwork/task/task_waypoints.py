@@ -200,65 +200,6 @@ Along = Annotated[
 ]
 
 
-class PathWaypoint(_Posed):
-    """The end of a tool path that begins at the previous waypoint."""
-
-    ALTERNATIVES = (("speed", "time", "after"), ("blend", "stop"), ("blend", "wait"))
-
-    along: Along = required("Path from the previous waypoint to this one")
-    pose: Placement = required(
-        "Pose of the TCP at the end; without orientation the tool keeps the one it "
-        "has, or turns with the path",
-        needs_robot=True,
-    )
-    speed: Speed | None = optional(
-        "Speed of the TCP along the path; the time of arrival follows from it. "
-        "fastest: the maximum constant speed that the limits allow; left out: the "
-        "constant speed for the given time",
-        unit="length/s",
-    )
-    orientation: (
-        Annotated[
-            Torch | Literal["tangent"],
-            Forms("tangent, or a mapping with work_angle and travel_angle"),
-        ]
-        | None
-    ) = optional(
-        "tangent: the tool turns with the path; a mapping: it also keeps these angles to seam and "
-        "surface; left out: interpolated from pose to pose"
-    )
-    blend: Positive | None = optional(
-        "Corner rounding between two lines: distance of its ends from the corner", unit="length"
-    )
-    weave: Weave | None = optional("Oscillation added to the path; speed is that of the path")
-
-
-class JointWaypoint(_Waypoint):
-    """A waypoint given by joint values."""
-
-    ALTERNATIVES = (("time", "after"), ("velocity", "stop"), ("velocity", "wait"))
-
-    joints: JointsOrName = required(
-        "A configuration of the robot by name, or every joint", unit="angle or length"
-    )
-    velocity: (
-        Annotated[
-            JointMap | Literal["free"], Forms("a mapping of joint names to velocities, or free")
-        ]
-        | None
-    ) = optional(
-        "By joint, zero for joints left out; free: it is chosen", unit="angle/s or length/s"
-    )
-
-
-TaggedWaypoint = (
-    Annotated[PoseWaypoint, Tag("PoseWaypoint")]
-    | Annotated[PathWaypoint, Tag("PathWaypoint")]
-    | Annotated[JointWaypoint, Tag("JointWaypoint")]
-)
-Waypoint = Annotated[TaggedWaypoint, by_key(KINDS, "either pose or joints, not both")]
-
-
 class Weave(TaskPart):
     """An oscillation across the seam or around it."""
 
@@ -321,3 +262,62 @@ class Weave(TaskPart):
                 "along"
             )
         return self
+
+
+class PathWaypoint(_Posed):
+    """The end of a tool path that begins at the previous waypoint."""
+
+    ALTERNATIVES = (("speed", "time", "after"), ("blend", "stop"), ("blend", "wait"))
+
+    along: Along = required("Path from the previous waypoint to this one")
+    pose: Placement = required(
+        "Pose of the TCP at the end; without orientation the tool keeps the one it "
+        "has, or turns with the path",
+        needs_robot=True,
+    )
+    speed: Speed | None = optional(
+        "Speed of the TCP along the path; the time of arrival follows from it. "
+        "fastest: the maximum constant speed that the limits allow; left out: the "
+        "constant speed for the given time",
+        unit="length/s",
+    )
+    orientation: (
+        Annotated[
+            Torch | Literal["tangent"],
+            Forms("tangent, or a mapping with work_angle and travel_angle"),
+        ]
+        | None
+    ) = optional(
+        "tangent: the tool turns with the path; a mapping: it also keeps these angles to seam and "
+        "surface; left out: interpolated from pose to pose"
+    )
+    blend: Positive | None = optional(
+        "Corner rounding between two lines: distance of its ends from the corner", unit="length"
+    )
+    weave: Weave | None = optional("Oscillation added to the path; speed is that of the path")
+
+
+class JointWaypoint(_Waypoint):
+    """A waypoint given by joint values."""
+
+    ALTERNATIVES = (("time", "after"), ("velocity", "stop"), ("velocity", "wait"))
+
+    joints: JointsOrName = required(
+        "A configuration of the robot by name, or every joint", unit="angle or length"
+    )
+    velocity: (
+        Annotated[
+            JointMap | Literal["free"], Forms("a mapping of joint names to velocities, or free")
+        ]
+        | None
+    ) = optional(
+        "By joint, zero for joints left out; free: it is chosen", unit="angle/s or length/s"
+    )
+
+
+TaggedWaypoint = (
+    Annotated[PoseWaypoint, Tag("PoseWaypoint")]
+    | Annotated[PathWaypoint, Tag("PathWaypoint")]
+    | Annotated[JointWaypoint, Tag("JointWaypoint")]
+)
+Waypoint = Annotated[TaggedWaypoint, by_key(KINDS, "either pose or joints, not both")]

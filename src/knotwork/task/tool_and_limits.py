@@ -12,6 +12,7 @@ from knotwork.files.documents.values import (
     Forms,
     JointLimitFields,
     NonEmpty,
+    NotNegative,
     Positive,
     Vector3,
     optional,
@@ -19,7 +20,7 @@ from knotwork.files.documents.values import (
 )
 from knotwork.task.free_values import FreePose
 from knotwork.task.poses import Placement
-from knotwork.task.scene_shapes import HeldObject, Inertia, Mass, Shapes, require_mass
+from knotwork.task.scene_shapes import HeldObject, Inertia, Shapes, require_mass
 from knotwork.task.task_part import TaskPart
 
 
@@ -29,7 +30,7 @@ class Tool(TaskPart):
     frame: Text | None = optional("Robot frame that carries it; left out: the robot's default")
     offset: Placement | None = optional("TCP in the axes of that frame")
     free: FreePose | None = optional("Freedom of all poses without a free of their own")
-    mass: Mass | None = optional(
+    mass: NotNegative | None = optional(
         "Mass of the tool, and of held objects without a mass of their own, in "
         "addition to the robot's own masses",
         unit="kg",

@@ -15,6 +15,7 @@ from typing import Any, TypeAlias
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import CheckFailedError, InputError
 from knotwork.errors.arguments import require_type
+from knotwork.errors.old_names import OldAttribute
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_requirements import JointRequirements, read_joint_requirements
 from knotwork.units import Units
@@ -134,10 +135,7 @@ class Report:
 
         return f"<pre>{html.escape(str(self))}</pre>"
 
-    @property
-    def planner(self) -> str:
-        """Old name of `origin`, which works for one more version."""
-        return self.origin
+    planner = OldAttribute("origin")
 
     @property
     def ok(self) -> bool:
@@ -312,10 +310,7 @@ class CheckedMotion:
     trajectory: JointTrajectory
     report: Report
 
-    @property
-    def space(self) -> JointRequirements:
-        """Old name of `joints`, which works for one more version."""
-        return self.joints
+    space = OldAttribute("joints")
 
 
 AnyMotion: TypeAlias = CheckedMotion | JointTrajectory

@@ -1,18 +1,12 @@
 """Accelerations at the waypoints with continuous jerk: one tridiagonal system.
 
-Take an interval of length h between two waypoints with positions y0, y1, velocities v0, v1 and
-accelerations a0, a1. Its two knots are the time p h after the first waypoint and b h before the
-second. Position and velocity at the far end determine the accelerations at the knots. With q = 1 -
-b, s = (y1 - y0) / h:
-
-    A = -p (1 + q)/q a0 + (1 - p) b/q a1 + [6 s - 2 (1 + p + q) v0 - 2 (1 - p + b) v1] / (h q)
-    B = p q/(1 - p) a0 - b (2 - p)/(1 - p) a1
-            - [6 s - 2 (p + q) v0 - 2 (2 - p + b) v1] / (h (1 - p))
-
-and so the first jerk of the interval is (A - a0) / (p h), and its last jerk is (a1 - B) / (b h).
-There is no knot at a waypoint, so the last jerk of an interval equals the first jerk of the next
-one. This is one equation in three neighbouring accelerations. These are Eqs. (30), (31) and (34),
-where all unknowns but the accelerations are eliminated.
+Take an interval of length h between two waypoints with accelerations a0, a1. Its two knots are the
+time p h after the first waypoint and b h before the second; q = 1 - b. Position and velocity at the
+far end determine the accelerations at the knots, A and B, as sums of a0, a1 and given terms (page
+"The method" of the documentation). The first jerk of the interval is (A - a0) / (p h), and its last
+jerk is (a1 - B) / (b h). There is no knot at a waypoint, so the last jerk of an interval equals the
+first jerk of the next one. This is one equation in three neighbouring accelerations. These are Eqs.
+(30), (31) and (34), where all unknowns but the accelerations are eliminated.
 
 The first interval of the paper's curve has only one knot. This is the case p = 0, in which A is the
 acceleration at the start, and B does not depend on a0. The last interval, with b = 0, is its mirror

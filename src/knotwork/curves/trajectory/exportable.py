@@ -11,6 +11,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from knotwork.errors.old_names import renamed_option
+
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly
 
@@ -21,8 +23,7 @@ def _exporter(function: str, content: str) -> Callable[..., Any]:
     """Make the method that calls a function of `knotwork.files.export`."""
 
     def export(self: Exportable, **options: Any) -> Any:
-        if "fit" in options:  # the old name, for one more version
-            options["tolerance"] = options.pop("fit")
+        options = renamed_option(options, "fit", "tolerance")
         return getattr(importlib.import_module(_EXPORT), function)(self, **options)
 
     export.__name__ = function

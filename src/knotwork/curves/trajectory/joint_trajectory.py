@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from knotwork.arrays import FloatArray, ReadOnlyArrays, checked_array, checked_joints, checked_times
+from knotwork.arrays import FloatArray, ReadOnlyArrays, checked_joints, checked_rows, checked_times
 from knotwork.curves.polynomial import Extrema, PiecewisePolynomial
 from knotwork.curves.polynomial.jumps import measure_jumps
 from knotwork.curves.polynomial.two_point import two_point_coefficients
@@ -17,6 +17,7 @@ from knotwork.curves.trajectory.exportable import Exportable
 from knotwork.curves.trajectory.motion_events import Event, Load, Segment
 from knotwork.curves.trajectory.sampling import MAX_SAMPLES, Knots, Samples, make_sample_times
 from knotwork.errors import InputError, UnknownNameError
+from knotwork.errors.old_names import OldAttribute
 from knotwork.joint_quantities import MOTION_QUANTITIES
 
 
@@ -110,10 +111,7 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
                 )
             object.__setattr__(self, "waypoint_times", times)
 
-    @property
-    def planner(self) -> str:
-        """Old name of `origin`, which works for one more version."""
-        return self.origin
+    planner = OldAttribute("origin")
 
     @classmethod
     def from_knots(
@@ -145,8 +143,8 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
         """
         t = checked_times(time, subject="knot")
         shape = (t.size, len(joint_names))
-        r = checked_array(position, shape, "position")
-        v = checked_array(velocity, shape, "velocity")
+        r = checked_rows(position, shape, "position")
+        v = checked_rows(velocity, shape, "velocity")
         return cls(
             tuple(joint_names),
             PiecewisePolynomial(two_point_coefficients(t, (r, v)), t),

@@ -42,6 +42,7 @@ Number = Annotated[float, Field(strict=True, ge=-MAX_NUMBER, le=MAX_NUMBER)]
 Positive = Annotated[
     float, Field(strict=True, gt=0, le=MAX_NUMBER), AfterValidator(_above_rounding)
 ]
+NotNegative = Annotated[float, Field(strict=True, ge=0, le=MAX_NUMBER)]
 if TYPE_CHECKING:
     Items = Sequence
     NonEmpty = Sequence

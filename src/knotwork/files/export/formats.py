@@ -14,6 +14,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from knotwork.errors import InputError, UnknownNameError
+from knotwork.errors.old_names import renamed_option
 from knotwork.files.export.labels import events_path, events_text
 from knotwork.files.storage import write_file, write_files
 
@@ -122,14 +123,13 @@ def checked_options(form: Format, options: Mapping[str, Any]) -> dict[str, Any]:
     Raises:
         InputError: An option would be ignored.
     """
-    if "fit" in options:  # the old name, for one more version
-        options = {"tolerance" if name == "fit" else name: options[name] for name in options}
+    options = renamed_option(options, "fit", "tolerance")
     for name in options:
         if name not in form.options:
             takers = ", ".join(other.name for other in _ALL_FORMATS if name in other.options)
             advice = f"; formats that do: {takers}" if takers else ""
             raise InputError(f"format {form.name!r} takes no option {name!r}{advice}")
-    return dict(options)
+    return options
 
 
 def content(

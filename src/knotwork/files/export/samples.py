@@ -92,8 +92,12 @@ def to_npz(motion: JointTrajectory | MotionPoints | MotionTable, **options: Any)
     (3, 1)
     """
     table = _table(motion, **options)
-    names = ("joint_names", "joint_units", "planner")
-    labels = {name: np.array(getattr(table.trajectory, name)) for name in names}
+    trajectory = table.trajectory
+    labels = {
+        "joint_names": np.array(trajectory.joint_names),
+        "joint_units": np.array(trajectory.joint_units),
+        "planner": np.array(trajectory.origin),
+    }
     labels |= {key: np.array(values) for key, values in table.labels.items()}
     return npz_bytes({"time": table.time, **table.joints, **table.tool, **labels})
 

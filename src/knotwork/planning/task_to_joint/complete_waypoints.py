@@ -45,7 +45,7 @@ class JointRows(NamedTuple):
 
 def knots_of(scenario: Scenario) -> Any:
     """Knot placement of the motion: see `ModifiedHermiteSpline`."""
-    knots = scenario.knots
+    knots = scenario.interpolation_knots
     return BalancedKnots(float(knots)) if isinstance(knots, int | float) else knots
 
 

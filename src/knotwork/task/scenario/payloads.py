@@ -89,9 +89,9 @@ def _load(time: float, robot: Robot) -> Load:
     """The whole load of an arm as one body."""
     import pinocchio as pin
 
-    payloads = [*robot.held, *([] if robot.payload is None else [robot.payload])]
+    payloads = [*robot.held_payloads, *([] if robot.payload is None else [robot.payload])]
     bodies = [pin.Inertia(load.mass, load.centre_of_mass, load.inertia) for load in payloads]
-    placed = [robot.tool_offset.act(body) for body in bodies[: len(robot.held)]]
+    placed = [robot.tool_offset.act(body) for body in bodies[: len(robot.held_payloads)]]
     total_body = sum([*placed, *bodies[len(placed) :]], pin.Inertia.Zero())
     # point masses are reported as one
     has_inertia = any(np.any(load.inertia) for load in payloads)

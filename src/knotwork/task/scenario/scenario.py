@@ -202,12 +202,14 @@ class Scenario:
         return {part: word for part, word in branch if word is not None}
 
     @property
-    def knots(self) -> Any:
-        """`"paper"`, `"balanced"`, the constant of balanced knots, or the knot times [s]."""
+    def interpolation_knots(self) -> Any:
+        """`"paper"`, `"balanced"`, the constant of balanced knots, or the knot times [s].
+
+        With `knots: optimal` this is `"paper"`: knots are chosen only outside tool paths.
+        """
         knots = self.given.knots
         if isinstance(knots, Balanced):
             return knots.balanced
-        # along tool paths no knots are optimised: the paper's rule is used
         return "paper" if isinstance(knots, str) and knots == "optimal" else knots
 
     @property

@@ -109,15 +109,15 @@ def fit_delay(
 
 def _samples_in(curve: Smoothed, span: Delay) -> NDArray[np.bool_]:
     """Whether each sample of the log is in a span, shape (n,)."""
-    at = curve.log.time - span.delay
-    return (at >= span.start) & (at < span.end)
+    planned_time = curve.log.time - span.delay
+    return (planned_time >= span.start) & (planned_time < span.end)
 
 
 def _residuals(curve: Smoothed, plan: JointTrajectory, span: Delay) -> FloatArray:
     """Samples of a span minus the plan, shape (k, d)."""
     samples = _samples_in(curve, span)
-    at = curve.log.time[samples] - span.delay
-    return curve.log.position[samples] - plan.position(at)
+    planned_time = curve.log.time[samples] - span.delay
+    return curve.log.position[samples] - plan.position(planned_time)
 
 
 def _cheapest_delays(plan: FloatArray, log: FloatArray, reach: int, cost: float) -> FloatArray:

@@ -248,7 +248,6 @@ def compute_rates_on_path(
         tangential_acceleration, speed, out=np.zeros_like(speed), where=speed > 0.0
     )
     speed_fraction = speed / path.full_speed
-    fraction_rate = tangential_acceleration / path.full_speed
     arc_length = field.arc_lengths(path, times)
     v = field.velocities(q, twist, speed_fraction, arc_length)
     h = ACCELERATION_DIFFERENCE / np.maximum(np.abs(v).max(axis=1), 1e-300)
@@ -257,5 +256,7 @@ def compute_rates_on_path(
     same = np.tile(twist, (4, 1)), np.tile(speed_fraction, 4), np.tile(arc_length, 4)
     f = field.velocities(neighbours, *same).reshape(4, *q.shape)
     coarse, fine = (f[3] - f[0]) / (2.0 * h[:, None]), (f[2] - f[1]) / h[:, None]
-    same_joints = field.velocities(q, change, fraction_rate, arc_length, speed_fraction * speed)
-    return v, same_joints + (4.0 * fine - coarse) / 3.0
+    at_fixed_joints = field.accelerations_at_fixed_joints(
+        q, change, speed, tangential_acceleration, arc_length
+    )
+    return v, at_fixed_joints + (4.0 * fine - coarse) / 3.0

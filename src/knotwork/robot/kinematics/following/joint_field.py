@@ -24,8 +24,9 @@ PROJECTION_ROUNDS = 6
 GUIDE_RATE = 8.0
 
 
-# Fraction of their ranges beyond which virtual joints that slow down have a high cost.
-SLOWING_RANGE, MIN_MOBILITY, DECAY_POWER = 0.95, 2e-3, 3
+# Virtual joints that slow at their limits: fraction of their ranges beyond which their mobility is
+# the minimum, and that minimum.
+SLOWING_RANGE, MIN_MOBILITY = 0.95, 8e-9
 
 
 class Guide(NamedTuple):
@@ -81,7 +82,8 @@ class JointField:
             robot.virtual_joints, robot.dof - len(robot.virtual_joints)
         ):
             span[joint] = virtual.upper - virtual.lower if virtual.slows_at_limits else np.inf
-        self.narrow = 2.0 / (SLOWING_RANGE * span) if np.isfinite(span).any() else None
+        self.slows = bool(np.isfinite(span).any())
+        self.per_slowing_distance = 2.0 / (SLOWING_RANGE * span)  # from the middle of the range
 
     def velocities(
         self,
@@ -89,7 +91,6 @@ class JointField:
         twist: FloatArray,
         speed_fraction: ArrayLike = 1.0,
         arc_length: ArrayLike = 0.0,
-        arc_rate: ArrayLike = 0.0,
     ) -> FloatArray:
         """Joint velocities [rad/s or m/s], shape (n, d).
 
@@ -99,26 +100,56 @@ class JointField:
             speed_fraction: Speed of the tool relative to its full speed, a number or shape (n,). It
                 makes self-motion stop with the tool.
             arc_length: Arc length [m], a number or shape (n,).
-            arc_rate: For accelerations: the factor of the guide's derivative over arc length, which
-                is `speed_fraction` times the speed [m/s], a number or shape (n,).
         """
-        self_motion = None
+        return self._solve(q, twist, self._self_motion(q, speed_fraction, arc_length))
+
+    def accelerations_at_fixed_joints(
+        self,
+        q: FloatArray,
+        twist_rate: FloatArray,
+        speed: FloatArray,
+        tangential_acceleration: FloatArray,
+        arc_length: FloatArray,
+    ) -> FloatArray:
+        """Derivative of the velocities over time at constant q [rad/s² or m/s²], shape (n, d).
+
+        Velocities are linear in the twist and in self-motion, so this is their solution for the
+        derivatives of both.
+
+        Args:
+            q: Joint positions [rad or m], shape (n, d).
+            twist_rate: Derivative of the twist of the tool [m/s², rad/s²], shape (n, 6).
+            speed: Speed of the tool [m/s], shape (n,).
+            tangential_acceleration: Derivative of the speed [m/s²], shape (n,).
+            arc_length: Arc length [m], shape (n,).
+        """
+        change = self._self_motion(q, tangential_acceleration / self.speed, arc_length)
+        if change is not None and self.guide is not None:
+            change = change + _to_column(speed**2) * self.guide.rate(arc_length, q, 1)
+        return self._solve(q, twist_rate, change)
+
+    def _self_motion(
+        self, q: FloatArray, speed_fraction: ArrayLike, arc_length: ArrayLike
+    ) -> FloatArray | None:
+        """Joint velocities that self-motion approximates, shape (n, d), or `None` without any."""
         if self.guide is not None:
-            self_motion = _to_column(speed_fraction) * self.guide.rate(arc_length, q)
-            self_motion = self.speed * (
-                self_motion + _to_column(arc_rate) * self.guide.rate(arc_length, q, 1)
-            )
-        elif self.pull.any():
-            self_motion = _to_column(speed_fraction) * self.pull * (self.middle - q)
-        return solve_velocities(
-            self.robot, self.axes.jacobians(q), twist, self_motion, self._mobility(q)
-        )
+            return _to_column(speed_fraction) * self.speed * self.guide.rate(arc_length, q)
+        if self.pull.any():
+            return _to_column(speed_fraction) * self.pull * (self.middle - q)
+        return None
+
+    def _solve(
+        self, q: FloatArray, twist: FloatArray, self_motion: FloatArray | None
+    ) -> FloatArray:
+        J, mobility = self.axes.jacobians(q), self._mobility(q)
+        return solve_velocities(self.robot, J, twist, self_motion, mobility)
 
     def _mobility(self, q: FloatArray) -> ArrayLike:
-        """Mobility of the joints: that of tilts decreases towards their limits."""
-        if self.narrow is None:
+        """Mobility of the joints: that of virtual ones may decrease towards their limits."""
+        if not self.slows:
             return 1.0
-        return np.maximum(1.0 - ((q - self.middle) * self.narrow) ** 4, MIN_MOBILITY) ** DECAY_POWER
+        decrease = ((q - self.middle) * self.per_slowing_distance) ** 4
+        return np.asarray(np.maximum(np.maximum(1.0 - decrease, 0.0) ** 3, MIN_MOBILITY))
 
     def arc_lengths(self, path: TimedPath, time: FloatArray) -> FloatArray:
         """Arc lengths at times [m], shape (k,); zeros where nothing depends on them."""
