@@ -106,7 +106,7 @@ def test_knots_carry_the_whole_curve(trajectory):
     )
     np.testing.assert_allclose(again.knots.acceleration, knots.acceleration, atol=1e-12)
     assert again.continuity.order == 2
-    assert again.origin == again.planner == "again"
+    assert again.origin == "again"
 
 
 @pytest.mark.parametrize(

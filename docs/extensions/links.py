@@ -30,6 +30,7 @@ PACKAGES = (
 
 MODULES = {
     "knotwork.errors": (
+        "ArrayError",
         "BranchError",
         "CornerError",
         "DocumentError",

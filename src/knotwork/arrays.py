@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from knotwork.errors import WaypointDataError
+from knotwork.errors import ArrayError, WaypointDataError
 from knotwork.errors.plain_text import default_waypoint_name, waypoint_text
 
 FloatArray = NDArray[np.float64]
@@ -22,16 +22,16 @@ def number_array(
     """Copy values, infinite ones and NaN included, into a read-only array of a shape and type.
 
     Raises:
-        WaypointDataError: The values are not numbers or have a wrong shape.
+        ArrayError: The values are not numbers or have a wrong shape.
     """
     try:
         array: NDArray[Any] = np.array(values, dtype=kind)
     except (TypeError, ValueError) as error:
         message = f"{subject} must be numbers, not {values!r}"
-        raise WaypointDataError(message, value=values) from error
+        raise ArrayError(message, value=values) from error
     if array.shape != shape:
         message = f"{subject} must have shape {shape}, not {array.shape}"
-        raise WaypointDataError(message, value=array)
+        raise ArrayError(message, value=array)
     array.setflags(write=False)
     return array
 
@@ -48,19 +48,34 @@ def checked_array(
         unknown: Whether NaN is accepted, for unknown values.
 
     Raises:
-        WaypointDataError: The values are not numbers, not finite or have a wrong shape.
+        ArrayError: The values are not numbers, not finite or have a wrong shape.
     """
     array: FloatArray = number_array(values, shape, subject)
     wrong = np.isinf(array) if unknown else ~np.isfinite(array)
     if wrong.any():
         index = tuple(int(i) for i in np.argwhere(wrong)[0])
         where = f"{subject}{list(index)}" if index else subject
-        raise WaypointDataError(
+        raise ArrayError(
             f"{where} is {array[index]}; every value must be finite",
-            waypoint_index=index[0] if index else None,
             value=array[index],
+            index=index,
         )
     return array
+
+
+def checked_rows(
+    values: ArrayLike, shape: tuple[int, ...], subject: str, *, unknown: bool = False
+) -> FloatArray:
+    """Copy values, a row for each waypoint, into a read-only array: see `checked_array`.
+
+    Raises:
+        WaypointDataError: The values are not numbers, not finite or have a wrong shape.
+    """
+    try:
+        return checked_array(values, shape, subject, unknown=unknown)
+    except ArrayError as error:
+        i = error.index[0] if error.index else None
+        raise WaypointDataError(str(error), waypoint_index=i, value=error.value) from error
 
 
 def checked_times(
@@ -80,7 +95,7 @@ def checked_times(
     if len(shape) != 1 or shape[0] < 2:
         message = f"at least two {subject} times are needed, in one dimension, not shape {shape}"
         raise WaypointDataError(message)
-    array = checked_array(times, shape, "time")
+    array = checked_rows(times, shape, "time")
     late = np.flatnonzero(np.diff(array) <= 0)
     if late.size:
         i = int(late[0]) + 1

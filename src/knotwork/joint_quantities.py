@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from knotwork.arrays import FloatArray, ReadOnlyArrays, number_array
-from knotwork.errors import WaypointDataError
+from knotwork.errors import ArrayError
 from knotwork.errors.arguments import require_number
 from knotwork.units import Units
 
@@ -90,7 +90,7 @@ class JointLimits(ReadOnlyArrays):
             Errors name it, and propose full limits.
 
     Raises:
-        WaypointDataError: Values are not numbers, or a magnitude is not positive.
+        ArrayError: Values are not numbers, or a magnitude is not positive.
         InputError: The used fraction is not a positive number.
 
     >>> limits = JointLimits([2.0, 2.0], jerk=[40.0, 40.0])
@@ -127,7 +127,7 @@ class JointLimits(ReadOnlyArrays):
                 limit = np.full(d, -np.inf if name == "lower" else np.inf)
             array = number_array(limit, (d,), f"{name} limit")
             if name in MAGNITUDES and not (array > 0.0).all():
-                raise WaypointDataError(f"{name} limits are {array.tolist()}; give positive ones")
+                raise ArrayError(f"{name} limits are {array.tolist()}; give positive ones")
             object.__setattr__(self, name, array)
         require_number(self.used_fraction, "used_fraction", positive=True)
 

@@ -13,11 +13,12 @@ from knotwork.arrays import (
     ReadOnlyArrays,
     checked_array,
     checked_joints,
+    checked_rows,
     checked_times,
     known_rows,
     rotation_error,
 )
-from knotwork.errors import WaypointDataError
+from knotwork.errors import ArrayError, WaypointDataError
 from knotwork.errors.plain_text import default_waypoint_name
 
 if TYPE_CHECKING:
@@ -130,8 +131,11 @@ class CartesianWaypoint:
                     f"{self.name}: {part} must be a pin.{kind.__name__}, not {value!r}"
                 )
             object.__setattr__(self, part, value.copy())
-        checked_array(self.pose.homogeneous, (4, 4), f"{self.name}: pose")
-        checked_array(self.twist.vector, (6,), f"{self.name}: twist")
+        try:
+            checked_array(self.pose.homogeneous, (4, 4), f"{self.name}: pose")
+            checked_array(self.twist.vector, (6,), f"{self.name}: twist")
+        except ArrayError as error:
+            raise WaypointDataError(str(error), value=error.value) from error
         if fault := rotation_error(self.pose.rotation, 1e-9):
             raise WaypointDataError(f"{self.name}: pose has no rotation matrix: {fault}")
 
@@ -198,8 +202,8 @@ class JointWaypoints(ReadOnlyArrays):
         put("joint_units", units)
         put("time", checked_times(self.time, self.names or None))
         shape = (len(self.time), len(names))
-        put("position", checked_array(self.position, shape, "position"))
-        put("velocity", checked_array(self.velocity, shape, "velocity"))
+        put("position", checked_rows(self.position, shape, "position"))
+        put("velocity", checked_rows(self.velocity, shape, "velocity"))
         put("names", tuple(self.names) or tuple(map(default_waypoint_name, range(shape[0]))))
         put("waypoint_rows", tuple(self.waypoint_rows) or tuple(range(shape[0])))
         if len(self.names) != shape[0]:
@@ -207,7 +211,7 @@ class JointWaypoints(ReadOnlyArrays):
         if self.acceleration is not None:
             put(
                 "acceleration",
-                checked_array(self.acceleration, shape, "acceleration", unknown=True),
+                checked_rows(self.acceleration, shape, "acceleration", unknown=True),
             )
             known_rows(self.acceleration, self.names)
 
@@ -234,5 +238,5 @@ class ChosenSection(ReadOnlyArrays):
         object.__setattr__(self, "times", checked_times(self.times, subject="knot"))
         shape = (len(self.times), *np.shape(self.acceleration)[1:2])
         object.__setattr__(
-            self, "acceleration", checked_array(self.acceleration, shape, "acceleration")
+            self, "acceleration", checked_rows(self.acceleration, shape, "acceleration")
         )

@@ -13,7 +13,7 @@ from scipy.optimize import brentq, least_squares
 
 import knotwork as kw
 from knotwork import Robot, load_robot
-from knotwork.errors import OutsideLimitsError, UnreachablePoseError, WaypointDataError
+from knotwork.errors import ArrayError, OutsideLimitsError, UnreachablePoseError
 from knotwork.robot.kinematics import solve_pose_ik
 from knotwork.units import Units
 from sweeps import first_of, mostly_exhaustive
@@ -124,7 +124,7 @@ def test_refuses_tolerance_finer_than_rounding(option: str) -> None:
     for q in np.random.default_rng(2).uniform(-2, 2, (3, 7)):
         pose = panda.forward(np.clip(q, lower, upper))
         assert solve_pose_ik(panda, pose, start, nearest=False, **{option: 1e-12}).converged
-    with pytest.raises(WaypointDataError, match=f"{option} 9e-13 is finer than rounding; 1e-12 or"):
+    with pytest.raises(ArrayError, match=f"{option} 9e-13 is finer than rounding; 1e-12 or"):
         solve_pose_ik(panda, pose, start, **{option: 9e-13})
 
 
@@ -221,7 +221,7 @@ NO_POSES = {
 def test_refuses_invalid_pose(solver: str, what: str) -> None:
     pose, complaint = NO_POSES[what]
     name = r"poses\[1\]" if solver == "solve_pose_ik_batch" else "pose"
-    with pytest.raises(WaypointDataError, match=f"{name}.*{complaint}"):
+    with pytest.raises(ArrayError, match=f"{name}.*{complaint}"):
         SOLVERS[solver](pose)
 
 

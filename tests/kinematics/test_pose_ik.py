@@ -7,7 +7,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from knotwork import Robot, load_robot, robot_names
-from knotwork.errors import OutsideLimitsError, RobotError, UnreachablePoseError, WaypointDataError
+from knotwork.errors import ArrayError, OutsideLimitsError, RobotError, UnreachablePoseError
 from knotwork.robot.kinematics import solve_pose_ik, solve_pose_ik_all
 from plain import tool_frames
 from sweeps import examples, first_of, mostly_exhaustive
@@ -209,9 +209,9 @@ def test_refuses_numbers_that_are_not_finite(bad: float, nearest: bool) -> None:
     pose = robot.forward(home)
     start = home.copy()
     start[2] = bad
-    with pytest.raises(WaypointDataError, match=r"start\[2\] is .*every value must be finite"):
+    with pytest.raises(ArrayError, match=r"start\[2\] is .*every value must be finite"):
         solve_pose_ik(robot, pose, start, nearest=nearest)
-    with pytest.raises(WaypointDataError, match=r"near\[2\] is"):
+    with pytest.raises(ArrayError, match=r"near\[2\] is"):
         solve_pose_ik(robot, pose, home, near=start, nearest=nearest)
 
 

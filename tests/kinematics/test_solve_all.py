@@ -12,7 +12,7 @@ from test_pose_ik import assert_solves
 
 import knotwork as kw
 from knotwork import Robot, load_robot, robot_names
-from knotwork.errors import WaypointDataError
+from knotwork.errors import ArrayError
 from knotwork.robot.kinematics.chain.batch import Targets
 from knotwork.robot.kinematics.geometry.closed_form import solve_closed_form as in_closed_form
 from knotwork.robot.kinematics.sequence import find_candidates
@@ -290,7 +290,7 @@ def test_batch_reports_unreachable_poses() -> None:
     found = kw.kinematics.solve_pose_ik_batch(UR5, [away, UR5.forward(home)], home, max_restarts=3)
     assert found.converged.tolist() == [False, True]
     assert found.position_error[0] > 1.9
-    with pytest.raises(WaypointDataError):
+    with pytest.raises(ArrayError):
         kw.kinematics.solve_pose_ik_batch(UR5, [away], np.zeros((2, 6)))
 
 

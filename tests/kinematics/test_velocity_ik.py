@@ -10,7 +10,7 @@ import pytest
 
 import knotwork as kw
 from knotwork import Robot, load_robot, robot_names
-from knotwork.errors import BranchError, SingularityError, WaypointDataError
+from knotwork.errors import ArrayError, BranchError, SingularityError
 from knotwork.robot.kinematics import pull_to_middle, smallest_singular_value, solve_velocity_ik
 from knotwork.robot.kinematics.sequence import travel_weights
 
@@ -138,7 +138,7 @@ def test_tolerance_grows_with_speed() -> None:
 
 @pytest.mark.parametrize("twist", [[0] * 5, [0, 0, 0, 0, 0, np.nan], "fast", np.zeros((6, 1))])
 def test_refuses_wrong_input(twist: object) -> None:
-    with pytest.raises(WaypointDataError):
+    with pytest.raises(ArrayError):
         solve_velocity_ik(PLANAR, [0.5, 1.2], twist)
 
 

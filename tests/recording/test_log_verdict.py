@@ -13,7 +13,7 @@ from robot_logs import Samples, record, smooth
 from knotwork import Plan, plan
 from knotwork.task.scenario import Scenario
 from knotwork.verification import Report
-from knotwork.verification.recording import aligned, check_log, compare_log
+from knotwork.verification.recording import LogTolerances, aligned, check_log, compare_log
 from plans import planned
 from sweeps import mostly_exhaustive
 
@@ -247,3 +247,21 @@ def test_finds_jumps_above_noise(
     report = judge(tmp_path, deburring, samples, 6 if noise else None)
     found = {one.name for one in report.failures if one.quantity == "sample_off_the_curve"}
     assert deburring.trajectory.joint_names[2] in found
+
+
+@pytest.mark.parametrize(("off", "passes"), [(0.01, True), (0.1, False)])
+def test_wrong_sample_fails_beyond_tolerance(
+    tmp_path: Path, deburring: Plan, off: float, passes: bool
+) -> None:
+    """One sample of joint 2 is wrong; the smoothed curve may hardly follow it."""
+    samples = record(deburring.trajectory, noise=1e-5)
+    samples.position[len(samples.time) // 2, 2] += off
+    alignment = aligned(smooth(tmp_path, deburring.trajectory, samples), deburring.trajectory)
+    tolerances = LogTolerances(joints={"rad": 0.05})
+    (found,) = (
+        finding
+        for finding in compare_log(alignment, tolerances=tolerances).findings
+        if finding.quantity == "sample_off_the_curve" and finding.name == "elbow_joint"
+    )
+    assert found.ok == passes
+    assert found.limit == 0.05

@@ -18,7 +18,7 @@ QUANTITIES = ("position", "velocity", "acceleration", "jerk")
 
 
 def lines(axis: Axes, kind: str) -> list[Line2D]:
-    """Lines of a kind: `curve`, `jump`, `broken`, `asked`, `limit`."""
+    """Lines of a kind: `curve`, `jump`, `exceeded`, `asked`, `limit`."""
     return [line for line in axis.lines if str(line.get_gid()).split(":")[0] == kind]
 
 

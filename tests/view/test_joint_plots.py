@@ -119,10 +119,10 @@ def test_waypoints_and_knots_are_marked(paper_case: Plan) -> None:
 def test_a_broken_limit_stands_out_where_it_is_broken_and_nowhere_else(broken: Plan) -> None:
     figure = plot_joints(broken)
     for axis, quantity in zip(figure.axes, QUANTITIES, strict=True):
-        found = [str(line.get_gid()) for line in lines(axis, "broken")]
-        only = "broken:modified-hermite:shoulder_pan_joint:velocity"
+        found = [str(line.get_gid()) for line in lines(axis, "exceeded")]
+        only = "exceeded:modified-hermite:shoulder_pan_joint:velocity"
         assert found == ([only] if quantity == "velocity" else [])
-    line = lines(figure.axes[1], "broken")[0]
+    line = lines(figure.axes[1], "exceeded")[0]
     time, value = data(line)
     time, value = time[np.isfinite(value)], value[np.isfinite(value)]
     # Rest to rest over pi in T = 0.9 s: v = 6 pi/T (s - s^2), s = t/T; it is 3.15 at two times.
@@ -161,7 +161,7 @@ def test_highlights_agree_with_the_check(kind: str, part: float) -> None:
     plan = kw.plan({**task, "limits": {kind: {"a": peak * part}}})
     (axis,) = plot_joints(plan, quantities=[kind], joints=["a"]).axes
     assert plan.report.ok == (part >= 1.0)
-    assert bool(lines(axis, "broken")) == (part < 1.0)
+    assert bool(lines(axis, "exceeded")) == (part < 1.0)
     shown = {float(data(line)[1][0]) for line in lines(axis, "limit")}
     assert peak * part in shown or -peak * part in shown
 

@@ -84,8 +84,8 @@ def test_a_broken_limit_is_shown_everywhere(key: str, quantity: str, title: str,
     assert time[use.argmax()] == pytest.approx(worst.time, abs=0.6 * time[1])
 
     page, robot = scene(plan.view()), plan.joints.robot
-    assert page["legend"]["broken"]
-    red = vertices(thing(page, "limits broken"))
+    assert page["legend"]["exceeded"]
+    red = vertices(thing(page, "limits exceeded"))
     places = [(robot.base_placement * robot.forward(q)).translation for q in plan.trajectory(time)]
     near = np.linalg.norm(np.array(places)[:, None] - red, axis=2).min(axis=1) < 0.01 * page["size"]
     assert near[use > 1].all()
@@ -101,7 +101,7 @@ def test_a_broken_limit_is_shown_everywhere(key: str, quantity: str, title: str,
     (curve,) = lines(axis, "curve")
     most = np.nanmax(data(curve)[1]) / 1e3  # the value is the worst sample, the gap what is left
     assert worst.value * (1 - 1e-6) <= most <= worst.value + worst.proof_gap + 1e-9
-    assert len(lines(axis, "broken")) == 1
+    assert len(lines(axis, "exceeded")) == 1
     note = axis.get_title(loc="right")
     assert note.startswith(f"{1e3 * worst.value:.3g} {unit} at ")
 
@@ -116,7 +116,7 @@ def test_a_limit_from_below_is_shown_too(share: float) -> None:
     row = figure.axes[-1]
     assert row.get_ylabel().replace("\n", " ") == "smallest singular value"
     assert np.nanmin(data(lines(row, "curve")[0])[1]) == pytest.approx(least.value, rel=1e-3)
-    assert bool(lines(row, "broken")) == (share > 1)
+    assert bool(lines(row, "exceeded")) == (share > 1)
     assert f"limit {share * least.value:.3g}" in notes(figure)[-1]
     assert plan.report.ok == (share < 1)
 
@@ -164,7 +164,7 @@ def test_a_broken_limit_is_red_as_long_as_it_is_broken() -> None:
     task = {"robot": "planar2", "limits": {"velocity": 0.6}}
     plan = kw.plan({**task, "waypoints": [ends[0], {**ends[1], "after": 2}]})
     (failed,) = plan.report.failures
-    spans = strip(plan)["broken"]
+    spans = strip(plan)["exceeded"]
     low, high = min(span[0] for span in spans), max(span[1] for span in spans)
     curve = plan.trajectory
     assert failed.name == "shoulder"
@@ -197,7 +197,7 @@ def test_collisions_are_marked_over_all_panels_as_long_as_they_last() -> None:
     plan = through_wall()
     spans = [span for finding in plan.report.failures for span in finding.intervals]
     first, last = min(start for start, _ in spans), max(end for _, end in spans)
-    (drawn, *others) = strip(plan)["broken"]
+    (drawn, *others) = strip(plan)["exceeded"]
     assert not others
     assert drawn == pytest.approx([first, last], abs=0.01)
     for figure in (plot_joints(plan), plot_tool(plan)):

@@ -155,8 +155,8 @@ def test_seven_joints_and_many_waypoints(points: int) -> None:
     broken = [found for found in plan.report.select(group="Joint limits") if not found.ok]
     for axis, quantity in zip(figure.axes, QUANTITIES, strict=True):
         expected = sum(failure.quantity == quantity for failure in broken)
-        assert len(lines(axis, "broken")) == expected
-    assert lines(figure.axes[1], "broken")
+        assert len(lines(axis, "exceeded")) == expected
+    assert lines(figure.axes[1], "exceeded")
     joints = [word for word in legend_words(figure) if word.startswith("left")]
     assert len(set(joints)) == 7
     assert all(len(word) <= 26 for word in joints)

@@ -187,7 +187,7 @@ def test_a_deviation_is_no_limit_of_a_joint() -> None:
         "knots",
         "collision shapes",
     }
-    assert not data["legend"]["broken"]
+    assert not data["legend"]["exceeded"]
     assert data["legend"]["path"]
     (failed,) = planned_corner("bspline").report.select(
         name="on to turn", quantity="path_deviation"

@@ -53,7 +53,7 @@ def test_motions_share_one_clock(tabs: Any, knotwork: Any, tmp_path: Path, barri
     # a colour is one speed on both sides, and the time line has what fails in each
     ends = [inner.locator("#legend .ends").all_text_contents() for inner in tab.frames[1:]]
     assert ends[0] == ends[1]
-    failing = [scene(plan.view())["strip"]["broken"] for plan in plans]
+    failing = [scene(plan.view())["strip"]["exceeded"] for plan in plans]
     assert not failing[0]
     assert "fails, below: hurried" in tab.inner_text("#values")
     red = """[...document.querySelectorAll("#curves rect")].map((one) =>

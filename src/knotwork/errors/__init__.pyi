@@ -1,3 +1,4 @@
+from .base import ArrayError as ArrayError
 from .base import CheckFailedError as CheckFailedError
 from .base import CollisionError as CollisionError
 from .base import DocumentError as DocumentError

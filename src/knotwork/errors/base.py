@@ -192,12 +192,12 @@ class DocumentError(InputError):
     ) -> None:
         """List the problems. Without `complete` there may be further ones."""
         self.file, self.problems = file, tuple(problems)
-        name = str(file) if file is not None else "(given in Python)"
-        lines = [f"{name}: {problem}" for problem in self.problems[:MAX_PRINTED_PROBLEMS]]
+        prefix = f"{file}: " if file is not None else ""
+        lines = [f"{prefix}{problem}" for problem in self.problems[:MAX_PRINTED_PROBLEMS]]
         if len(self.problems) > MAX_PRINTED_PROBLEMS:
             more = len(self.problems) - MAX_PRINTED_PROBLEMS
             bound, plural = "" if complete else "at least ", "" if more == 1 else "s"
-            lines.append(f"{name}: and {bound}{more} more problem{plural}")
+            lines.append(f"{prefix}and {bound}{more} more problem{plural}")
         super().__init__("\n".join(lines))
 
 
@@ -218,16 +218,26 @@ class RobotError(InputError):
         super().__init__(f"robot {robot!r}: {message}", **data)
 
 
-class WaypointDataError(InputError):
+class ArrayError(InputError):
+    """Values that are not numbers, not finite, out of range, or not of the required shape.
+
+    Attributes:
+        value: The value found, or `None`.
+        index: Index of the value that is not finite, or `None`.
+    """
+
+    value: Any = None
+    index: tuple[int, ...] | None = None
+
+
+class WaypointDataError(ArrayError):
     """Waypoint arrays that are not finite, not of matching shape, or not in time order.
 
     Attributes:
         waypoint_index: Index of the waypoint at fault, or `None`.
-        value: The value found, or `None`.
     """
 
     waypoint_index: int | None = None
-    value: Any = None
 
 
 class OptionError(InputError):

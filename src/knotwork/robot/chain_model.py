@@ -165,7 +165,7 @@ class ChainModel(PlannedJoints):
         """Check values of the joints, and return them as an array.
 
         Raises:
-            WaypointDataError: A value is not finite, or there is a wrong number of them.
+            ArrayError: A value is not finite, or there is a wrong number of them.
         """
         array = np.asarray(values)
         is_vector = array.shape == (self.dof,) and array.dtype == np.float64

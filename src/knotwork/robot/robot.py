@@ -30,7 +30,7 @@ class Robot(ChainModel):
     A joint position is one number, for unbounded joints as well. All poses are of the TCP in the
     base frame. All arrays over joints have shape (d,) and are read-only. Arguments q are joint
     positions [rad or m], v velocities [rad/s or m/s] and a accelerations [rad/s² or m/s²]. A
-    `WaypointDataError` refuses values that are not finite and wrong shapes, and a `RobotError`
+    `ArrayError` refuses values that are not finite and wrong shapes, and a `RobotError`
     kinematics without a tool frame. Threads may share a robot.
 
     Attributes:
@@ -201,7 +201,7 @@ class Robot(ChainModel):
             gravity: Gravity in the axes of the base frame [m/s²], shape (3,).
 
         Raises:
-            WaypointDataError: The value is not three finite numbers.
+            ArrayError: The value is not three finite numbers.
 
         >>> kw.load_robot("ur5").with_gravity([0, 0, 9.81]).gravity
         array([0.  , 0.  , 9.81])

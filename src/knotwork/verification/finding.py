@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 from typing import Any, Literal, NamedTuple, TypeAlias, get_args
 
 from knotwork.errors import InputError, format_value
+from knotwork.errors.old_names import OldAttribute
 
 Subject = Literal[
     "waypoint", "joint", "tool", "link", "pair", "path", "wait", "event", "segment", "cycle",
@@ -165,7 +166,7 @@ class Finding:
         """Whether the finding is on a requirement that is known to be met or to fail."""
         return self.verdict in ("met", "failed")
 
-    required = is_decided  # its old name, for one more version
+    required = OldAttribute("is_decided")
 
     @property
     def only_sampled(self) -> bool:

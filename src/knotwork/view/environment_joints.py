@@ -20,9 +20,9 @@ from knotwork.view.surroundings import HELD_COLOUR, TOOL_COLOUR, solid_mesh
 
 def environment_joints(shown: ShownMotion) -> list[dict[str, Any]]:
     """Describe the joints after the robot's for the page, in the form of `drawn_joints`."""
-    if shown.model is None:
+    if shown.collision_model is None:
         return []
-    tree, first = shown.model.joints, shown.robot.model.njoints
+    tree, first = shown.collision_model.joints, shown.robot.model.njoints
     names = (f"known joint {i}" for i in range(first, len(tree.parent)))
     return drawn_joints(tree, names, first)
 
@@ -36,7 +36,7 @@ def environment_positions(model: CollisionModel | None, time: FloatArray) -> Flo
 def draw_other_robots(parts: SceneParts, shown: ShownMotion, size: float) -> None:
     """Draw links, tools and held objects of other robots."""
     for other in shown.scenario.scene.robots:
-        robot, root = shown.model.robots[other.name]  # type: ignore[union-attr]
+        robot, root = shown.collision_model.robots[other.name]  # type: ignore[union-attr]
         links = link_shapes(robot)
         for joint, mesh in enumerate(links.shapes):
             parts.draw("other robots", mesh, carrier=root + joint)
@@ -66,7 +66,7 @@ def joint_origins(shown: ShownMotion, count: int = 20) -> tuple[FloatArray, Floa
     Returns:
         Positions of all these joints, and of those of other robots only.
     """
-    model, curve = shown.model, shown.curve
+    model, curve = shown.collision_model, shown.curve
     if model is None:
         return np.zeros((0, 3)), np.zeros((0, 3))
     time = np.linspace(curve.x[0], curve.x[-1], count)

@@ -191,7 +191,7 @@ def _draw_curve(panel: Panel, series: Series, count: int) -> None:
             factor * (bound + sign * LIMIT_SLACK * max(1.0, abs(bound)))
             for bound, sign in zip(motion.bounds(series.joint, quantity), (-1, 1), strict=True)
         )
-        panel.mark("broken", name, *drawn.beyond(lower, upper))
+        panel.mark("exceeded", name, *drawn.beyond(lower, upper))
 
 
 def _mark_given(panel: Panel, series: Sequence[Series], order: int, *, one_motion: bool) -> None:
@@ -217,10 +217,10 @@ def _limit_note(nearest: Series, findings: dict[Series, Finding], panel: Panel) 
         limits = f"limit {rounded_text(factor * (finding.limit or 0.0))} {unit}"
     value = finding.value or 0.0
     peak = rounded_text(factor * value) if np.isfinite(value) else "a jump"
-    broken = sum(not item.ok for item in findings.values())
-    others = f", and {broken - 1} more beyond" if broken > 1 else ""
+    exceeded = sum(not item.ok for item in findings.values())
+    others = f", and {exceeded - 1} more exceeded" if exceeded > 1 else ""
     proof = ", sampled only" if finding.only_sampled else ""
     return (
         f"{name}{peak} at {rounded_text(finding.time or 0.0)} s, {limits}{others}{proof}",
-        broken > 0,
+        exceeded > 0,
     )

@@ -71,7 +71,7 @@ def look_at(scene: Mapping[str, Any], viewer: Visualizer, board: FloatArray) -> 
     """
     points = np.concatenate([scene["view"]["points"], board])
     far = float(np.linalg.norm(points, axis=1).max()) / np.sin(np.radians(VIEW_ANGLE) / 2.0)
-    x, y, z = (far * float(part) for part in scene["view"]["from"])
+    x, y, z = (far * float(part) for part in scene["view"]["towards_camera"])
     viewer["/Cameras/default"].set_transform(np.eye(4))
     eye = viewer["/Cameras/default/rotated/<object>"]
     eye.set_property("fov", VIEW_ANGLE)
@@ -189,7 +189,7 @@ def put_up_board(scene: Mapping[str, Any], node: Visualizer) -> FloatArray:
     points = np.array(scene["view"]["points"])
     low, high = points.min(axis=0), points.max(axis=0)
     size = float(np.linalg.norm(high - low))
-    towards = np.array(scene["view"]["from"]) * (1.0, 1.0, 0.0)
+    towards = np.array(scene["view"]["towards_camera"]) * (1.0, 1.0, 0.0)
     towards /= max(float(np.linalg.norm(towards)), 1e-9)
     up = np.array([0.0, 0.0, 1.0])
     right = np.cross(up, towards)

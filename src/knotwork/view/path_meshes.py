@@ -81,7 +81,7 @@ def draw_paths(
         return {}
     colours, legend = speed_colours(trace, shown, min_scale_end)
     parts.draw("path", line_mesh(trace.position, colours, 0.0032 * size), lit=False)
-    parts.draw("limits broken", _broken_mesh(trace, size), lit=False)
+    parts.draw("limits exceeded", _exceeded_mesh(trace, size), lit=False)
     clear = _clear_motion_mesh(trace, shown, size)
     parts.draw("way", clear, lit=False)
     carrier = int(robot.model.frames[robot.tcp_frame_id].parentJoint)
@@ -91,17 +91,17 @@ def draw_paths(
         parts.draw("given path", _merged_lines(lines), lit=False, carrier=joint)
     paths = shown.scenario.paths
     return legend | {
-        "broken": bool(trace.broken.any()),
+        "exceeded": bool(trace.exceeded.any()),
         "way": clear is not None,
         "path": bool(paths),
         "moving": any(path.motion.frame.is_moving for path in paths),
     }
 
 
-def _broken_mesh(trace: ToolTrace, size: float) -> Mesh | None:
+def _exceeded_mesh(trace: ToolTrace, size: float) -> Mesh | None:
     """The parts of a tool's path with exceeded limits."""
     red: list[Mesh] = []
-    for span in _runs(trace.broken):
+    for span in _runs(trace.exceeded):
         part = trace.position[max(span.start - 1, 0) : span.stop + 1]
         # the tool may be at rest while the limit is exceeded
         ball = sphere(0.012 * size, RED).shift(part[0])

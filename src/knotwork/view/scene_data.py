@@ -90,7 +90,7 @@ def scene_of_trajectory(
         InputError: The trajectory has other joints than the robot, or can't be shown.
     """
     return make_scene(
-        ShownMotion.of_robot(robot, trajectory), warnings=_tool_warnings(robot), previous=previous
+        ShownMotion.of_robot(trajectory, robot), warnings=_tool_warnings(robot), previous=previous
     )
 
 
@@ -154,7 +154,7 @@ def make_scene(
             _extreme_points(np.concatenate(in_view)),
             task,
             _at_start(shown, joint_origins(shown)[1]),
-            previous["view"]["from"] if same_robot and previous is not None else None,
+            previous["view"]["towards_camera"] if same_robot and previous is not None else None,
         ),
         **check_results(shown),
         "warnings": parts.warnings,
@@ -169,7 +169,7 @@ def _arm_frames(shown: ShownMotion) -> dict[str, Any]:
     curve, robot = shown.curve, shown.robot
     start, end = float(curve.x[0]), float(curve.x[-1])
     time = make_sample_times(start, end, min(FRAME_RATE, MAX_FRAMES / (end - start)))
-    position = np.hstack((curve(time), environment_positions(shown.model, time)))
+    position = np.hstack((curve(time), environment_positions(shown.collision_model, time)))
     arm: dict[str, Any] = {
         "start": start,
         "time": pack_numbers((time - start).astype("<f4")),
@@ -195,7 +195,7 @@ def _views(
     points: FloatArray,
     task: FloatArray,
     other_robots: FloatArray,
-    towards: Sequence[float] | None = None,
+    towards_camera: Sequence[float] | None = None,
 ) -> dict[str, Any]:
     """Choose the view of the whole scene, and that of the task alone.
 
@@ -203,14 +203,14 @@ def _views(
         points: Points of the arm and the task, all in view [m], z up, shape (n, 3).
         task: Points of the tool's path and the waypoints [m], shape (m, 3), m >= 0.
         other_robots: Points of other robots [m], shape (k, 3), k >= 0.
-        towards: Unit vector from the scene towards the camera, if known.
+        towards_camera: Unit vector from the scene towards the camera, if known.
 
     Returns:
-        `view` has the direction `from` which the camera looks, and the `points` in view; `work` has
-        those of the task alone, or is `None`.
+        `view` has the direction `towards_camera` and the `points` in view; `work` has those of the
+        task alone, or is `None`.
     """
     size = np.ptp(points, axis=0)
-    if towards is None:
+    if towards_camera is None:
         x, y, _ = (task if len(task) else points).mean(axis=0)
         azimuth = (np.arctan2(y, x) if np.hypot(x, y) > 1e-3 else 0.0) + ASIDE_ANGLE
         if len(other_robots):
@@ -218,8 +218,8 @@ def _views(
             azimuth -= np.copysign(CLEAR_ANGLE, np.sin(np.arctan2(offset_y, offset_x) - azimuth))
         up = STEEP if size[2] < FLAT_SCENE * size[:2].max() else ELEVATION
         level = np.cos(up) * np.array([np.cos(azimuth), np.sin(azimuth)])
-        towards = [*level.tolist(), float(np.sin(up))]
-    view = {"from": towards, "points": points.tolist()}
+        towards_camera = [*level.tolist(), float(np.sin(up))]
+    view = {"towards_camera": towards_camera, "points": points.tolist()}
     extent = float(np.ptp(task, axis=0).max()) if len(task) else 0.0
     if extent < 1e-3 * size.max():
         return {"view": view, "work": None}

@@ -79,7 +79,7 @@ class ShownMotion:
         return cls(ordered, scenario, joints, label=trajectory.origin or "trajectory")
 
     @classmethod
-    def of_robot(cls, robot: Robot, trajectory: JointTrajectory) -> ShownMotion:
+    def of_robot(cls, trajectory: JointTrajectory, robot: Robot) -> ShownMotion:
         """A stored motion of a robot.
 
         Raises:
@@ -213,7 +213,7 @@ class ShownMotion:
         return link_shapes(self.robot)
 
     @cached_property
-    def model(self) -> CollisionModel | None:
+    def collision_model(self) -> CollisionModel | None:
         """The collision model, if obstacles move.
 
         Raises:
@@ -237,9 +237,9 @@ class ShownMotion:
         The frame is at rest, or where it is at a time [s]. If it is fixed relative to the URDF's
         root, the result is `root`.
         """
-        if self.model is None:
+        if self.collision_model is None:
             return self.root
-        joint, placement = find_carrier(self.model.carriers, frame, time)
+        joint, placement = find_carrier(self.collision_model.carriers, frame, time)
         return joint or None, placement
 
 

@@ -65,7 +65,7 @@ def _common_view(scenes: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         views = [scene[key] for scene in scenes]
         if all(views):
             points = [point for view in views for point in view["points"]]
-            joined[key] = {"from": views[0]["from"], "points": points}
+            joined[key] = {"towards_camera": views[0]["towards_camera"], "points": points}
     return joined
 
 

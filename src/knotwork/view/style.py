@@ -54,7 +54,7 @@ _LOOKS: dict[str, dict[str, Any]] = {
         "label": "given speed along the path",
     },
     "jump": {**_CIRCLE, "color": DARK, "ls": (0, (1, 1.5)), "lw": 1.2, "ms": 4, "zorder": 3.5},
-    "broken": {**_EXCESS, "label": "limit exceeded"},
+    "exceeded": {**_EXCESS, "label": "limit exceeded"},
     "contact": {"color": WRONG, "lw": 7.0, "alpha": 0.22, "zorder": 0.5, "label": "collision"},
     # on the upper edge of the first row of panels
     "tool path": {"color": COLOURS[2], "lw": 3.0},

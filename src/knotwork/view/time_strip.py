@@ -43,7 +43,7 @@ def time_strip(shown: ShownMotion) -> dict[str, Any]:
     return {
         "use": use,
         "given": given,
-        "broken": broken_spans(shown.failures, utilisations, time),
+        "exceeded": exceeded_spans(shown.failures, utilisations, time),
         "clearance": _clearance(shown),
         "speed_limit": scenario.motion_limits.tool_speed,
         "curves": [
@@ -62,7 +62,7 @@ def time_strip(shown: ShownMotion) -> dict[str, Any]:
     }
 
 
-def broken_spans(
+def exceeded_spans(
     failures: Sequence[Finding], utilisations: _Utilisations, time: FloatArray
 ) -> list[list[float]]:
     """Time intervals of failures, since the start [s], long enough to be visible.

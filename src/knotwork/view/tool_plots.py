@@ -119,7 +119,7 @@ def _mark_limit(
     for motion, (time, value) in zip(motions, values, strict=True):
         sizes = np.abs(value) if row.tolerance else side * value
         if (sizes > most).any():
-            kind, name = "beyond" if row.tolerance else "broken", f"{motion.label}:{row.title}"
+            kind, name = "beyond" if row.tolerance else "exceeded", f"{motion.label}:{row.title}"
             panel.mark(kind, name, time, np.where(sizes > most, value, np.nan))
         if np.isfinite(sizes).any():
             i = int(np.nanargmax(sizes))

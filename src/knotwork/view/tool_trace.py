@@ -24,14 +24,14 @@ class ToolTrace:
         time: Times [s], shape (n,).
         position: Positions [m], shape (n, 3).
         speed: Speeds [m/s], from `tool_speeds`, shape (n,).
-        broken: Whether a limit of joints, tool or links is exceeded, or bodies are too close, shape
-            (n,).
+        exceeded: Whether a limit of joints, tool or links is exceeded, or bodies are too close,
+            shape (n,).
     """
 
     time: FloatArray
     position: FloatArray
     speed: FloatArray
-    broken: FloatArray
+    exceeded: FloatArray
 
 
 @lru_cache(CACHED_MOTIONS)
@@ -56,13 +56,13 @@ def tool_trace(shown: ShownMotion) -> ToolTrace | None:
     base = robot.base_placement
     position = np.array([(base * robot.forward(row)).translation for row in curve(time)])
     speed = tool_speeds(shown, time)
-    broken = np.zeros(len(time), dtype=bool)
+    exceeded = np.zeros(len(time), dtype=bool)
     for begin, end in spans:
-        broken |= (time >= begin) & (time <= end)
+        exceeded |= (time >= begin) & (time <= end)
     for failure, utilisation in sample_utilisation(shown, limits, time):
         slack = LIMIT_SLACK * max(1.0, 1.0 / abs(failure.limit or 1.0))
-        broken |= utilisation > 1.0 + slack
-    return ToolTrace(time, position, speed, broken)
+        exceeded |= utilisation > 1.0 + slack
+    return ToolTrace(time, position, speed, exceeded)
 
 
 def tool_speeds(shown: ShownMotion, time: FloatArray) -> FloatArray:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from knotwork.arrays import FloatArray, checked_array, checked_times, known_rows
+from knotwork.arrays import FloatArray, checked_rows, checked_times, known_rows
 from knotwork.curves.interpolation.accelerations import SplineData, solve_knot_accelerations
 from knotwork.curves.interpolation.knots import BalancedKnots, place_knots
 from knotwork.curves.polynomial import PiecewisePolynomial
@@ -165,7 +165,7 @@ def _move_time_axis(
         raise WaypointDataError(
             f"{name} has length {len(array)} along axis {axis}; there are {n} times"
         )
-    return checked_array(array, array.shape, name, unknown=unknown), axis
+    return checked_rows(array, array.shape, name, unknown=unknown), axis
 
 
 def end_accelerations(

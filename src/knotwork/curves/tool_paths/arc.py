@@ -70,7 +70,7 @@ class Arc(Curve):
         """Arc from start to end through a point between.
 
         Raises:
-            WaypointDataError: A point is not three finite numbers.
+            ArrayError: A point is not three finite numbers.
             PathError: Two of the points are the same, or all three are on a line.
 
         >>> arc = kw.tool_paths.Arc.through([1, 0, 0], [0, 1, 0], [0, -1, 0])
@@ -119,7 +119,7 @@ class Arc(Curve):
             turns: Additional full turns.
 
         Raises:
-            WaypointDataError: A point is not three finite numbers.
+            ArrayError: A point is not three finite numbers.
             PathError: The radii at both ends differ, the normal is missing or not perpendicular to
                 the radius, or `turns` is negative.
 
@@ -165,7 +165,7 @@ class Arc(Curve):
             large: Whether the arc is the one of more than half a turn.
 
         Raises:
-            WaypointDataError: A point is not three finite numbers.
+            ArrayError: A point is not three finite numbers.
             PathError: Both points are the same, the radius is too small for them, or the normal is
                 not perpendicular to the line between them.
         """

@@ -41,7 +41,7 @@ class Blend(PolynomialCurve):
         deviation: Distance of the curve from the corner [m].
 
     Raises:
-        WaypointDataError: A point is not three finite numbers.
+        ArrayError: A point is not three finite numbers.
         PathError: The distance is not positive or longer than a line, two points are the same, or
             the second line reverses along the first.
 

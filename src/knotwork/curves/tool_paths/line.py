@@ -22,7 +22,7 @@ class Line(Curve):
         direction: Unit vector from start to end, shape (3,).
 
     Raises:
-        WaypointDataError: A point is not three finite numbers.
+        ArrayError: A point is not three finite numbers.
         PathError: Both points are the same.
 
     >>> line = kw.tool_paths.Line([0, 0, 0], [0.3, 0, 0])

@@ -67,7 +67,7 @@ class OrientationCurve:
         length: The last arc length [m].
 
     Raises:
-        WaypointDataError: Arrays are not finite or have a wrong shape.
+        ArrayError: Arrays are not finite or have a wrong shape.
         PathError: Arc lengths do not increase from 0, a matrix is not a rotation, or neighbours are
             half a turn apart.
     """
@@ -167,7 +167,7 @@ class OrientationCurve:
         The rates and their derivatives are those of `scipy.spatial.transform.RotationSpline`.
 
         Raises:
-            WaypointDataError: Arrays are not finite or have a wrong shape.
+            ArrayError: Arrays are not finite or have a wrong shape.
             PathError: Arc lengths do not increase from 0, a matrix is not a rotation, or
                 neighbours are half a turn apart.
         """

@@ -85,7 +85,7 @@ def checked_rotations(rotations: ArrayLike, shape: tuple[int, ...], name: str) -
     """Copy rotation matrices into a read-only array, shape (..., 3, 3).
 
     Raises:
-        WaypointDataError: The values are not finite or have a wrong shape.
+        ArrayError: The values are not finite or have a wrong shape.
         PathError: A matrix is not a rotation.
     """
     array = checked_array(rotations, shape, name)

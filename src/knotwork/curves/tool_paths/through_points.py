@@ -24,7 +24,7 @@ class ThroughPoints(PolynomialCurve):
         arc_lengths: Arc lengths at the points [m], shape (n,).
 
     Raises:
-        WaypointDataError: Points are not finite or have a wrong shape.
+        ArrayError: Points are not finite or have a wrong shape.
         PathError: There are fewer than two points, two neighbours are the same, or the curve stops
             or turns back.
 

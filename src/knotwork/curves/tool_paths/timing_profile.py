@@ -118,7 +118,7 @@ def speed_profile(
         stops: Indices of the stretches that end at a stop.
 
     Raises:
-        WaypointDataError: Arrays are not finite or have a wrong shape.
+        ArrayError: Arrays are not finite or have a wrong shape.
         PathError: A length, speed or acceleration is not positive, or a stretch is too slow for the
             resolution of time in its ramps.
         RampError: A stretch is too short for its ramps; the error has feasible values.

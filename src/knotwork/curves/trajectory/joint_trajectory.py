@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from knotwork.arrays import FloatArray, ReadOnlyArrays, checked_array, checked_joints, checked_times
+from knotwork.arrays import FloatArray, ReadOnlyArrays, checked_joints, checked_rows, checked_times
 from knotwork.curves.polynomial import Extrema, PiecewisePolynomial
 from knotwork.curves.polynomial.jumps import measure_jumps
 from knotwork.curves.polynomial.two_point import two_point_coefficients
@@ -143,8 +143,8 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
         """
         t = checked_times(time, subject="knot")
         shape = (t.size, len(joint_names))
-        r = checked_array(position, shape, "position")
-        v = checked_array(velocity, shape, "velocity")
+        r = checked_rows(position, shape, "position")
+        v = checked_rows(velocity, shape, "velocity")
         return cls(
             tuple(joint_names),
             PiecewisePolynomial(two_point_coefficients(t, (r, v)), t),

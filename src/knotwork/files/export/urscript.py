@@ -73,7 +73,7 @@ RATES = (125, 500)
 TARGET_GAIN = 2.0
 """Gain of the correction of a target's error [1/s]."""
 
-_PROGRAM = Path(__file__).with_name("urscript_program.script").read_text(encoding="utf-8")
+_PROGRAM = Path(__file__).with_name("urscript_program.script")
 """The program in URScript, with its values in braces."""
 
 
@@ -126,7 +126,7 @@ def to_urscript(
         f"{describe_steps(trajectory)}.",
         f"Joints: {', '.join(one_ascii_line(trajectory.joint_names[i]) for i in order)}.",
     ]
-    program = _PROGRAM.format(
+    program = _PROGRAM.read_text(encoding="utf-8").format(
         first=_numbers(position[0]),
         rest=_numbers(np.zeros(len(UR_JOINTS))),
         largest=_number(MAX_TRACKING_ERROR),

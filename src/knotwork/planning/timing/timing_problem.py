@@ -11,8 +11,8 @@ from knotwork.arrays import (
     BoolArray,
     FloatArray,
     ReadOnlyArrays,
-    checked_array,
     checked_joints,
+    checked_rows,
     known_rows,
     number_array,
 )
@@ -98,7 +98,8 @@ class TimingProblem(ReadOnlyArrays):
         units: Units of errors; by default SI.
 
     Raises:
-        WaypointDataError: Shapes do not match, or a value is impossible.
+        ArrayError: Shapes do not match, or a value is impossible; a `WaypointDataError` in
+            joint waypoints.
 
     >>> from knotwork.joint_quantities import JointLimits
     >>> problem = TimingProblem(("a",), [[0], [1]], [[0], [0]], JointLimits([1.0], [2.0]))
@@ -136,8 +137,8 @@ class TimingProblem(ReadOnlyArrays):
         put("names", tuple(self.names) or tuple(str(i) for i in range(n)))
         if len(self.names) != n:
             raise WaypointDataError(f"names must have length {n}, not {len(self.names)}")
-        put("position", checked_array(self.position, (n, d), "position"))
-        put("velocity", checked_array(self.velocity, (n, d), "velocity", unknown=True))
+        put("position", checked_rows(self.position, (n, d), "position"))
+        put("velocity", checked_rows(self.velocity, (n, d), "velocity", unknown=True))
         for name, shape, default in (
             ("acceleration", (n, d), np.nan),
             ("is_direction", (n,), False),

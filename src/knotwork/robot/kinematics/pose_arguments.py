@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from knotwork.errors import WaypointDataError
+from knotwork.errors import ArrayError
 from knotwork.errors.arguments import require_number
 
 # Tolerance of RᵀR = I for rotation matrices.
@@ -22,15 +22,15 @@ def check_pose(pose: Any, name: str = "pose") -> None:
     """Check a pose.
 
     Raises:
-        WaypointDataError: The pose is not a `pin.SE3`, is not finite, is so far away that its
+        ArrayError: The pose is not a `pin.SE3`, is not finite, is so far away that its
             distance overflows, or its matrix is not a rotation.
     """
     if not isinstance(pose, pin.SE3) or not np.isfinite(pose.homogeneous).all():
-        raise WaypointDataError(f"{name} must be a finite pin.SE3, not {pose!r}", value=pose)
+        raise ArrayError(f"{name} must be a finite pin.SE3, not {pose!r}", value=pose)
     R = pose.rotation
     error, determinant = float(np.abs(R.T @ R - np.eye(3)).max()), float(np.linalg.det(R))
     if error > POSE_ROTATION_TOLERANCE or determinant < 0.0:
-        raise WaypointDataError(
+        raise ArrayError(
             f"the matrix of {name} is not a rotation: for {R.tolist()} the product RᵀR differs "
             f"from I by {error:.3g}, and the determinant is {determinant:.6g}; accepted: a "
             f"difference up to {POSE_ROTATION_TOLERANCE:g} and a determinant above 0",
@@ -38,14 +38,14 @@ def check_pose(pose: Any, name: str = "pose") -> None:
         )
     if np.abs(pose.translation).max() > MAX_COORDINATE:
         position = f"{name} is at {pose.translation.tolist()} m"
-        raise WaypointDataError(f"{position}; up to {MAX_COORDINATE:g} m is accepted", value=pose)
+        raise ArrayError(f"{position}; up to {MAX_COORDINATE:g} m is accepted", value=pose)
 
 
 def check_request(pose: Any, position_tolerance: Any, orientation_tolerance: Any) -> None:
     """Check a pose and its tolerances.
 
     Raises:
-        WaypointDataError: As `check_pose`; or a tolerance is too fine.
+        ArrayError: As `check_pose`; or a tolerance is too fine.
         InputError: A tolerance is not a positive, finite number.
     """
     check_pose(pose)
@@ -55,4 +55,4 @@ def check_request(pose: Any, position_tolerance: Any, orientation_tolerance: Any
     ):
         if require_number(value, name, unit, positive=True) < FINEST_TOLERANCE:
             message = f"{name} {value:g} is finer than rounding; {FINEST_TOLERANCE:g} or more is"
-            raise WaypointDataError(f"{message} accepted", value=value)
+            raise ArrayError(f"{message} accepted", value=value)

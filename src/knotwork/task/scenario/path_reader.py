@@ -212,7 +212,7 @@ class _PathReader:
         return durations
 
     def _requested_timing(self, lengths: FloatArray) -> RequestedTiming:
-        free = self.reading.free[self.first + 1 : self.last + 1]
+        free_values = self.reading.free_values[self.first + 1 : self.last + 1]
         return RequestedTiming(
             lengths=tuple(lengths.tolist()),
             speeds=tuple(
@@ -225,7 +225,9 @@ class _PathReader:
                 0.0 if self.reading.stops(self.last) else None,
             ),
             acceleration=self.reading.task.path.acceleration,
-            at_most={k: end.max_speed for k, end in enumerate(free) if end.path_speed_is_free},
+            at_most={
+                k: end.max_speed for k, end in enumerate(free_values) if end.path_speed_is_free
+            },
         )
 
     def _solve_timing(self, requested: RequestedTiming) -> tuple[Timing, tuple[float, ...]]:

@@ -71,9 +71,9 @@ def resolve_task(
     _check_keys(reading, given)
     task_in_si = reading.task
     waypoints, paths, task_index = read_waypoints(reading, expected or {})
-    free = read_free_values(task_in_si, reading.free, locations, task_index)
-    if task_in_si.frames and free is not None:
-        free = reading.pose_frames.with_time_dependent(free, task_index)
+    free_values = read_free_values(task_in_si, reading.free_values, locations, task_index)
+    if task_in_si.frames and free_values is not None:
+        free_values = reading.pose_frames.with_time_dependent(free_values, task_index)
     events = EventReader(reading, waypoints, paths, task_index)
     file_name = "scenario" if locations.file is None else locations.file.stem
     return Scenario(
@@ -87,8 +87,8 @@ def resolve_task(
         task_index=task_index,
         paths=paths,
         units=reading.units,
-        events=events.events(timed=free is None),
-        free_values=free,
+        events=events.events(timed=free_values is None),
+        free_values=free_values,
         pose_frame_link=reading.pose_frames.link,
         motion_limits=_motion_limits(task_in_si.limits),
         scene=read_scene(reading, waypoints, task_index),

@@ -46,7 +46,7 @@ class TaskReading:
         return PoseFrames(self.task, self.locations, self.units)
 
     @cached_property
-    def free(self) -> tuple[FreeWaypoint, ...]:
+    def free_values(self) -> tuple[FreeWaypoint, ...]:
         """The free values at each waypoint, and on the way to it from the one before."""
         return tuple(read_free_waypoint(self.task, i) for i in range(len(self.task.waypoints)))
 

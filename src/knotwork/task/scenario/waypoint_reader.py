@@ -63,7 +63,7 @@ def read_waypoints(reading: TaskReading, expected: Mapping[int, float]) -> Waypo
             "a motion needs at least two waypoints, and there is one",
             "two or more, or one with start: the start of the motion",
         )
-    check_free_values(task, reading.free, locations)
+    check_free_values(task, reading.free_values, locations)
     arrivals = _read_arrivals(reading, expected, _rest_poses(reading))
     freedoms = read_freedoms(reading, arrivals.free_turns)
     paths = [
@@ -176,7 +176,7 @@ def _read_arrivals(
     before = 0.0 if reading.task.start is not None else None
     is_chosen = False
     for i, waypoint in enumerate(reading.task.waypoints):
-        is_chosen |= reading.free[i].duration_is_unknown
+        is_chosen |= reading.free_values[i].duration_is_unknown
         if isinstance(waypoint, PathWaypoint):
             if not arrivals.paths or arrivals.paths[-1].last < i:
                 from knotwork.task.scenario.path_reader import read_path
@@ -207,15 +207,15 @@ def _arrival(
         is_chosen: Whether this or an earlier time is chosen.
     """
     waypoint = reading.task.waypoints[i]
-    free = reading.free[i]
+    free_values = reading.free_values[i]
     location: Location = ("waypoints", i)
     if waypoint.time is not None:
         time = waypoint.time
         location = (*location, "time")
         if is_chosen and time <= (before or 0.0):  # only the expected time before is late
             time = (before or 0.0) + EXPECTED_DURATION
-    elif free.duration_is_free:
-        duration = max(free.min_duration, EXPECTED_DURATION)
+    elif free_values.duration_is_free:
+        duration = max(free_values.min_duration, EXPECTED_DURATION)
         time = (before or 0.0) + duration if expected is None else expected
     elif isinstance(waypoint.after, float):
         time = (before or 0.0) + waypoint.after

@@ -36,6 +36,10 @@ class LogTolerances(NamedTuple):
     joints: Mapping[str, float] = MappingProxyType({})
     delay: float | None = None
 
+    def of_joint(self, name: str, unit: str) -> float | None:
+        """Tolerance of a joint [rad or m], or `None`."""
+        return self.joints.get(name, self.joints.get(unit))
+
 
 def deviation_findings(
     alignment: Alignment,
@@ -109,7 +113,7 @@ def _joint_findings(
     for order, word in enumerate(("", "velocity_")):
         extrema = gap.extrema(order)
         for j, (name, unit) in enumerate(zip(motion.joint_names, motion.joint_units, strict=True)):
-            limit = tolerances.joints.get(name, tolerances.joints.get(unit)) if not order else None
+            limit = tolerances.of_joint(name, unit) if not order else None
             fact = f"joint {name!r}:{' velocity' if order else ''} off the plan"
             value, time = float(extrema.peak[j]), float(extrema.peak_time[j])
             deviation = Topic(Group.AGAINST_PLAN, "joint", name).finding(

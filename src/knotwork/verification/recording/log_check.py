@@ -63,7 +63,8 @@ def check_log(
 
     If the report passes, nothing in the log contradicts the scenario beyond the log's noise; some
     requirements may be undecided. Given tolerances replace the requirements of the scenario on
-    waypoints, paths, waits and positions of events.
+    waypoints, paths, waits and positions of events. A tolerance of a joint also allows jumps of its
+    samples; with other tolerances jumps are warnings.
 
     >>> plan = kw.plan("paper_case")
     >>> time = np.arange(0.0, 25.0, 0.05)
@@ -135,11 +136,9 @@ def compare_log(
     Raises:
         InputError: A tolerance is of an unknown joint, or of the tool without a robot.
     """
-    jumps = tolerances is None
+    residuals = _residual_findings(alignment, tolerances, units)
     tolerances = tolerances or LogTolerances()
     _check_tolerances(tolerances, alignment.trajectory, robot)
-    allowed = PLAN_RESIDUAL_RATIO * alignment.residual.samples
-    residuals = _residual_findings(alignment, allowed, units) if jumps else ()
     return Report(
         scenario=alignment.smoothed.log.source,
         robot=robot.name if robot is not None else None,
@@ -217,18 +216,27 @@ def _inertia(robot: Robot, q: FloatArray) -> FloatArray:
     return np.column_stack([robot.effort(q, still, unit) - static for unit in np.eye(q.size)])
 
 
-def _residual_findings(alignment: Alignment, allowed: FloatArray, units: Units) -> Findings:
+def _residual_findings(
+    alignment: Alignment, tolerances: LogTolerances | None, units: Units
+) -> Findings:
     """Report the residuals of the samples of each joint, relative to their noise.
+
+    A tolerance of a joint also allows such residuals. Tolerances of the tool or of the delay say
+    nothing about a joint's samples, so that its residuals are a warning.
 
     Args:
         alignment: The smoothed log, by the plan's clock.
-        allowed: Residuals due to jumps of the jerk, beyond the noise [rad or m], shape (d,).
+        tolerances: Tolerances of the log relative to the plan, or `None`.
         units: Units of the messages.
     """
     curve = alignment.smoothed
+    allowed = PLAN_RESIDUAL_RATIO * alignment.residual.samples  # due to jumps of the jerk
     sizes, limits = np.abs(curve.residuals), JUMP_DEVIATIONS * curve.sigma + allowed
     joints = zip(curve.log.joint_names, curve.log.joint_units, strict=True)
     for j, (name, unit) in enumerate(joints):
+        tolerance = None if tolerances is None else tolerances.of_joint(name, unit)
+        if tolerance is not None:
+            limits[:, j] = np.maximum(limits[:, j], tolerance)
         worst = int((sizes[:, j] / limits[:, j]).argmax())
         value, limit = float(sizes[worst, j]), float(limits[worst, j])
         time = float(curve.log.time[worst] - alignment.lead)
@@ -240,7 +248,9 @@ def _residual_findings(alignment: Alignment, allowed: FloatArray, units: Units) 
             if not curve.noise.stated:
                 fact += f"; if such errors are expected, give a noise of {float(sizes.max()):.0e}"
         topic = Topic(Group.CONTINUITY, "joint", name)
-        yield topic.at_most("sample_off_the_curve", fact, value, limit, unit, time=time)
+        finding = topic.at_most("sample_off_the_curve", fact, value, limit, unit, time=time)
+        unjudged = tolerances is not None and tolerance is None
+        yield replace(finding, verdict="warning") if unjudged and not finding.ok else finding
 
 
 def _log_findings(alignment: Alignment, units: Units) -> Findings:

@@ -48,7 +48,7 @@ def singular_values(robot: Robot, q: ArrayLike) -> FloatArray:
         q: Joint positions [rad or m], shape (d,).
 
     Raises:
-        WaypointDataError: A value is not finite, or an array has a wrong shape.
+        ArrayError: A value is not finite, or an array has a wrong shape.
         RobotError: No tool frame has been chosen.
     """
     values = np.linalg.svd(robot.jacobian(q), compute_uv=False)
@@ -103,7 +103,7 @@ def solve_velocity_ik(
     Raises:
         SingularityError: The twist is unattainable or, close to a singularity, needs joint
             velocities above the arm's limits.
-        WaypointDataError: An array is not finite or has a wrong shape.
+        ArrayError: An array is not finite or has a wrong shape.
         InputError: A tolerance is not positive.
 
     >>> robot = kw.load_robot("ur5")
@@ -247,7 +247,7 @@ def pull_to_middle(robot: Robot, q: ArrayLike, rate: float = 1.0) -> FloatArray:
         Joint velocities [rad/s or m/s], zero for joints without limits, shape (d,).
 
     Raises:
-        WaypointDataError: A number is not finite, or the array has a wrong shape.
+        ArrayError: A number is not finite, or the array has a wrong shape.
     """
     position = checked_array(q, (robot.dof,), "q")
     pull = checked_array(rate, (), "rate")

@@ -95,7 +95,7 @@ def solve_pose_ik_all(
         The branches in a fixed order, at least one.
 
     Raises:
-        OutsideLimitsError, UnreachablePoseError, WaypointDataError, RobotError: As `solve_pose_ik`.
+        OutsideLimitsError, UnreachablePoseError, ArrayError, RobotError: As `solve_pose_ik`.
 
     Examples:
         >>> import knotwork as kw

@@ -114,7 +114,7 @@ def solve_pose_ik(
     Raises:
         OutsideLimitsError: The pose is reachable only with joints outside their limits.
         UnreachablePoseError: The pose is not reachable, or only with another orientation.
-        WaypointDataError: An array is not finite or has a wrong shape, or a tolerance is too fine.
+        ArrayError: An array is not finite or has a wrong shape, or a tolerance is too fine.
         RobotError: The robot has no tool frame.
 
     >>> robot = kw.load_robot("ur5")

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from knotwork.arrays import checked_array
-from knotwork.errors import WaypointDataError
+from knotwork.errors import ArrayError
 from knotwork.errors.arguments import require_count, require_number
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.chain.batch import BatchSolution, Targets, solve_batch
@@ -50,7 +50,7 @@ def solve_pose_ik_batch(
         Joint positions and errors; `converged` has whether each pose is solved.
 
     Raises:
-        WaypointDataError: An array is not finite or has a wrong shape.
+        ArrayError: An array is not finite or has a wrong shape.
         InputError: The tolerance is not positive, or the number of searches is negative.
         RobotError: The robot has no tool frame.
 
@@ -66,7 +66,7 @@ def solve_pose_ik_batch(
         wanted = list(poses)
     except TypeError as error:
         message = f"poses must be a sequence of pin.SE3, not {poses!r}"
-        raise WaypointDataError(message, value=poses) from error
+        raise ArrayError(message, value=poses) from error
     for k, pose in enumerate(wanted):
         check_pose(pose, f"poses[{k}]")
     require_number(tolerance, "tolerance", "m, rad", positive=True)

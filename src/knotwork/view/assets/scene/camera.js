@@ -117,7 +117,7 @@ class Camera {
     viewer.set_3d_pane_size(pane.width, pane.height);
     Object.assign(camera, { fov: 40, near: 0.01 * data.size, far: 60 * data.size });
     const view = (this.name === "work" && data.work) || data.view;
-    const towards = world(view.from).normalize();
+    const towards = world(view.towards_camera).normalize();
     const right = new THREE.Vector3(0, 1, 0).cross(towards).normalize();
     const up = towards.clone().cross(right);
     const middle = view.points.map(world).reduce((sum, p) => sum.add(p), new THREE.Vector3());

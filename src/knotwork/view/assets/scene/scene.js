@@ -75,7 +75,7 @@ class Stage {
     if (!before) {
       viewer.scene_tree.find(ROOT).object.traverse((object) => object.geometry?.dispose());
       viewer.delete_path(ROOT);
-      addLamps(viewer, data.view.from);
+      addLamps(viewer, data.view.towards_camera);
       this.links = addArm(viewer, data);
     }
     addSurroundings(viewer, data);

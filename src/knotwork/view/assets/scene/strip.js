@@ -86,7 +86,7 @@ class Strip {
     const segment = data.segments.find(([start, end]) => time >= start && time < end);
     if (segment) parts.push(segment[3] ? `${segment[2]} (limit: ${segment[3]})` : segment[2]);
     const use = this.useAt(time);
-    if (data.use.some((part) => part > 0)) parts.push(use < Infinity ? `${(100 * use).toFixed(0)} % of a limit` : "a limit is broken at a jump");
+    if (data.use.some((part) => part > 0)) parts.push(use < Infinity ? `${(100 * use).toFixed(0)} % of a limit` : "a limit is exceeded at a jump");
     for (const { name, unit, time: times, value, words = [] } of this.curves) {
       const at = times.findLastIndex((sample) => sample <= time + AT_FRAME);
       const known = at >= 0 && time <= times[times.length - 1] + AT_FRAME && value[at] !== null;
@@ -135,7 +135,7 @@ class Strip {
     const parting = !chosen ? bottom : !used ? top : high ? top + Math.round(0.42 * (bottom - top)) : top;
     pen.fillStyle = colour("red");
     pen.globalAlpha = 0.22;
-    for (const [start, end] of data.broken) pen.fillRect(this.x(start), 0, Math.max(this.x(end) - this.x(start), 3), bottom);
+    for (const [start, end] of data.exceeded) pen.fillRect(this.x(start), 0, Math.max(this.x(end) - this.x(start), 3), bottom);
     pen.globalAlpha = 1;
     this.drawSegments(pen, colour, high);
     if (used && parting > top) this.drawUse(pen, colour, top, parting);
@@ -145,7 +145,7 @@ class Strip {
     for (const stop of data.waypoints) pen.fillRect(this.x(stop.time - player.start) - 0.5, 0, 1, bottom);
     this.drawEvents(pen, colour, top);
     pen.fillStyle = colour("red");
-    for (const [start, end] of data.broken) pen.fillRect(this.x(start), bottom - 3, Math.max(this.x(end) - this.x(start), 3), 3);
+    for (const [start, end] of data.exceeded) pen.fillRect(this.x(start), bottom - 3, Math.max(this.x(end) - this.x(start), 3), 3);
   }
 
   // The part of a text that fits, or nothing
