@@ -6,6 +6,7 @@ import html
 import importlib
 import re
 from collections.abc import Iterator
+from inspect import isfunction
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -73,7 +74,10 @@ def test_every_public_name_is_on_a_page() -> None:
     assert {f"knotwork.{name}" for name in top} <= described
     for package in PACKAGES:
         module = importlib.import_module(f"knotwork.{package}")
-        names = {n for n in module.__all__ if not isinstance(getattr(module, n), ModuleType)}
+        values = {name: getattr(module, name) for name in module.__all__}
+        public = {name: one for name, one in values.items() if not isinstance(one, ModuleType)}
+        # an old name of a function is described under the new one
+        names = {one.__name__ if isfunction(one) else name for name, one in public.items()}
         assert names <= endings, package
 
 

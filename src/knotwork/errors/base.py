@@ -192,12 +192,12 @@ class DocumentError(InputError):
     ) -> None:
         """List the problems. Without `complete` there may be further ones."""
         self.file, self.problems = file, tuple(problems)
-        name = str(file) if file is not None else "(given in Python)"
-        lines = [f"{name}: {problem}" for problem in self.problems[:MAX_PRINTED_PROBLEMS]]
+        prefix = f"{file}: " if file is not None else ""
+        lines = [f"{prefix}{problem}" for problem in self.problems[:MAX_PRINTED_PROBLEMS]]
         if len(self.problems) > MAX_PRINTED_PROBLEMS:
             more = len(self.problems) - MAX_PRINTED_PROBLEMS
             bound, plural = "" if complete else "at least ", "" if more == 1 else "s"
-            lines.append(f"{name}: and {bound}{more} more problem{plural}")
+            lines.append(f"{prefix}and {bound}{more} more problem{plural}")
         super().__init__("\n".join(lines))
 
 
