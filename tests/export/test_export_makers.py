@@ -306,7 +306,7 @@ def test_rows_for_franka_keep_its_limits_or_are_refused(panda_arm: kw.Robot) -> 
     np.testing.assert_allclose(q, plan.trajectory.position(time), atol=1e-15)
     for n, kind in ((1, "velocity"), (2, "acceleration"), (3, "jerk")):
         rates = np.abs(np.diff(q, n, axis=0)) / 1e-3**n
-        use = (rates / getattr(panda_arm, f"{kind}_limit")).max()
+        use = (rates / panda_arm.limits[kind]).max()
         share = float(re.search(rf"{kind} ([\d.e-]+) % of its limit", text)[1])  # type: ignore[index]
         assert share == pytest.approx(100 * use, rel=0.05)
     assert "torque rate" in text

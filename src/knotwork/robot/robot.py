@@ -48,7 +48,7 @@ class Robot(ChainModel):
         tool_offset: TCP in the tool frame.
         tool_candidates: Links without children, possible tool frames.
         payload: `Payload` of the tool frame, or `None`.
-        held_payloads: `Payload`s of the objects held by the tool, in the axes of the TCP.
+        held_payloads: `Payload` of each object held by the tool, in the axes of the TCP.
         gravity: Gravity in the axes of the base frame [m/s²], shape (3,).
 
         dof: Number of planned joints, d.
