@@ -211,6 +211,11 @@ def test_the_worst_of_many_failures_is_shown(task: Path, knotwork: Command, tmp_
         (ZeroDivisionError("boom"), 3, "internal error: ZeroDivisionError: boom"),
         (MemoryError(), 2, "error: out of memory; use a lower rate or fewer scenarios"),
         (KeyboardInterrupt(), 128 + signal.SIGINT, "interrupted"),
+        (
+            ModuleNotFoundError(name="rich"),
+            2,
+            "error: needs the package 'rich'; install it, or knotwork by pip",
+        ),
     ],
 )
 def test_errors_end_a_command_without_a_traceback(

@@ -99,6 +99,9 @@ def main() -> NoReturn:
     except MemoryError:
         echo("error: out of memory; use a lower rate or fewer scenarios", err=True)
         code = WRONG_INPUT
+    except ModuleNotFoundError as error:  # an environment with a part of the dependencies
+        echo(f"error: needs the package {error.name!r}; install it, or knotwork by pip", err=True)
+        code = WRONG_INPUT
     except OSError as error:
         if error.filename is not None:  # should have been reported with the file
             code = _internal_error(error)
