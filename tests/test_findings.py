@@ -213,12 +213,13 @@ def test_number_of_further_failures_is_not_marked_as_failure(
         ({"verdict": "Met"}, "verdict 'Met'"),
         ({"verdict": None}, "verdict null"),
         ({"proof": "certain"}, "proof 'certain'; accepted: exact, bounded, sampled"),
+        ({"subject": "nonsense"}, "subject 'nonsense'; accepted: "),
     ],
 )
 def test_refuses_unknown_verdicts_and_proofs(wrong: dict[str, Any], message: str) -> None:
-    given = {"verdict": "met", "proof": "exact", **wrong}
-    with pytest.raises(kw.InputError, match=f"'mine' of motion '' has the {message}"):
-        Finding("Mine", "motion", "", "mine", fact="it is wrong", **given)
+    given = {"subject": "motion", "verdict": "met", "proof": "exact", **wrong}
+    with pytest.raises(kw.InputError, match=f"'mine' of [a-z]+ '' has the {message}"):
+        Finding("Mine", name="", quantity="mine", fact="it is wrong", **given)
 
 
 def test_only_known_verdicts_pass() -> None:

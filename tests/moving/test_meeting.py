@@ -73,6 +73,14 @@ def test_meets_places_on_turning_belt() -> None:
     assert at["low"] - at["over"] < 2.0
 
 
+def test_a_time_at_a_belt_is_chosen_though_all_later_ones_are_given() -> None:
+    task = picking({"after": "fastest"})
+    task["waypoints"][-1]["after"] = 3.0
+    (duration,) = kw.plan(task).report.select(quantity="duration")
+    assert "times chosen" in duration.fact
+    assert "'over' met at" in duration.fact
+
+
 def test_keeps_given_time_after_chosen_ones() -> None:
     """The arm does something as fast as it can, and is over the part when that comes by."""
     task = picking({"time": 3.0})

@@ -78,13 +78,20 @@ def check_without_task(
     data = {
         key: copy.copy(surroundings.data[key]) for key in SETUP_KEYS if key in surroundings.data
     }
-    if limits is not None:
-        data["limits"] = {**(data.get("limits") or {}), **_limits(limits)}
+    given = data.get("limits") or {}
+    if limits is not None and isinstance(given, dict):  # anything else is refused below
+        data["limits"] = {**given, **_limits(limits)}
     if robot is not None:
         data["robot"] = Path(robot).resolve().as_posix() if Path(robot).is_file() else str(robot)
     if not data.get("robot"):
         raise InputError(f"{path} needs its robot: give the robot, or a scene that names it")
-    # held objects need waypoints, which this task does not have
+    if isinstance(data.get("tool"), dict) and data["tool"].get("holds"):
+        raise surroundings.error(
+            ("tool", "holds"),
+            "begins and ends at waypoints, which a scene does not have",
+            "a scene without it, or the whole scenario with --scenario",
+        )
+    # the robot is needed before the ends of the motion can be read
     data["waypoints"] = [{"joints": "home"}, {"joints": "home", "after": 1}]
     task = validate(Task, replace(surroundings, data=data)).replace(name=Path(path).name)
     moved = moved_robot(resolve_task(task, surroundings))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -53,7 +52,7 @@ def plan(
         scenario = load_scenario(scenario)
     if scenario.free_values is None:
         return best_of_sequences(SequencePlanner(scenario, planner, Budget()))
-    from knotwork.planning.choosing import ChosenValues, fix_arrival_times
+    from knotwork.planning.choosing import fix_arrival_times
 
     requested, free = scenario, scenario.free_values
     fixed_arrivals = tuple(
@@ -64,8 +63,4 @@ def plan(
     work = Budget(progress, budget)
     if free.time_dependent:
         scenario = fix_arrival_times(scenario, work)
-    sequences = SequencePlanner(scenario, planner, work, fixed_arrivals)
-    best = best_of_sequences(sequences)
-    if best.chosen_values is None and best.solution is not None:  # nothing was free any more
-        best = replace(best, chosen_values=ChosenValues(requested, scenario, best.solution))
-    return best
+    return best_of_sequences(SequencePlanner(scenario, planner, work, requested, fixed_arrivals))

@@ -37,6 +37,7 @@ class SequencePlanner:
         scenario: The scenario.
         planner: The planner to take instead of its own, or `None`.
         budget: Budget and progress of all plans together.
+        requested: The scenario before times were chosen for its moving frames, if they were.
         fixed_arrivals: Waypoints in moving frames, by name, whose times were chosen first.
 
     Attributes:
@@ -54,10 +55,12 @@ class SequencePlanner:
         scenario: Scenario,
         planner: str | None,
         budget: Budget,
+        requested: Scenario | None = None,
         fixed_arrivals: tuple[str, ...] = (),
     ) -> None:
         self.planner = planner
         self.budget = budget
+        self.requested = requested
         self.fixed_arrivals = fixed_arrivals
         original = scenario.planner
         with nullcontext() if planner else scenario.locations.errors_at("planner"):
@@ -73,7 +76,9 @@ class SequencePlanner:
 
     def with_scenario(self, scenario: Scenario) -> SequencePlanner:
         """The same for another scenario."""
-        return SequencePlanner(scenario, self.planner, self.budget, self.fixed_arrivals)
+        return SequencePlanner(
+            scenario, self.planner, self.budget, self.requested, self.fixed_arrivals
+        )
 
     def solve(self, avoided: Sequence[SequenceStep] = ()) -> TaskSolution:
         """Find the best sequence of solutions that takes none of the steps to avoid."""
@@ -86,14 +91,18 @@ class SequencePlanner:
     def plan(self, solution: TaskSolution) -> Plan:
         """Plan a sequence of solutions, and check the motion."""
         free_values = self.scenario.free_values
-        if free_values is None:
+        if free_values is None and self.requested is None:
             return self._interpolate(solution)
-        from knotwork.planning.choosing import choose_times
+        from knotwork.planning.choosing import ChosenValues, choose_times
         from knotwork.planning.choosing.free_sections import FreeTask
 
+        requested, arrivals = self.requested or self.scenario, self.fixed_arrivals
+        if free_values is None:  # the times at moving frames were all
+            chosen_values = ChosenValues(requested, self.scenario, solution)
+            return self._interpolate(solution, replace(chosen_values, fixed_arrivals=arrivals))
         free_task = FreeTask(self.scenario, free_values, self.joints, solution)
         chosen_values = choose_times(free_task, self.budget)
-        chosen_values = replace(chosen_values, fixed_arrivals=self.fixed_arrivals)
+        chosen_values = replace(chosen_values, requested=requested, fixed_arrivals=arrivals)
         self.budget.finish_all(chosen_values.duration)
         # The scenario with numbers is solved again, for the joint velocities. Its keys `near` lead
         # to the same sequence, so the alternatives are those of the scenario with free values.

@@ -136,10 +136,11 @@ class Finding:
         """Refuse wrong values; complete intervals; drop an unproved margin, raise a met one to 0.
 
         Raises:
-            InputError: The verdict or the proof is unknown, or the value is NaN.
+            InputError: The verdict, the proof or the subject is unknown, or the value is NaN.
         """
         subject = f"a finding on {self.quantity!r} of {self.subject} {self.name!r}"
-        for name, word, kind in (("verdict", self.verdict, Verdict), ("proof", self.proof, Proof)):
+        for name, kind in (("verdict", Verdict), ("proof", Proof), ("subject", Subject)):
+            word = getattr(self, name)
             if word not in get_args(kind):
                 accepted = ", ".join(get_args(kind))
                 raise InputError(

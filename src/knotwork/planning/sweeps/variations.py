@@ -147,7 +147,7 @@ def parse_values(path: str, text: str) -> Sequence[Any] | _Uniform:
         if count != int(count) or not 1 <= count <= MAX_STUDY_ROWS or (count == 1 and low != high):
             raise InputError(
                 f"{path}: the range {text} has the count {match[3].strip()}; accepted: a whole "
-                "number of at least 2"
+                f"number of at least 2, and at most {MAX_STUDY_ROWS}"
             )
         n = int(count)
         return [low + (high - low) * i / (n - 1) if n > 1 else low for i in range(n)]
