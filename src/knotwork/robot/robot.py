@@ -29,7 +29,7 @@ class Robot(ChainModel):
 
     A joint position is one number, for unbounded joints as well. All poses are of the TCP in the
     base frame. All arrays over joints have shape (d,) and are read-only. Arguments q are joint
-    positions [rad or m], v velocities [rad/s or m/s] and a accelerations [rad/s² or m/s²]. A
+    positions [rad or m], v velocities [rad/s or m/s] and a accelerations [rad/s² or m/s²]. An
     `ArrayError` refuses values that are not finite and wrong shapes, and a `RobotError`
     kinematics without a tool frame. Threads may share a robot.
 

@@ -56,9 +56,9 @@ CHECKS: dict[str, Check] = {
     "singularity": check_singularity,
     "no_start": report_no_start,
 }
-"""Checks by name. It is the quantity of their findings, or their subject if there are several.
+"""Checks by name, in the order of the report. The name only adds, replaces or leaves out a check.
 
-`CHECKS["name"] = function` adds a check. Its findings are in the report, in pages and tables and in
+`CHECKS["name"] = function` adds one. Its findings are in the report, in pages and tables and in
 the exit code like all others.
 """
 

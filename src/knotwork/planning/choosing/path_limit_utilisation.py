@@ -39,7 +39,9 @@ CONSTANT_SPEED_PART = 1
 def state_limits(free_task: FreeTask, path: ScenarioPath) -> StateLimits:
     """The limits of joint states on a path, whose load the efforts depend on."""
     joints, motion = free_task.joints, free_task.scenario.motion_limits
-    frames = {LimitedQuantity(limit.link, "speed", 1): limit.speed for limit in motion.link_speeds}
+    frames = {
+        LimitedQuantity(limit.link, "frame_speed", 1): limit.speed for limit in motion.link_speeds
+    }
     if motion.tool_speed is not None:
         frames[TOOL_SPEED] = (1.0 - TOOL_MARGIN) * motion.tool_speed
     if motion.tool_acceleration is not None:

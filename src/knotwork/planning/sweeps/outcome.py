@@ -67,8 +67,8 @@ def _with_motion(motion: Plan) -> Outcome:
     if failures := motion.report.failures:
         return Outcome(ROW_FAILED, failures[0].quantity_text, str(failures[0]), figures)
     sampled = len(motion.report.sampled)
-    are = "is" if sampled == 1 else "are"
-    message = f"{sampled} of its requirements {are} sampled only" if sampled else ""
+    verb = "is" if sampled == 1 else "are"
+    message = f"{sampled} of its requirements {verb} sampled only" if sampled else ""
     return Outcome(ROW_PASSED, "", message, figures)
 
 

@@ -97,7 +97,7 @@ def check_log(
         if error is not None and abs(finding.margin or 0.0) <= error:
             undecided += 1
             size = units.text(error, finding.unit, ".2g")
-            fact = f"{finding.message}; undecided, because the log resolves the value to {size}"
+            fact = f"{finding.fact}; undecided, because the log resolves the value to {size}"
             finding = replace(finding, verdict="undecided", fact=fact, remedy="")
         findings.append(finding)
     if undecided:
