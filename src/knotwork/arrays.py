@@ -91,7 +91,7 @@ def checked_times(
     Raises:
         WaypointDataError: There are fewer than two times, or they are not finite or don't increase.
     """
-    shape = np.asarray(times, dtype=object).shape
+    shape = np.shape(times if isinstance(times, np.ndarray) else np.asarray(times, dtype=object))
     if len(shape) != 1 or shape[0] < 2:
         message = f"at least two {subject} times are needed, in one dimension, not shape {shape}"
         raise WaypointDataError(message)

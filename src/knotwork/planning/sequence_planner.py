@@ -98,8 +98,10 @@ class SequencePlanner:
 
         requested, arrivals = self.requested or self.scenario, self.fixed_arrivals
         if free_values is None:  # the times at moving frames were all
-            chosen_values = ChosenValues(requested, self.scenario, solution)
-            return self._interpolate(solution, replace(chosen_values, fixed_arrivals=arrivals))
+            chosen_values = ChosenValues(
+                requested, self.scenario, solution, fixed_arrivals=arrivals
+            )
+            return self._interpolate(solution, chosen_values)
         free_task = FreeTask(self.scenario, free_values, self.joints, solution)
         chosen_values = choose_times(free_task, self.budget)
         chosen_values = replace(chosen_values, requested=requested, fixed_arrivals=arrivals)

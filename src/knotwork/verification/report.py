@@ -214,7 +214,7 @@ class Report:
         failed = f", {len(self.failures)} failed" if self.failures else ""
         return f"{met} of {required} requirements met{failed}{self.reservations}"
 
-    result = counts_text  # its old name, for one more version
+    result = OldAttribute("counts_text")
 
     @property
     def summary(self) -> str:
