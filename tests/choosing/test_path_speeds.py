@@ -15,7 +15,7 @@ from knotwork.errors import InputError, PathError
 from knotwork.planning.choosing import chosen_times, free_sections
 from knotwork.planning.task_to_joint import solve_task
 from knotwork.planning.timing.budget import Budget
-from knotwork.task.scenario.joint_requirements import read_joint_requirements
+from knotwork.task.scenario.scenario_joints import read_scenario_joints
 from sweeps import mostly_exhaustive
 
 LIMITS = {"velocity": 60, "acceleration": 800}
@@ -240,7 +240,7 @@ def test_path_that_cannot_be_followed_slows_no_other(monkeypatch: pytest.MonkeyP
 
 def test_speeds_are_expected_for_the_given_solution(monkeypatch: pytest.MonkeyPatch) -> None:
     scenario = kw.load_scenario(reach(line("a", 100), limits=LIMITS))
-    joints = read_joint_requirements(scenario)
+    joints = read_scenario_joints(scenario)
     best = solve_task(scenario, joints)
     other = solve_task(scenario, joints, avoided=[(0, best.sequence[0], best.sequence[1])])
     solved: list[Any] = []

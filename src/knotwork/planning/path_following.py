@@ -90,14 +90,14 @@ def follow_path(
     return _follow(JointsOnPath(arm, motion, q, pull), allowed)
 
 
-def _follow(joints: JointsOnPath, allowed: Tolerances) -> JointTrajectory:
+def _follow(joints_on_path: JointsOnPath, allowed: Tolerances) -> JointTrajectory:
     """The motion along a path, checked against the limits.
 
     Raises:
         FollowingError: The motion exceeds a limit of a joint.
     """
-    joints.check()
-    arm, followed = joints.robot, with_waypoints_inserted(joints, allowed)
+    joints_on_path.check()
+    arm, followed = joints_on_path.robot, with_waypoints_inserted(joints_on_path, allowed)
     waypoints = JointWaypoints(
         joint_names=arm.joint_names,
         time=followed.time,
@@ -107,7 +107,7 @@ def _follow(joints: JointsOnPath, allowed: Tolerances) -> JointTrajectory:
         acceleration=followed.acceleration,
     )
     trajectory = get_planner("modified-hermite")(waypoints)
-    joints.check(trajectory.polynomial)
+    joints_on_path.check(trajectory.polynomial)
     return trajectory
 
 

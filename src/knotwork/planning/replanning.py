@@ -16,8 +16,8 @@ from knotwork.planning.speed_override import TIME_TOLERANCE
 from knotwork.task import Action, EndAcceleration, ExpandedTask, Placement, SceneObject, Task
 from knotwork.task.scenario import PlacedHeldObject, Scenario, resolve_task
 from knotwork.task.scenario.event_reader import action_of
-from knotwork.task.scenario.joint_requirements import by_joint, moved_robot
 from knotwork.task.scenario.repetitions import expand_repeats
+from knotwork.task.scenario.scenario_joints import by_joint, moved_robot
 from knotwork.task.scenario.waypoint_reader import START
 from knotwork.task.task_part import plain
 from knotwork.verification.report import CheckedMotion
@@ -49,7 +49,7 @@ def scenario_from(
     """
     task, _ = expand_repeats(scenario if isinstance(scenario, Task) else Task.load(scenario))
     resolved = resolve_task(_task_from(motion, at, task, current))
-    if resolved.given.robot is not None:
+    if resolved.task.robot is not None:
         with resolved.locations.errors_at("robot"):
             names = moved_robot(resolved).joint_names
             if set(names) != set(motion.joint_names):
@@ -134,7 +134,7 @@ def task_with_scene_from(
         span: Time interval of the planned motion that is executed [s].
         ends: Names of the waypoints at these times.
     """
-    scenario, task, (first, last) = plan.scenario, plan.scenario.given, span
+    scenario, task, (first, last) = plan.scenario, plan.scenario.task, span
     times = [waypoint.time for waypoint in scenario.waypoints]
     holds: dict[str, Any] = {}
     objects: dict[str, Any] = {}
@@ -181,7 +181,7 @@ def task_with_scene_from(
 
 def _frame_of_joints(scenario: Scenario) -> str | None:
     """The frame of a task with joint values only, on the link that carries the poses, if any."""
-    task, link = scenario.given, scenario.pose_frame_link
+    task, link = scenario.task, scenario.pose_frame_link
     return next((name for name, frame in task.frames.items() if frame.on == link), task.frame)
 
 
@@ -198,7 +198,7 @@ def _put_down(
         i: Index in the scenario of the waypoint where it is taken or released.
         span: Time interval of the planned motion that is executed [s].
     """
-    scenario, task = plan.scenario, plan.scenario.given
+    scenario, task = plan.scenario, plan.scenario.task
     waypoint, frame = scenario.waypoints[i], held.end_frames[i == held.released_at]
     near = [neighbour.time for neighbour in scenario.waypoints[max(i - 1, 0) : i + 2]]
     robot, q = plan.joints.robot, plan.trajectory(waypoint.time)

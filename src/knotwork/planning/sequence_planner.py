@@ -21,8 +21,8 @@ from knotwork.planning.planner_options import planner_options, supported_options
 from knotwork.planning.task_to_joint import SequenceStep, TaskSolution, solve_task
 from knotwork.planning.timing.budget import Budget
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.joint_requirements import read_joint_requirements
 from knotwork.task.scenario.motion_segments import find_clear_motions, motion_segments
+from knotwork.task.scenario.scenario_joints import read_scenario_joints
 from knotwork.verification import check
 from knotwork.waypoints import JointWaypoints
 
@@ -66,7 +66,7 @@ class SequencePlanner:
         with nullcontext() if planner else scenario.locations.errors_at("planner"):
             get_planner(planner or original)
         self.scenario = replace(scenario, planner=planner or original)
-        self.joints = read_joint_requirements(self.scenario)
+        self.joints = read_scenario_joints(self.scenario)
         self.options = planner_options(scenario, self.joints)
         self.unsupported: tuple[str, ...] = ()
         if self.scenario.planner != original:

@@ -10,7 +10,7 @@ import numpy as np
 
 from knotwork.joint_quantities import rate_unit
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.joint_requirements import JointRequirements
+from knotwork.task.scenario.scenario_joints import ScenarioJoints
 from knotwork.verification.finding import Findings, Group, Topic
 from knotwork.verification.limits import (
     LIMIT_SLACK,
@@ -32,7 +32,7 @@ ALMOST_SINGULAR = 1e-3
 """Smallest singular value below which a motion is called almost singular if there is no limit."""
 
 
-def check_tool_limits(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
+def check_tool_limits(motion: Motion, scenario: Scenario, joints: ScenarioJoints) -> Findings:
     """Compare speed and acceleration of the tool, and the speed of links, with their limits."""
     robot = joints.robot
     limits = scenario.motion_limits
@@ -62,7 +62,7 @@ def check_tool_limits(motion: Motion, scenario: Scenario, joints: JointRequireme
         yield explain_excess(finding, order, scenario)
 
 
-def check_singularity(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
+def check_singularity(motion: Motion, scenario: Scenario, joints: ScenarioJoints) -> Findings:
     """Find the smallest singular value over the motion, and compare it with its limit, if any."""
     if joints.robot is None or joints.robot.tool_frame is None:
         return
@@ -86,7 +86,7 @@ def check_singularity(motion: Motion, scenario: Scenario, joints: JointRequireme
     yield topic.finding(SMALLEST_SINGULAR_VALUE, fact, highlight=highlight, **worst.numbers)
 
 
-def check_effort_limits(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
+def check_effort_limits(motion: Motion, scenario: Scenario, joints: ScenarioJoints) -> Findings:
     """Compare joint efforts, by inverse dynamics, with their limits."""
     if joints.loaded_robots is None:
         if joints.robot is not None and joints.robot.base_moves:

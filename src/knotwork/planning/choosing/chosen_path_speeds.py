@@ -147,7 +147,7 @@ def _with_speeds(free_task: FreeTask, choices: Sequence[ChosenSpeeds]) -> FreeTa
         for stretch, (speed, _) in choice.speeds.items():
             end = scenario.task_index[choice.problem.path.first + 1 + stretch]
             changes[end]["speed"] = round_speed(unit * speed)
-    scenario = change_task(scenario, scenario.given.with_waypoints(changes))
+    scenario = change_task(scenario, scenario.task.with_waypoints(changes))
     given = tuple(
         replace(waypoint, path_speed_is_free=False) for waypoint in free_task.free_values.waypoints
     )
@@ -228,5 +228,5 @@ def path_speed_error(
 
 def _key(free_task: FreeTask, i: int) -> str:
     """The key that gives the speed to waypoint i, on a path."""
-    given = free_task.scenario.given.waypoints[free_task.scenario.task_index[i]]
+    given = free_task.scenario.task.waypoints[free_task.scenario.task_index[i]]
     return next(key for key in ("speed", "after", "time") if getattr(given, key) is not None)

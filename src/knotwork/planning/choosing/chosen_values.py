@@ -19,8 +19,8 @@ from knotwork.planning.choosing.free_sections import FreeSection, FreeTask
 from knotwork.planning.timing import TimedMotion
 from knotwork.task import ChosenSectionFields, Task, Velocity
 from knotwork.task.scenario import JointTarget, Scenario
-from knotwork.task.scenario.joint_requirements import by_joint
 from knotwork.task.scenario.resolve import change_task
+from knotwork.task.scenario.scenario_joints import by_joint
 from knotwork.task.task_source import with_moved_paths
 from knotwork.waypoints import CartesianWaypoint
 
@@ -48,15 +48,15 @@ def with_chosen_values(free_task: FreeTask, motions: Mapping[FreeSection, TimedM
                 changes |= {"time": None, "after": after}
             q = positions[section.rows[k]]
             changes |= _chosen_speed(free_task, i, q, motion.velocity[k])
-    optimal = scenario.given.knots == "optimal"
-    numbers = scenario.given.with_waypoints(waypoints).replace(
+    optimal = scenario.task.knots == "optimal"
+    numbers = scenario.task.with_waypoints(waypoints).replace(
         times=None, duration=None, objective=None, ways=None, **({"knots": None} if optimal else {})
     )
     timed = change_task(scenario, numbers)
     if not motions:
         return timed
     sections = [_chosen_section(timed, *pair) for pair in motions.items()]
-    return replace(timed, given=numbers.replace(chosen=sections))
+    return replace(timed, task=numbers.replace(chosen=sections))
 
 
 def solutions_near(
@@ -70,7 +70,7 @@ def solutions_near(
     """
     positions = free_task.waypoints.position if positions is None else positions
     index, paths = free_task.scenario.task_index, free_task.scenario.paths
-    units = free_task.scenario.given.units
+    units = free_task.scenario.task.units
     # In the task, the end of a path and the end of the wait there are one waypoint. A wait on a
     # moving frame is a path as well. A pose without another path to it has its own solution.
     along = ((path.first, i) for path in paths for i in range(path.first + 1, path.last + 1))
@@ -89,7 +89,7 @@ def _chosen_speed(free_task: FreeTask, i: int, q: FloatArray, v: FloatArray) -> 
     """Keys for the speed or velocity of a waypoint where it is chosen."""
     kind, robot = free_task.free_values.waypoints[i].speed_kind, free_task.joints.robot
     waypoint = free_task.scenario.waypoints[i]
-    units = free_task.scenario.given.units
+    units = free_task.scenario.task.units
     length, angle = units.in_si
     if kind == "given":
         return {}
@@ -104,7 +104,7 @@ def _chosen_speed(free_task: FreeTask, i: int, q: FloatArray, v: FloatArray) -> 
         turn = np.eye(3)
         if scenario.pose_frame_link and not waypoint.in_world_frame:
             # the base of the file moves relative to it
-            axes = scenario.given.frame_of(scenario.given.waypoints[scenario.task_index[i]])
+            axes = scenario.task.frame_of(scenario.task.waypoints[scenario.task_index[i]])
             turn = scenario.frame_placements[axes].rotation.T
         linear, angular = turn @ twist.linear / length, turn @ twist.angular / angle
         return {"velocity": Velocity(linear=linear, angular=angular, axes=axes)}
@@ -122,7 +122,7 @@ def _chosen_section(
         section: A section.
         motion: Its motion.
     """
-    units, joints = timed.given.units, section.free_task.joints
+    units, joints = timed.task.units, section.free_task.joints
     x = motion.trajectory.breaks
     times = np.interp(x, motion.time, timed.times[section.waypoints])
     velocities = {
@@ -170,6 +170,6 @@ def saved_text(scenario: Scenario, folder: Path) -> str:
 def _task_data(scenario: Scenario, folder: Path) -> dict[str, object]:
     source = Path.cwd() if scenario.source is None else scenario.source.parent
     data: dict[str, object] = with_moved_paths(
-        Task, scenario.given.to_dict(), source, folder.resolve()
+        Task, scenario.task.to_dict(), source, folder.resolve()
     )
     return data

@@ -160,14 +160,14 @@ def _solutions(section: FreeSection, problem: TimingProblem, robot: Robot, end: 
     """
     scenario, i = section.free_task.scenario, section.waypoints[end]
     chosen, waypoint = problem.position[end], scenario.waypoints[i]
-    given = scenario.given.waypoints[scenario.task_index[i]]
-    if not isinstance(waypoint, CartesianWaypoint) or not isinstance(given, PoseWaypoint):
+    task_waypoint = scenario.task.waypoints[scenario.task_index[i]]
+    if not isinstance(waypoint, CartesianWaypoint) or not isinstance(task_waypoint, PoseWaypoint):
         return np.array(chosen[None])
     following = section.free_task.free_values.waypoints[i + 1 : i + 2]
     tied = any(free.way is None for free in following) if end else i > 0
     fixed = (
-        given.near is not None
-        or scenario.given.near is not None
+        task_waypoint.near is not None
+        or scenario.task.near is not None
         or scenario.branch != "free"
         or problem.velocity[end].any()
         or tied

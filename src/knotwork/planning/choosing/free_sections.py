@@ -17,7 +17,7 @@ from knotwork.planning.task_to_joint import TaskSolution, knots_of, solve_task
 from knotwork.planning.timing import Objective, TimingProblem
 from knotwork.task import ClearWay
 from knotwork.task.scenario import FreeValues, FreeWaypoint, Scenario
-from knotwork.task.scenario.joint_requirements import JointRequirements, read_joint_requirements
+from knotwork.task.scenario.scenario_joints import ScenarioJoints, read_scenario_joints
 from knotwork.waypoints import JointWaypoints
 
 if TYPE_CHECKING:
@@ -47,13 +47,13 @@ class FreeTask:
 
     scenario: Scenario
     free_values: FreeValues
-    joints: JointRequirements
+    joints: ScenarioJoints
     solution: TaskSolution
 
     @classmethod
     def solve(cls, scenario: Scenario, free_values: FreeValues) -> FreeTask:
         """A scenario with its joints and the best solutions of its poses."""
-        joints = read_joint_requirements(scenario)
+        joints = read_scenario_joints(scenario)
         return cls(scenario, free_values, joints, solve_task(scenario, joints, knots_of(scenario)))
 
     @property
@@ -284,14 +284,14 @@ def find_sections(free_task: FreeTask) -> list[FreeSection]:
     return sections
 
 
-def jerk_limits(joints: JointRequirements) -> FloatArray:
+def jerk_limits(joints: ScenarioJoints) -> FloatArray:
     """Jerk limits [rad/s³ or m/s³]; without one, a bound that avoids jumps of the acceleration."""
     jerk, acceleration = joints.limits.jerk, joints.limits.acceleration
     ramped = np.where(np.isfinite(acceleration), acceleration / MIN_RAMP_TIME, MAX_JERK)
     return np.where(np.isfinite(jerk), jerk, np.minimum(ramped, MAX_JERK))
 
 
-def assumed_jerk(joints: JointRequirements) -> dict[str, float]:
+def assumed_jerk(joints: ScenarioJoints) -> dict[str, float]:
     """Jerk bounds of the joints without a limit [rad/s³ or m/s³]."""
     has_limit = np.isfinite(joints.limits.jerk)
     bounds = zip(joints.joint_names, has_limit, jerk_limits(joints), strict=True)
@@ -308,7 +308,7 @@ def _moving_base_error(scenario: Scenario, robot: Robot) -> InputError:
     )
 
 
-def _check_limits(scenario: Scenario, joints: JointRequirements, limits: JointLimits) -> None:
+def _check_limits(scenario: Scenario, joints: ScenarioJoints, limits: JointLimits) -> None:
     """Refuse a joint with unbounded acceleration."""
     bounded = np.isfinite(limits.acceleration)
     reason = "no acceleration limit is given"

@@ -121,9 +121,9 @@ class PathUtilisation:
         unit = TimedPath(path.motion.path, timing)
         robot, start, pull = free_task.solution.starts[path.first]
         curve = JointsOnPath(robot, unit, start, pull).curve
-        joints = len(limits.joint_names)
+        joint_count = len(limits.joint_names)
         self._s = _sample_points(curve)
-        q, d1, d2, d3 = (curve(self._s, order)[:, :joints] for order in range(4))
+        q, d1, d2, d3 = (curve(self._s, order)[:, :joint_count] for order in range(4))
         zero = np.zeros_like(q)
         at_rest = limits.fractions(q, zero, zero, zero)
         # the factors of 1, ṡ to the power of the order, s̈, ṡ s̈ and s⃛

@@ -176,7 +176,7 @@ class ExchangeSearch:
         """
         near = self._reference
         program = SectionProgram(self.problem, near, self.tightening)
-        scale, layout, d = program.scale, program.layout, program.layout.joints
+        scale, layout, d = program.scale, program.layout, program.layout.joint_count
         low, high = program.bounds()
         nearest = (near.q - radius) / scale.unit(0), (near.q + radius) / scale.unit(0)
         low[layout.q], high[layout.q] = (
