@@ -46,7 +46,7 @@ def waypoint_here(
         scenario: The scenario.
         robot: The robot of the task.
         q: Joint positions, joints in the robot's order, shape (d,).
-        after: Index in `scenario.given` of the previous waypoint; -1 for the start.
+        after: Index in `scenario.task` of the previous waypoint; -1 for the start.
         fraction: Time of the new waypoint, as a fraction of the time between its neighbours.
         joints: Whether joint values define the waypoint, not the pose of the tool. For an arm with
             few joints they always do.
