@@ -53,7 +53,7 @@ def play_scene(scene: Mapping[str, Any], viewer: Any) -> None:
         for number, part in enumerate(parts):
             _draw(joints[carrier][f"shape {number}"], unpack_mesh(part), lit=True)
     nodes = []
-    for number, part in enumerate(scene["things"]):
+    for number, part in enumerate(scene["meshes"]):
         carrier = joints[part["carrier"]] if "carrier" in part else root
         node = carrier[_path_element(f"{part['name']} {number}")]
         _draw(node, unpack_mesh(part["mesh"]), lit=part["lit"])
@@ -137,7 +137,7 @@ def _animation(scene: Mapping[str, Any], joints: list[Visualizer], nodes: list[V
 
     for joint, node, column in zip(scene["joints"], joints[1:], position[frames].T, strict=True):
         add(node, _joint_poses(joint, column, at))
-    for part, node in zip(scene["things"], nodes, strict=True):
+    for part, node in zip(scene["meshes"], nodes, strict=True):
         if part.get("between") is not None:
             add(node, _presence(part["between"], at[-1]))
     return animation

@@ -140,7 +140,7 @@ def make_scene(
         **robot_parts,
         "arm": _arm_frames(shown),
         "first_joint": base.count,
-        "things": base.carry(parts.things),
+        "meshes": base.carry(parts.meshes),
         "labels": base.carry(_merge_labels(parts.labels)),
         "waypoints": [
             {"name": name, "time": time}

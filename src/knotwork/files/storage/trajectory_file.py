@@ -18,7 +18,7 @@ from knotwork.curves.trajectory import Event, JointTrajectory, Load, Segment
 from knotwork.errors import DocumentError, InputError, Problem
 from knotwork.files import documents
 from knotwork.files.documents import Document, Finite, StrictModel, Text
-from knotwork.files.storage.writing import KNOT_FIELDS, TRAJECTORY_FORMAT
+from knotwork.files.storage.texts import KNOT_FIELDS, TRAJECTORY_FORMAT
 
 # Tolerance of stored knots, relative to the largest value. Knots and coefficients are written with
 # all their digits.

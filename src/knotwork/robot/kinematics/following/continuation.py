@@ -22,7 +22,7 @@ from knotwork.errors import FollowingObstruction
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.chain.joint_ranges import LIMIT_TOLERANCE, position_limits
 from knotwork.robot.kinematics.chain.velocity import plausible_speeds
-from knotwork.robot.kinematics.following.joint_field import JointField, Pull
+from knotwork.robot.kinematics.following.joint_field import JointField, SelfMotionTarget
 from knotwork.robot.kinematics.following.obstruction import find_obstruction
 from knotwork.robot.kinematics.following.steps import Stages, take_step
 
@@ -136,7 +136,7 @@ def continue_along(
     starts: FloatArray,
     times: FloatArray,
     *,
-    pull: Pull = 0.0,
+    target: SelfMotionTarget = 0.0,
     step: float = JOINT_STEP,
 ) -> Continuation:
     """Follow a path from several starts at once, and ignore limits.
@@ -146,10 +146,10 @@ def continue_along(
         path: Poses of the tool over time.
         starts: Joint positions at the first of the times [rad or m], shape (m, d).
         times: Increasing times [s], shape (k,).
-        pull: See `JointField`.
+        target: See `JointField`.
         step: Largest motion of a joint between corrections [rad or m].
     """
-    field = JointField(robot, pull, path.full_speed)
+    field = JointField(robot, target, path.full_speed)
     limit = plausible_speeds(robot)
     q = np.array(starts, dtype=float)
     step_index = np.zeros(len(times), dtype=np.intp)
@@ -207,12 +207,12 @@ def _evaluate_velocities(field: JointField, q: FloatArray, stages: Stages, k: in
 
 
 def velocity_on_path(
-    robot: Robot, path: TimedPath, q: FloatArray, time: float, pull: Pull = 0.0
+    robot: Robot, path: TimedPath, q: FloatArray, time: float, target: SelfMotionTarget = 0.0
 ) -> FloatArray:
     """Joint velocities that follow a path at a time [rad/s or m/s], shape (d,)."""
     side = "left" if time >= path.end_time else "right"
     time = min(max(time, path.start_time), path.end_time)
-    v, _ = compute_rates_on_path(robot, path, q[None], np.array([time]), side, pull=pull)
+    v, _ = compute_rates_on_path(robot, path, q[None], np.array([time]), side, target=target)
     return np.asarray(v[0])
 
 
@@ -223,7 +223,7 @@ def compute_rates_on_path(
     times: FloatArray,
     side: str,
     *,
-    pull: Pull = 0.0,
+    target: SelfMotionTarget = 0.0,
 ) -> tuple[FloatArray, FloatArray]:
     """Compute joint velocities and accelerations on a path, one-sided limits at times, (k, d) each.
 
@@ -238,9 +238,9 @@ def compute_rates_on_path(
         q: Joint positions at the times [rad or m], shape (k, d).
         times: Times [s], shape (k,).
         side: `"right"` or `"left"`.
-        pull: See `JointField`.
+        target: See `JointField`.
     """
-    field = JointField(robot, pull, path.full_speed)
+    field = JointField(robot, target, path.full_speed)
     _, _, twist, change = path.state(times, side=side)
     speed = np.linalg.norm(twist[:, :3], axis=1)
     tangential_acceleration = np.einsum("ki,ki->k", twist[:, :3], change[:, :3])

@@ -17,7 +17,7 @@ from knotwork.robot.kinematics.following.continuation import (
     continue_along,
     interpolate_curve,
 )
-from knotwork.robot.kinematics.following.joint_field import JointField, Pull
+from knotwork.robot.kinematics.following.joint_field import JointField, SelfMotionTarget
 from knotwork.robot.kinematics.following.obstruction import (
     find_obstruction,
     make_following_error,
@@ -44,9 +44,9 @@ class JointsOnPath:
         robot: The arm.
         path: Poses of the tool over time.
         start: Joint positions near the start of the path [rad or m], shape (d,).
-        pull: See `JointField`.
-        continuation: The continuation from there with the same pull, if known. For a redundant arm
-            it is recomputed if its steps are too long.
+        target: See `JointField`.
+        continuation: The continuation from there with the same target, if known. For a redundant
+            arm it is recomputed if its steps are too long.
 
     Attributes:
         robot, path: The arguments.
@@ -62,11 +62,11 @@ class JointsOnPath:
         robot: Robot,
         path: TimedPath,
         start: FloatArray,
-        pull: Pull,
+        target: SelfMotionTarget,
         continuation: Continuation | None = None,
     ) -> None:
-        self.robot, self.path, self.pull = robot, path, pull
-        self.field = JointField(robot, pull, path.full_speed)
+        self.robot, self.path, self.target = robot, path, target
+        self.field = JointField(robot, target, path.full_speed)
         self._step = SELF_MOTION_STEP if robot.is_redundant else JOINT_STEP
         if continuation is None or not self._is_fine(continuation):
             position, rotation, _, _ = path.state([path.start_time])
@@ -86,7 +86,7 @@ class JointsOnPath:
         return self.field.guide is None and bool(far <= self._step)
 
     def _continue(self, q: FloatArray, times: FloatArray, step: float) -> Continuation:
-        return continue_along(self.robot, self.path, q, times, pull=self.pull, step=step)
+        return continue_along(self.robot, self.path, q, times, target=self.target, step=step)
 
     def check(self, curve: PiecewisePolynomial | None = None) -> None:
         """Check that the joints keep their limits.
@@ -145,6 +145,6 @@ class JointsOnPath:
         for side, rows in (("left", at_end), ("right", ~at_end)):
             if rows.any():
                 v[rows], a[rows] = compute_rates_on_path(
-                    self.robot, self.path, q[rows], times[rows], side, pull=self.pull
+                    self.robot, self.path, q[rows], times[rows], side, target=self.target
                 )
         return v, a
