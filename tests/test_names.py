@@ -11,7 +11,7 @@ from syntax_trees import FILES, SOURCE, tree_of
 
 # The typed part of a task and what it becomes: both are public names.
 TWICE = {"Arc", "Branch"}
-EMPTY = {"one", "ones", "found", "made", "told", "thing", "meshes", "what"}
+EMPTY = {"one", "ones", "found", "made", "told", "thing", "things", "what"}
 
 
 def places(names: Iterator[tuple[str, Path]]) -> dict[str, set[str]]:

@@ -19,16 +19,16 @@ if TYPE_CHECKING:
     from meshcat import Visualizer
 
 ROOT = "knotwork"
-# Frames per second of the animation; Meshcat interpolates between them.
 ANIMATION_RATE = 60.0
-# Vertical field of view [deg].
+"""Frames per second of the animation; Meshcat interpolates between them."""
 VIEW_ANGLE = 45.0
-# Size of the board's picture [in].
+"""Vertical field of view [deg]."""
 BOARD_WIDTH, BOARD_HEIGHT = 6.4, 3.2
-# Maximum number of lines for failures on the board.
+"""Size of the board's picture [in]."""
 MAX_BOARD_LINES = 5
-# Number of letters in a line of the board.
+"""Maximum number of lines for failures on the board."""
 LINE_LETTERS = 74
+"""Number of letters in a line of the board."""
 VERDICT_LOOKS = {True: ("passed", "#12803c"), False: ("FAILED", "#c01018"), None: ("", "black")}
 
 

@@ -21,11 +21,12 @@ from pydantic.fields import FieldInfo
 
 from knotwork.units import readable
 
-# No length, angle, time or limit of a real task is larger, and no result computed from numbers of
-# this size leaves the range of floats.
 MAX_NUMBER = 1e12
-# No quantity of a real task is smaller. A change of units or division could round it to zero.
+"""No length, angle, time or limit of a real task is larger, and no result computed from numbers of
+this size leaves the range of floats.
+"""
 MIN_NUMBER = 1e-100
+"""No quantity of a real task is smaller. A change of units or division could round it to zero."""
 
 
 def _above_rounding(value: float) -> float:

@@ -26,20 +26,20 @@ from knotwork.robot.kinematics.following.joint_field import JointField, SelfMoti
 from knotwork.robot.kinematics.following.obstruction import find_obstruction
 from knotwork.robot.kinematics.following.steps import Stages, take_step
 
-# Largest motion of a joint in one step [rad or m].
 JOINT_STEP = 0.1
-# Factor on `JOINT_STEP`. A step in which a joint moves by more is repeated.
+"""Largest motion of a joint in one step [rad or m]."""
 REPEAT_FACTOR = 2.0
-# Factor on the joint speeds above which steps that were planned together are planned again.
+"""Factor on `JOINT_STEP`. A step in which a joint moves by more is repeated."""
 FASTER_FACTOR = 1.3
-# Number of steps for which the path is evaluated at once.
+"""Factor on the joint speeds above which steps that were planned together are planned again."""
 STEPS_AT_ONCE = 16
-# Smallest number of steps between given times and breaks of a path.
+"""Number of steps for which the path is evaluated at once."""
 MIN_STEPS = 4
-# Rounding of a number of steps.
+"""Smallest number of steps between given times and breaks of a path."""
 ROUNDING = 1e-9
-# Joint motion of the finite differences for accelerations [rad or m].
+"""Rounding of a number of steps."""
 ACCELERATION_DIFFERENCE = 2e-3
+"""Joint motion of the finite differences for accelerations [rad or m]."""
 
 
 class Continuation(NamedTuple):

@@ -15,13 +15,13 @@ from knotwork.robot.joint_axes import joint_axes, pose_errors
 from knotwork.robot.kinematics.chain.joint_ranges import position_limits, range_middles
 from knotwork.robot.kinematics.chain.velocity import joint_scales, solve_velocities
 
-# Tolerance of the projection onto the path [m, rad].
 PROJECTION_TOLERANCE = 1e-11
+"""Tolerance of the projection onto the path [m, rad]."""
 PROJECTION_ROUNDS = 6
 
 
-# Exponent n: over the whole path, self-motion approaches its guide by a factor of e⁻ⁿ.
 GUIDE_RATE = 8.0
+"""Exponent n: over the whole path, self-motion approaches its guide by a factor of e⁻ⁿ."""
 
 
 SLOWING_RANGE = 0.95

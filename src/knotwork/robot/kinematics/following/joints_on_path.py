@@ -24,13 +24,15 @@ from knotwork.robot.kinematics.following.obstruction import (
 )
 from knotwork.robot.kinematics.following.steps import MAX_CORRECTION, PATH_ERROR
 
-# Largest motion of a joint in a step with self-motion [rad or m]. The projection onto the path does
-# not correct self-motion. With this step it is exact to about 1e-9.
 SELF_MOTION_STEP = 0.05
-# Number of steps in place of one when limits are violated.
+"""Largest motion of a joint in a step with self-motion [rad or m].
+
+The projection onto the path does not correct self-motion. With this step it is exact to about 1e-9.
+"""
 FINE_STEPS = 8
-# Tolerance on limits of a curve close to the path [rad or m, relative].
+"""Number of steps in place of one when limits are violated."""
 CURVE_TOLERANCE = 1e-6
+"""Tolerance on limits of a curve close to the path [rad or m, relative]."""
 
 
 class JointsOnPath:
