@@ -19,8 +19,8 @@ from knotwork.task import OtherRobot, Task
 from knotwork.task.scenario import Scenario, load_scenario, resolve_task
 from knotwork.task.scenario.scenario_joints import (
     ScenarioJoints,
-    robot_with_tool,
     read_scenario_joints,
+    robot_with_tool,
 )
 from knotwork.task.task_source import read_document
 from knotwork.verification import Finding, check
