@@ -16,14 +16,14 @@ from rich.console import Console
 
 import knotwork as kw
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.joint_requirements import JointRequirements
+from knotwork.task.scenario.scenario_joints import ScenarioJoints
 from knotwork.verification import CHECKS, Finding, Motion
 from results import Table
 
 SAMPLES = 500
 
 
-def sampled(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Iterator[Finding]:
+def sampled(motion: Motion, scenario: Scenario, joints: ScenarioJoints) -> Iterator[Finding]:
     """Torque, singular values and, if it is limited, tool speed at some times; finds nothing."""
     robot = joints.robot
     if robot is None:

@@ -82,11 +82,11 @@ def stages(scenario: str) -> list[tuple[str, float]]:
     from knotwork.planning.planner_options import planner_options
     from knotwork.planning.task_to_joint import solve_task
     from knotwork.task.scenario import load_scenario
-    from knotwork.task.scenario.joint_requirements import read_joint_requirements
+    from knotwork.task.scenario.scenario_joints import read_scenario_joints
     from knotwork.verification import check
 
     task = timed("read the scenario", lambda: load_scenario(scenario))
-    joints = timed("load the robot", lambda: read_joint_requirements(task))
+    joints = timed("load the robot", lambda: read_scenario_joints(task))
     waypoints = timed("inverse kinematics", lambda: solve_task(task, joints).waypoints)
     options = planner_options(task, joints)
     trajectory = timed("interpolate", lambda: get_planner(task.planner)(waypoints, options))

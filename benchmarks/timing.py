@@ -260,7 +260,7 @@ def freed(scenario: Scenario) -> dict[str, Any]:
     Where a joint has no limits to be fast under, the peaks of the motion with given times are all.
     """
     given = kw.plan(scenario)
-    data = scenario.given.to_dict()
+    data = scenario.task.to_dict()
     data.pop("knots", None)
     for waypoint in data["waypoints"]:
         waypoint.pop("time", None)

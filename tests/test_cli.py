@@ -218,7 +218,7 @@ def validator() -> Any:
 
 @pytest.mark.parametrize("name", SCENARIO_FILES)
 def test_the_schema_accepts_the_shipped_scenarios(name: str, validator: Any) -> None:
-    task = kw.load_scenario(name).given.to_dict()
+    task = kw.load_scenario(name).task.to_dict()
     errors = [error.message for error in validator.iter_errors(task)]
     assert errors == []
 

@@ -13,7 +13,7 @@ import pytest
 import knotwork as kw
 from knotwork.errors import DocumentError, InputError
 from knotwork.files.documents.resources import names
-from knotwork.task.scenario.joint_requirements import read_joint_requirements
+from knotwork.task.scenario.scenario_joints import read_scenario_joints
 from knotwork.view.editing import session as sessions
 from knotwork.view.editing.draft import Draft
 from knotwork.view.editing.handles import handles, move_handle
@@ -47,7 +47,7 @@ def comments(text: str) -> list[str]:
 def test_handle_is_at_pose_and_moves(name: str, tmp_path: Path) -> None:
     """Each is moved and turned; read again, the scenario has it there."""
     scenario = kw.load_scenario(name)
-    robot = kw.load_robot(str(scenario.given.robot))
+    robot = kw.load_robot(str(scenario.task.robot))
     turn = pin.exp3(np.array([0.2, -0.1, 0.3]))
     shift = np.array([0.0123, -0.02, 0.031])
     for handle in handles(scenario, robot):
@@ -73,7 +73,7 @@ def test_handle_is_at_pose_and_moves(name: str, tmp_path: Path) -> None:
 def test_only_what_rests_where_poses_are_has_handles() -> None:
     """Seen from a turntable its stand moves, and the drum on it does not."""
     scenario = kw.load_scenario("ur5_turntable_rim")
-    robot = read_joint_requirements(scenario).robot
+    robot = read_scenario_joints(scenario).robot
     found = {(one.name, one.kind): one.pose.translation for one in handles(scenario, robot)}
     assert ("stand", "object") not in found
     assert found["drum", "frame"] == pytest.approx([0.0, 0.0, 0.15])
@@ -193,8 +193,8 @@ def test_a_handle_moves_what_it_was_shown_for_or_nothing(tmp_path: Path) -> None
 
 
 SCENARIOS = {name: kw.load_scenario(name) for name in names("scenarios")}
-FREE = [name for name, task in SCENARIOS.items() if task.given.robot and task.free_values]
-TIMED = [name for name, task in SCENARIOS.items() if task.given.robot and not task.free_values]
+FREE = [name for name, task in SCENARIOS.items() if task.task.robot and task.free_values]
+TIMED = [name for name, task in SCENARIOS.items() if task.task.robot and not task.free_values]
 
 
 @pytest.mark.parametrize("name", mostly_exhaustive(FREE, "panda_pick_place_fastest"))
@@ -230,15 +230,15 @@ def test_an_overtaken_plan_is_dropped(tmp_path: Path, monkeypatch: pytest.Monkey
     session.draft.undo()
     session.draft.undo()
     assert session.replan() is not None
-    assert session.plan.scenario.given.rate == 120
+    assert session.plan.scenario.task.rate == 120
 
 
 @pytest.mark.parametrize("name", mostly_exhaustive([*FREE, *TIMED], *FREE[:3]))
 def test_before_a_task_is_planned_the_robot_stands_in_its_scene(name: str) -> None:
     scenario = SCENARIOS[name]
-    robot = read_joint_requirements(scenario).robot
+    robot = read_scenario_joints(scenario).robot
     scene = unplanned_scene(scenario, robot)
     drawn = {one.get("of") for one in scene["things"]}
-    assert drawn >= set(scenario.given.scene.objects)
+    assert drawn >= set(scenario.task.scene.objects)
     times = [one["time"] for one in scene["waypoints"]]
     assert np.all(np.diff(times) > 0)

@@ -13,7 +13,7 @@ from command_line import Command
 from judged import judged_folder
 from knotwork.errors import UnknownNameError
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.joint_requirements import read_joint_requirements
+from knotwork.task.scenario.scenario_joints import read_scenario_joints
 from knotwork.waypoints import CartesianWaypoint, JointWaypoints
 from plans import planned
 from shipped import LONG
@@ -38,7 +38,7 @@ def test_the_folder_holds_the_scenarios_that_are_shipped() -> None:
         kw.load_scenario("none")
     assert unknown.value.available == tuple(path.stem for path in PATHS)
     assert len(PATHS) == 26
-    robots = {str(kw.load_scenario(path).given.robot) for path in PATHS}
+    robots = {str(kw.load_scenario(path).task.robot) for path in PATHS}
     assert {"ur5", "panda", "kinova", "ur10", "xarm7", "planar2", "None"} <= robots
 
 
@@ -78,14 +78,14 @@ def test_scenario_passes_the_judge_and_reports_its_branches(
 def test_it_is_described_and_its_waypoints_are_named(path: Path) -> None:
     scenario = kw.load_scenario(path)
     assert scenario.name == path.stem
-    assert len(scenario.given.description.split()) >= 4
+    assert len(scenario.task.description.split()) >= 4
     assert not any(waypoint.name.startswith("waypoint ") for waypoint in scenario.waypoints)
     assert path.read_text().startswith("#")
 
 
 def nearest_by_nearest(scenario: Scenario) -> JointWaypoints:
     """Joint waypoints as one takes them without looking ahead: each nearest the one before."""
-    joints = read_joint_requirements(scenario)
+    joints = read_scenario_joints(scenario)
     q, positions, velocities = joints.robot.configurations["home"], [], []
     for waypoint, state in zip(scenario.waypoints, joints.targets, strict=True):
         if state is not None:

@@ -14,7 +14,7 @@ import knotwork as kw
 from judged import judged
 from knotwork.errors import BranchError
 from knotwork.planning.task_to_joint import TaskSolution, solve_task
-from knotwork.task.scenario.joint_requirements import read_joint_requirements
+from knotwork.task.scenario.scenario_joints import read_scenario_joints
 from sweeps import mostly_exhaustive
 
 UR5 = kw.load_robot("ur5")
@@ -35,7 +35,7 @@ def joints(q: Any) -> dict[str, float]:
 
 def solved(task: dict) -> TaskSolution:
     scenario = kw.load_scenario(task)
-    return solve_task(scenario, read_joint_requirements(scenario))
+    return solve_task(scenario, read_scenario_joints(scenario))
 
 
 def needed_speed(task: dict) -> str:

@@ -51,7 +51,7 @@ MODULES = {
     ),
     "knotwork.joint_quantities": ("JointLimits",),
     "knotwork.curves.trajectory": ("Continuity", "Jump", "Knots", "Samples"),
-    "knotwork.task.scenario.joint_requirements": ("JointRequirements", "read_joint_requirements"),
+    "knotwork.task.scenario.scenario_joints": ("ScenarioJoints", "read_scenario_joints"),
     "knotwork.planning.task_to_joint": (
         "Choice",
         "TaskSolution",

@@ -22,7 +22,7 @@ from sweeps import first_of
 def test_the_payload_bounds_the_times_by_torque() -> None:
     plan = planned("ur5_palletise")
     assert any(one.quantity == "effort" for one in plan.chosen_values.active_limits)
-    document = plan.chosen_values.requested.given.to_dict()
+    document = plan.chosen_values.requested.task.to_dict()
     light = {**document, "tool": {"frame": "tool0", "offset": document["tool"]["offset"]}}
     assert kw.plan(light).trajectory.duration < plan.trajectory.duration
 

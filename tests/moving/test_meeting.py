@@ -149,7 +149,7 @@ def test_long_motion_after_short_one_does_not_swing(later: bool) -> None:
 
 def test_frozen_task_gives_same_motion() -> None:
     plan = met()
-    again = kw.plan(plan.scenario.given)
+    again = kw.plan(plan.scenario.task)
     assert again.report.ok
     times = np.linspace(0.0, plan.trajectory.end_time, 50)
     assert again.trajectory.position(times) == pytest.approx(plan.trajectory.position(times))

@@ -101,7 +101,7 @@ def test_repeat_equals_written_out_turns(tmp_path: Path) -> None:
     saved = task.save(tmp_path / "task.yaml")
     for same in (written_out(), task, saved):
         assert np.array_equal(coefficients(kw.plan(same)), coefficients(plan)), same
-    plain = kw.load_scenario(saved).given
+    plain = kw.load_scenario(saved).task
     assert plain.collisions.ignore == tuple((f"box {k}", "wrist_3_link") for k in range(1, 5))
     assert plain.scene.objects["floor"].allow == ("box 1", "box 2", "box 3", "box 4")
 

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 import knotwork as kw
 from knotwork.task.scenario import Scenario, load_scenario
-from knotwork.task.scenario.joint_requirements import read_joint_requirements
+from knotwork.task.scenario.scenario_joints import read_scenario_joints
 from knotwork.waypoints import CartesianWaypoint
 
 Array = NDArray[np.float64]
@@ -122,7 +122,7 @@ def test_units_hold_for_velocities_tools_frames_and_tolerances_alike() -> None:
     np.testing.assert_allclose(waypoint.position, [0, 1.5, 0], atol=1e-15)
     np.testing.assert_allclose(waypoint.linear, [0, 0.05, 0], atol=1e-16)
     np.testing.assert_allclose(waypoint.angular, [0, 0, np.pi], atol=1e-15)
-    robot = read_joint_requirements(scenario).robot
+    robot = read_scenario_joints(scenario).robot
     offset = robot.tool_offset
     np.testing.assert_allclose(offset.translation, [0, 0, 0.25])
     np.testing.assert_allclose(
@@ -134,7 +134,7 @@ def test_units_hold_for_velocities_tools_frames_and_tolerances_alike() -> None:
     assert tolerances.linear_velocity == pytest.approx(2e-3)
     assert tolerances.angular_velocity == pytest.approx(np.pi / 50)
     assert tolerances.path == 1e-4
-    joints = read_joint_requirements(scenario)
+    joints = read_scenario_joints(scenario)
     np.testing.assert_allclose(joints.tolerances["joint_position"], np.pi / 1000)
     np.testing.assert_allclose(joints.tolerances["joint_velocity"], np.pi / 10)
     np.testing.assert_array_equal(joints.tolerances["joint_acceleration"], 1e-6)
@@ -214,7 +214,7 @@ AHEAD = [0, 0, 0.1]
 def test_a_tool_has_a_frame_an_offset_or_both() -> None:
     own = kw.load_robot("ur5")
     bare, flange, only = (
-        read_joint_requirements(task(ZERO, **more)).robot
+        read_scenario_joints(task(ZERO, **more)).robot
         for more in ({}, {"tool": {"frame": "ee_link"}}, {"tool": {"offset": {"position": AHEAD}}})
     )
     assert (bare.tool_frame, only.tool_frame) == (own.tool_frame, own.tool_frame)

@@ -12,7 +12,7 @@ import pytest
 import knotwork as kw
 from knotwork.errors import InputError, UnknownNameError
 from knotwork.task.scenario import Scenario, load_scenario
-from knotwork.task.scenario.joint_requirements import read_joint_requirements
+from knotwork.task.scenario.scenario_joints import read_scenario_joints
 from knotwork.waypoints import CartesianWaypoint
 from shipped import SCENARIO_FILES
 
@@ -45,7 +45,7 @@ def test_start_is_a_waypoint_of_its_own_at_rest_at_time_zero() -> None:
     )
     start, pose = scenario.waypoints
     assert (start.name, start.time) == ("start", 0.0)
-    np.testing.assert_array_equal(read_joint_requirements(scenario).targets[0].velocity, 0)
+    np.testing.assert_array_equal(read_scenario_joints(scenario).targets[0].velocity, 0)
     assert pose.time == 2
     joints_alone = {"start": {"a": 0}, "waypoints": [{"joints": {"a": 1}, "time": 1}]}
     assert len(load_scenario(joints_alone).waypoints) == 2
@@ -61,7 +61,7 @@ def test_ends_are_at_rest_by_default() -> None:
     for waypoint in scenario.waypoints:
         np.testing.assert_array_equal([waypoint.linear, waypoint.angular], 0)
     moving = joints({"velocity": {"a": 1}}, {"after": 1})
-    assert [target.velocity for target in read_joint_requirements(moving).targets] == [1, 0]
+    assert [target.velocity for target in read_scenario_joints(moving).targets] == [1, 0]
 
 
 @pytest.mark.parametrize("kind", [{"pose": POSE}, {"joints": "home"}])
@@ -73,7 +73,7 @@ def test_stop_is_at_rest(kind: dict[str, Any]) -> None:
     if isinstance(waypoint, CartesianWaypoint):
         np.testing.assert_array_equal([waypoint.linear, waypoint.angular], 0)
     else:
-        np.testing.assert_array_equal(read_joint_requirements(scenario).targets[1].velocity, 0)
+        np.testing.assert_array_equal(read_scenario_joints(scenario).targets[1].velocity, 0)
 
 
 # Joint values
@@ -94,7 +94,7 @@ def test_joint_values_are_read_in_the_unit_of_each_joint() -> None:
             ],
         }
     )
-    joints = read_joint_requirements(scenario)
+    joints = read_scenario_joints(scenario)
     assert joints.joint_names == ("turn", "slide")
     first, last = joints.targets
     np.testing.assert_allclose(first.position, [np.pi / 2, 0.25])
@@ -109,7 +109,7 @@ def test_joint_values_are_read_in_the_unit_of_each_joint() -> None:
 
 def test_a_configuration_is_named_and_copied() -> None:
     task: dict[str, Any] = {"robot": "ur5", "waypoints": [{"pose": POSE, "time": 1}]}
-    joints = read_joint_requirements(load_scenario({**task, "start": "home", "near": "home"}))
+    joints = read_scenario_joints(load_scenario({**task, "start": "home", "near": "home"}))
     start, pose = joints.targets
     assert pose is None
     for q in (start.position, joints.near):
@@ -136,7 +136,7 @@ def test_a_robot_may_be_described_in_place_and_keeps_its_lines(tmp_path: Path) -
         "waypoints: [{joints: {a: 0}}, {joints: {a: 1}, after: 1}]\n"
     )
     with pytest.raises(InputError, match=re.escape(f"{path}: line 3: robot.tool_fram: unknown")):
-        read_joint_requirements(load_scenario(path))
+        read_scenario_joints(load_scenario(path))
 
 
 # Finding files

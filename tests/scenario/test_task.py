@@ -180,7 +180,7 @@ def test_no_key_of_waypoints_is_forgotten_where_a_motion_is_executed_or_replaced
     others = {"velocity", *f"{posed} after way stop".split()}  # a wait excludes a velocity
     kinds = (PoseWaypoint, PathWaypoint, JointWaypoint)
     for changed in (motion.scaled({0: 0.5}), motion.replan(0.0, task)):
-        kept = changed.scenario.given.waypoints[0].model_fields_set
+        kept = changed.scenario.task.waypoints[0].model_fields_set
         assert {key for kind in kinds for key in kind.model_fields} - kept == others
 
 

@@ -23,7 +23,7 @@ from knotwork.scene.hulls import MAX_NEIGHBOURS, SHEET_THICKNESS, make_convex_hu
 from knotwork.scene.solid_pairs import SolidPairs
 from knotwork.scene.solids import Placed, Solid, make_solid
 from knotwork.task.scenario import PlacedShape, load_scenario
-from knotwork.task.scenario.joint_requirements import read_joint_requirements
+from knotwork.task.scenario.scenario_joints import read_scenario_joints
 from sweeps import first_of
 from urdfs import collision, joint, link, robot
 
@@ -214,10 +214,10 @@ def test_distances_of_convex_shapes_are_right(pairs: int, seed: int) -> None:
 @pytest.mark.parametrize("name", ["ur5_deburring", "ur10_spray"])
 def test_bounds_by_boxes_are_lower_bounds(name: str) -> None:
     scenario = load_scenario(name)
-    robot = read_joint_requirements(scenario).robot
+    robot = read_scenario_joints(scenario).robot
     pairs = SolidPairs(build_collision_model(scenario, robot))
     q = np.random.default_rng(4).uniform(-2.5, 2.5, (4, robot.dof))
-    placed = place_joints(pairs.model.joints, q)
+    placed = place_joints(pairs.model.tree, q)
     turn, shift = pairs.placements(*placed)
     item, combo = (x.ravel() for x in np.indices((len(q), len(pairs.first))))
     bounds = pairs.min_distances(item, combo, *placed)

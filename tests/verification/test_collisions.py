@@ -328,7 +328,7 @@ def test_skips_sequence_whose_motion_collides() -> None:
     assert plan.report.ok
     (tried,) = plan.report.select(quantity="sequences_tried")
     assert "the first that has one" in tried.message
-    task = plan.scenario.given.to_dict()
+    task = plan.scenario.task.to_dict()
     task.pop("scene")
     alone = kw.plan({**task, "collisions": {"self": False}})
     assert alone.report.ok

@@ -19,7 +19,7 @@ from knotwork.scene.distances import DistanceMeter
 from knotwork.scene.solid_pairs import SolidPairs
 from knotwork.scene.solids import Placed, make_solid, support_values
 from knotwork.task.scenario import PlacedShape
-from knotwork.task.scenario.joint_requirements import read_joint_requirements
+from knotwork.task.scenario.scenario_joints import read_scenario_joints
 from knotwork.verification.bounds.effort import effort_sizes
 from knotwork.verification.bounds.link_motion import tree_motion
 from knotwork.verification.bounds.rate_bounds import Intervals
@@ -229,7 +229,7 @@ def solid_pairs(arm: str) -> SolidPairs:
             ],
         }
     )
-    robot = read_joint_requirements(task).robot
+    robot = read_scenario_joints(task).robot
     assert robot is not None
     return SolidPairs(build_collision_model(task, robot))
 
@@ -252,7 +252,7 @@ def test_solids_approach_at_most_as_proved(arm: str) -> None:
     """The gap along a direction, carried along with the link that both are attached to."""
     rng = np.random.default_rng(3)
     table = solid_pairs(arm)
-    joints = table.model.joints
+    joints = table.model.tree
     model = kw.load_robot(arm).model
     tight = []
     for scale in (0.1, 1.0, 5.0):
@@ -290,8 +290,8 @@ def test_plane_gap_is_at_most_distance(arm: str) -> None:
     """Distances are Coal's; across the line of the nearest points the gap is the distance."""
     rng = np.random.default_rng(8)
     table = solid_pairs(arm)
-    q = rng.uniform(-2.5, 2.5, (20, len(table.model.joints.column) - 1))
-    turn, shift = table.placements(*place_joints(table.model.joints, q))
+    q = rng.uniform(-2.5, 2.5, (20, len(table.model.tree.column) - 1))
+    turn, shift = table.placements(*place_joints(table.model.tree, q))
     combo = np.flatnonzero(table.convex)
     for k in range(len(q)):
         item = np.full(len(combo), k)

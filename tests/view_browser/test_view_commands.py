@@ -124,7 +124,7 @@ from knotwork.cli.main import main
 from knotwork.verification import CHECKS
 
 def faulty(motion, scenario, joints):
-    if "fault" in scenario.given.description:
+    if "fault" in scenario.task.description:
         raise ZeroDivisionError("boom")
     return ()
 

@@ -253,7 +253,7 @@ def test_replans_from_middle_of_clear_motion(at: float, goal: str) -> None:
         task["waypoints"][0]["pose"] = {"position": [300, 350, 150], "rpy": DOWN}
     other = plan.replan(at, task)
     other.report.raise_if_failed()
-    assert judged(other, other.scenario.given.to_dict()) == []
+    assert judged(other, other.scenario.task.to_dict()) == []
     for order in range(3):
         jump = plan.trajectory(at, order) - other.trajectory(0.0, order)
         assert np.abs(jump).max() <= 1e-12
@@ -308,7 +308,7 @@ def test_keeps_requested_clearance_or_a_part(room: float, kept: float) -> None:
     given = past()
     given["waypoints"][1]["way"] = {"clear": True, "room": room}
     plan = planned(given)
-    task = plan.chosen_values.scenario.given
+    task = plan.chosen_values.scenario.task
     wider = task.replace(scene=task.scene.replace(margin=5 + kept))
     pairs = kw.check(plan.trajectory, kw.load_scenario(wider)).select(quantity="clearance")
     assert [pair.ok for pair in pairs if pair.name == "tool, wall"] == [True]

@@ -39,7 +39,7 @@ from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import DocumentError, InputError
 from knotwork.files.documents import resources
 from knotwork.task.scenario import Scenario, load_scenario
-from knotwork.task.scenario.joint_requirements import JointRequirements, read_joint_requirements
+from knotwork.task.scenario.scenario_joints import ScenarioJoints, read_scenario_joints
 from knotwork.verification import Report
 from knotwork.verification.recording import compare_log
 from knotwork.verification.report import CheckedMotion
@@ -206,11 +206,9 @@ def _checked_report(
     return compare_log(log_beside_plan(trajectory, log)[0], tolerances=log.tolerances), None
 
 
-def _require_placement(
-    source: str, scenario: Scenario, joints: JointRequirements, other: str
-) -> None:
+def _require_placement(source: str, scenario: Scenario, joints: ScenarioJoints, other: str) -> None:
     """Refuse robots without a known relative placement, unless they are two arms of one URDF."""
-    other_joints = read_joint_requirements(load_scenario(other))
+    other_joints = read_scenario_joints(load_scenario(other))
     if joints.robot is None or other_joints.robot is None:
         return  # reported by another error
     one_urdf = joints.robot.urdf == other_joints.robot.urdf

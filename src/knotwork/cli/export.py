@@ -232,7 +232,7 @@ def _content(
             if not may_export_points(checked, motion, allowed):
                 return None
     elif form.tabular and checked is not None:
-        chosen.setdefault("rate", checked.scenario.given.rate)
+        chosen.setdefault("rate", checked.scenario.task.rate)
     note = "" if motion is trajectory else motion.describe()
     robot = checked.joints.robot if checked is not None else None
     if form.tabular:

@@ -81,8 +81,8 @@ def scenarios(as_json: bool) -> None:
     rows = [
         {
             "name": scenario.name,
-            "description": scenario.given.description.strip(),
-            "robot": scenario.given.robot if isinstance(scenario.given.robot, str) else None,
+            "description": scenario.task.description.strip(),
+            "robot": scenario.task.robot if isinstance(scenario.task.robot, str) else None,
             "waypoints": len(scenario.waypoints),
             "duration": None if scenario.free_values else float(np.ptp(scenario.times)),
             "file": str(scenario.source),

@@ -20,7 +20,7 @@ from knotwork.files.foreign import is_foreign, read_trajectory
 from knotwork.files.storage import load_trajectory
 from knotwork.files.storage.report_digests import stated_scenario
 from knotwork.task.scenario import load_scenario
-from knotwork.task.scenario.joint_requirements import read_joint_requirements
+from knotwork.task.scenario.scenario_joints import read_scenario_joints
 from knotwork.verification.recording import (
     Alignment,
     LogTolerances,
@@ -159,7 +159,7 @@ def checked_log(path: str | Path, reference: str, log: LogOptions) -> CheckedMot
         InputError: The log or the plan can't be read, or the scenario can't be planned.
     """
     scenario = load_scenario(reference)
-    joints = read_joint_requirements(scenario)
+    joints = read_scenario_joints(scenario)
     curve = smoothed_log(path, joints.joint_names, joints.joint_units, log)
     if log.against is not None:
         span = (float(scenario.times[0]), float(scenario.times[-1]))

@@ -59,7 +59,7 @@ def print_report(
         solution: The IK solutions of the waypoints, if known.
     """
     out = console()
-    description = "" if scenario is None else " ".join(scenario.given.description.split())
+    description = "" if scenario is None else " ".join(scenario.task.description.split())
     head = f"{report.scenario}  " if description else report.scenario
     print_wrapped(description, head, REPORT_INDENT, "bold")
     robot = f"robot {report.robot}" if report.robot else "joints alone"

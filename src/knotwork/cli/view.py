@@ -223,7 +223,7 @@ def source_files(motion: Any) -> list[Path]:
     robot_files: list[Path | None] = []
     if robot is not None:
         robot_files = [robot.source, robot.srdf, *(file.path for file in robot.urdf_files)]
-    named = named_files(motion.scenario.given.to_dict(), source.parent) if source else {}
+    named = named_files(motion.scenario.task.to_dict(), source.parent) if source else {}
     return [path for path in (source, *robot_files, *named.values()) if path is not None]
 
 

@@ -23,7 +23,7 @@ def find_avoidable_ends(plan: Plan, requested: Scenario) -> list[int]:
         requested: Its scenario, before free values were chosen.
     """
     planner, _ = planner_and_rule(plan.scenario.planner)
-    if "chosen" not in PLANNER_SPECS[planner].supports or requested.given.chosen:
+    if "chosen" not in PLANNER_SPECS[planner].supports or requested.task.chosen:
         return []
     free = requested.free_values
     beginning, at_waypoints = set[int](), set[int]()

@@ -159,7 +159,7 @@ def _with_clear_motions(sequences: SequencePlanner, ends: Sequence[int]) -> Sequ
     """The planner of the scenario with `way: clear` at some waypoints, by index."""
     scenario = sequences.scenario
     ways = {scenario.task_index[i]: {"way": "clear"} for i in ends}
-    return sequences.with_scenario(change_task(scenario, scenario.given.with_waypoints(ways)))
+    return sequences.with_scenario(change_task(scenario, scenario.task.with_waypoints(ways)))
 
 
 def _rank(plan: Plan) -> tuple[int, int]:

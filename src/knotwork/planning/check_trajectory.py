@@ -17,10 +17,10 @@ from knotwork.files.storage import changed_since_report
 from knotwork.planning.replanning import SETUP_KEYS, joint_state
 from knotwork.task import OtherRobot, Task
 from knotwork.task.scenario import Scenario, load_scenario, resolve_task
-from knotwork.task.scenario.joint_requirements import (
-    JointRequirements,
-    moved_robot,
-    read_joint_requirements,
+from knotwork.task.scenario.scenario_joints import (
+    ScenarioJoints,
+    read_scenario_joints,
+    robot_with_tool,
 )
 from knotwork.task.task_source import read_document
 from knotwork.verification import Finding, check
@@ -43,7 +43,7 @@ def check_with_task(path: str | Path, reference: str | Path) -> tuple[CheckedMot
         InputError: A file can't be read, or the trajectory has other joints.
     """
     scenario = load_scenario(reference)
-    joints = read_joint_requirements(scenario)
+    joints = read_scenario_joints(scenario)
     span = float(scenario.times[0]), float(scenario.times[-1])
     motion, defects = read_trajectory(path, joints.joint_names, joints.joint_units, span=span)
     report = check(motion, scenario, joints=joints, defects=defects)
@@ -94,7 +94,7 @@ def check_without_task(
     # the robot is needed before the ends of the motion can be read
     data["waypoints"] = [{"joints": "home"}, {"joints": "home", "after": 1}]
     task = validate(Task, replace(surroundings, data=data)).replace(name=Path(path).name)
-    moved = moved_robot(resolve_task(task, surroundings))
+    moved = robot_with_tool(resolve_task(task, surroundings))
     motion, defects = read_trajectory(
         path, moved.joint_names, moved.joint_units, owner=f"robot {moved.name!r}"
     )
@@ -104,7 +104,7 @@ def check_without_task(
             f"{', '.join(moved.joint_names)}"
         )
     scenario = resolve_task(task.replace(waypoints=_ends(motion, task)), surroundings)
-    joints = read_joint_requirements(scenario)
+    joints = read_scenario_joints(scenario)
     # the ends of the motion are its own waypoints
     report = check(motion, scenario, joints=joints, defects=defects, without=CHECKS_OF_WAYPOINTS)
     return CheckedMotion(scenario, joints, None, motion, report)
@@ -136,7 +136,7 @@ def clearance_between(
     scenario: Scenario,
     other: Mapping[str, Any],
     *,
-    joints: JointRequirements | None = None,
+    joints: ScenarioJoints | None = None,
 ) -> Finding:
     """Prove that the motions of two robots are clear of each other, or find their contact.
 
@@ -161,12 +161,10 @@ def clearance_between(
     """
     robot = OtherRobot(**other)
     name = Path(robot.scenario).stem
-    scene = scenario.given.scene
+    scene = scenario.task.scene
     with_other = scene.model_copy(update={"robots": {**scene.robots, name: robot}})
-    resolved_scene = resolve_task(
-        scenario.given.replace(scene=with_other), scenario.locations
-    ).scene
-    joints = joints if joints is not None else read_joint_requirements(scenario)
+    resolved_scene = resolve_task(scenario.task.replace(scene=with_other), scenario.locations).scene
+    joints = joints if joints is not None else read_scenario_joints(scenario)
     nearest = clearance_from_robot(
         trajectory, replace(scenario, scene=resolved_scene), joints, name
     )

@@ -23,9 +23,9 @@ from knotwork.task import Task
 from knotwork.task.scenario import JointTarget, Scenario, resolve_task
 from knotwork.task.scenario.event_reader import action_of
 from knotwork.task.scenario.free_values_reader import ends_wait
-from knotwork.task.scenario.joint_requirements import by_joint, read_joint_requirements
 from knotwork.task.scenario.motion_segments import motion_segments
 from knotwork.task.scenario.scenario import ScenarioPath, ScenarioWaypoint
+from knotwork.task.scenario.scenario_joints import by_joint, read_scenario_joints
 from knotwork.task.scenario.waypoint_reader import START
 from knotwork.task.task_source import with_moved_paths
 from knotwork.verification import Finding, Motion, check
@@ -68,7 +68,7 @@ class Execution:
 def scaled_motion(plan: MotionT, profile: Mapping[float, float]) -> MotionT:
     """A plan at another speed: see `Plan.scaled`."""
     scenario, limits = plan.scenario, plan.joints.limits
-    moving = in_moving_frames(scenario.given)
+    moving = in_moving_frames(scenario.task)
     if moving:
         raise scenario.locations.error(
             ("waypoints", moving[0]), "is in a moving frame, which keeps its own speed"
@@ -137,7 +137,7 @@ def _execution_of(
     for limit in (start, end):
         times[np.abs(times - limit) < TIME_TOLERANCE] = limit
     on_path = first < last
-    unposed = in_moving_frames(planned.given) if on_path else planned.task_index
+    unposed = in_moving_frames(planned.task) if on_path else planned.task_index
     passed_indices = np.flatnonzero(passes).tolist()
     task_index = [planned.task_index[i] for i in passed_indices]
     waypoints: list[ScenarioWaypoint] = []
@@ -155,7 +155,7 @@ def _execution_of(
         task_index.insert(0, -1)
     if waypoints[-1].time < end:
         waypoints.append(_end(end, ends[1], waypoints))
-        task_index.append(len(planned.given.waypoints))
+        task_index.append(len(planned.task.waypoints))
     kept_scenario = replace(
         planned,
         waypoints=tuple(waypoints),
@@ -208,7 +208,7 @@ def _checked_plan(plan: MotionT, executed: Execution, warnings: Sequence[Finding
     """
     kept = executed.kept_scenario
     scenario = resolve_task(_task_of(plan, executed))
-    joints = read_joint_requirements(scenario)
+    joints = read_scenario_joints(scenario)
     segments = _segments(plan.trajectory.segments, executed)
     trajectory = replace(
         executed.trajectory,
@@ -283,7 +283,7 @@ def _add_actions(
 
     Signals that are already on are switched on at the first one.
     """
-    outputs, events = plan.scenario.given.outputs, plan.trajectory.events
+    outputs, events = plan.scenario.task.outputs, plan.trajectory.events
     start, end = executed.span
     begin = start + (-TIME_TOLERANCE if start < end else TIME_TOLERANCE)
     if on := signals_on_at(events, begin):

@@ -22,7 +22,7 @@ from knotwork.task import Tolerances
 from knotwork.task.scenario import MIN_PATH_TOLERANCE
 from knotwork.waypoints import JointWaypoints
 
-START_TOLERANCE = 1e-6
+START_POSE_TOLERANCE = 1e-6
 """Tolerance of the tool's pose at the start of the path [m, rad]."""
 
 DEFAULT_TOLERANCES = Tolerances.model_construct()
@@ -90,14 +90,14 @@ def follow_path(
     return _follow(JointsOnPath(arm, motion, q, pull), allowed)
 
 
-def _follow(joints: JointsOnPath, allowed: Tolerances) -> JointTrajectory:
+def _follow(joints_on_path: JointsOnPath, allowed: Tolerances) -> JointTrajectory:
     """The motion along a path, checked against the limits.
 
     Raises:
         FollowingError: The motion exceeds a limit of a joint.
     """
-    joints.check()
-    arm, followed = joints.robot, with_waypoints_inserted(joints, allowed)
+    joints_on_path.check()
+    arm, followed = joints_on_path.robot, with_waypoints_inserted(joints_on_path, allowed)
     waypoints = JointWaypoints(
         joint_names=arm.joint_names,
         time=followed.time,
@@ -107,7 +107,7 @@ def _follow(joints: JointsOnPath, allowed: Tolerances) -> JointTrajectory:
         acceleration=followed.acceleration,
     )
     trajectory = get_planner("modified-hermite")(waypoints)
-    joints.check(trajectory.polynomial)
+    joints_on_path.check(trajectory.polynomial)
     return trajectory
 
 
@@ -158,7 +158,7 @@ def _check_start(robot: Robot, motion: TimedPath, start: FloatArray) -> None:
     wanted, actual = motion.path.pose(0.0), robot.forward(start)
     distance = float(np.linalg.norm(actual.translation - wanted.translation))
     angle = float(np.linalg.norm(pin.log3(wanted.rotation.T @ actual.rotation)))
-    if max(distance, angle) > START_TOLERANCE:
+    if max(distance, angle) > START_POSE_TOLERANCE:
         distance, degrees = round(distance, 9), round(float(np.degrees(angle)), 9)
         raise InputError(
             f"start puts the tool {distance:.4g} m and {degrees:.4g} deg from "

@@ -13,7 +13,7 @@ from knotwork.errors import InputError
 from knotwork.files import storage
 from knotwork.files.documents import resources
 from knotwork.planning.execution import scaled_motion, stopped_motion
-from knotwork.planning.replanning import scenario_from
+from knotwork.planning.replanning import continued_scenario
 from knotwork.planning.task_to_joint import TaskSolution
 from knotwork.task import Task
 from knotwork.verification.report import CheckedMotion
@@ -155,7 +155,7 @@ class Plan(CheckedMotion):
         """
         from knotwork.files.export import to_csv
 
-        rate = rate if rate is not None else self.scenario.given.rate
+        rate = rate if rate is not None else self.scenario.task.rate
         files = {
             "trajectory.json": storage.json_text(storage.trajectory_to_dict(self.trajectory)),
             "samples.csv": to_csv(self.trajectory, rate=rate),
@@ -166,7 +166,7 @@ class Plan(CheckedMotion):
 
             # a task without a name would take that of scenario.yaml
             scenario = self.scenario if self.chosen_values is None else self.chosen_values.scenario
-            named = replace(scenario, given=scenario.given.replace(name=scenario.name))
+            named = replace(scenario, task=scenario.task.replace(name=scenario.name))
             files["scenario.yaml"] = saved_text(named, Path(folder))
         report = {
             **self.report_to_dict(),
@@ -274,4 +274,4 @@ class Plan(CheckedMotion):
         """
         from knotwork.planning import plan
 
-        return plan(scenario_from(self.trajectory, at, scenario, self.scenario))
+        return plan(continued_scenario(self.trajectory, at, scenario, self.scenario))

@@ -8,16 +8,16 @@ from knotwork.curves.interpolation import PLANNER_SPECS, PlannerOptions, planner
 from knotwork.errors import InputError
 from knotwork.planning.task_to_joint import knots_of
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.joint_requirements import JointRequirements
+from knotwork.task.scenario.scenario_joints import ScenarioJoints
 
 
-def planner_options(scenario: Scenario, joints: JointRequirements) -> PlannerOptions:
+def planner_options(scenario: Scenario, joints: ScenarioJoints) -> PlannerOptions:
     """Return a scenario's planner options with joint values in SI, in the order of the joints.
 
     Raises:
         InputError: An option names an unknown joint, or is out of range.
     """
-    ends = scenario.given.end_acceleration
+    ends = scenario.task.end_acceleration
     _refuse_values_by_waypoint(scenario, joints)
     return PlannerOptions(
         knots=knots_of(scenario),
@@ -27,7 +27,7 @@ def planner_options(scenario: Scenario, joints: JointRequirements) -> PlannerOpt
     )
 
 
-def _refuse_values_by_waypoint(scenario: Scenario, joints: JointRequirements) -> None:
+def _refuse_values_by_waypoint(scenario: Scenario, joints: ScenarioJoints) -> None:
     """Raise an error if values are given for each waypoint and a path inserts further waypoints."""
     if not scenario.paths:
         return

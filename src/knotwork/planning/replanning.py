@@ -16,8 +16,8 @@ from knotwork.planning.speed_override import TIME_TOLERANCE
 from knotwork.task import Action, EndAcceleration, ExpandedTask, Placement, SceneObject, Task
 from knotwork.task.scenario import PlacedHeldObject, Scenario, resolve_task
 from knotwork.task.scenario.event_reader import action_of
-from knotwork.task.scenario.joint_requirements import by_joint, moved_robot
 from knotwork.task.scenario.repetitions import expand_repeats
+from knotwork.task.scenario.scenario_joints import by_joint, robot_with_tool
 from knotwork.task.scenario.waypoint_reader import START
 from knotwork.task.task_part import plain
 from knotwork.verification.report import CheckedMotion
@@ -29,29 +29,29 @@ SETUP_KEYS = (
 """Keys of a scenario file that apply to a motion without its waypoints."""
 
 
-def scenario_from(
+def continued_scenario(
     motion: JointTrajectory,
     at: float,
-    scenario: str | Path | Mapping[str, Any] | Task,
+    task: str | Path | Mapping[str, Any] | Task,
     current: Scenario | None = None,
 ) -> Scenario:
-    """A task that starts from the state of a motion at a given time: see `Plan.replan`.
+    """The scenario of a task that continues a motion at a given time: see `Plan.replan`.
 
     Args:
         motion: The motion in execution.
         at: Its time that is time 0 of the task [s].
-        scenario: The new task.
+        task: The new task.
         current: The scenario of the motion, if known.
 
     Raises:
         InputError: The time is outside the motion, a held object is missing in the task, the task
             is for another robot, or it is wrong.
     """
-    task, _ = expand_repeats(scenario if isinstance(scenario, Task) else Task.load(scenario))
-    resolved = resolve_task(_task_from(motion, at, task, current))
-    if resolved.given.robot is not None:
+    expanded, _ = expand_repeats(task if isinstance(task, Task) else Task.load(task))
+    resolved = resolve_task(_continued_task(motion, at, expanded, current))
+    if resolved.task.robot is not None:
         with resolved.locations.errors_at("robot"):
-            names = moved_robot(resolved).joint_names
+            names = robot_with_tool(resolved).joint_names
             if set(names) != set(motion.joint_names):
                 raise InputError(
                     f"has the joints {', '.join(names)}; the motion that it continues has "
@@ -60,7 +60,7 @@ def scenario_from(
     return replace(resolved, continued_motion=(motion, at))
 
 
-def _task_from(
+def _continued_task(
     motion: JointTrajectory, at: float, task: ExpandedTask, current: Scenario | None
 ) -> Task:
     """A task with the state of a motion at a time [s] as its first waypoint, at time 0."""
@@ -134,7 +134,7 @@ def task_with_scene_from(
         span: Time interval of the planned motion that is executed [s].
         ends: Names of the waypoints at these times.
     """
-    scenario, task, (first, last) = plan.scenario, plan.scenario.given, span
+    scenario, task, (first, last) = plan.scenario, plan.scenario.task, span
     times = [waypoint.time for waypoint in scenario.waypoints]
     holds: dict[str, Any] = {}
     objects: dict[str, Any] = {}
@@ -181,7 +181,7 @@ def task_with_scene_from(
 
 def _frame_of_joints(scenario: Scenario) -> str | None:
     """The frame of a task with joint values only, on the link that carries the poses, if any."""
-    task, link = scenario.given, scenario.pose_frame_link
+    task, link = scenario.task, scenario.pose_frame_link
     return next((name for name, frame in task.frames.items() if frame.on == link), task.frame)
 
 
@@ -198,7 +198,7 @@ def _put_down(
         i: Index in the scenario of the waypoint where it is taken or released.
         span: Time interval of the planned motion that is executed [s].
     """
-    scenario, task = plan.scenario, plan.scenario.given
+    scenario, task = plan.scenario, plan.scenario.task
     waypoint, frame = scenario.waypoints[i], held.end_frames[i == held.released_at]
     near = [neighbour.time for neighbour in scenario.waypoints[max(i - 1, 0) : i + 2]]
     robot, q = plan.joints.robot, plan.trajectory(waypoint.time)

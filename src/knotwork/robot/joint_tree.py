@@ -240,18 +240,18 @@ def join_trees(first: JointTree, second: JointTree, placement: Any, carrier: int
     )
 
 
-def place_joints(joints: JointTree, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+def place_joints(tree: JointTree, q: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Compute rotations and origins of all joints, in the axes of the URDF's root.
 
     Args:
-        joints: The joints.
+        tree: The joints.
         q: Configurations [rad or m], shape (k, d).
 
     Returns:
         Shapes (k, n + 1, 3, 3) and (k, n + 1, 3) [m].
     """
-    frames = joints.frames(q)
-    columns = joints.alignment @ frames[:, :3].reshape(len(frames), 3, -1)
+    frames = tree.frames(q)
+    columns = tree.alignment @ frames[:, :3].reshape(len(frames), 3, -1)
     rotation = columns.reshape(len(frames), 3, 3, -1).transpose(3, 0, 2, 1)
     return np.ascontiguousarray(rotation), frames[:, 3].transpose(2, 0, 1)
 

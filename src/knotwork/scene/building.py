@@ -159,7 +159,7 @@ class _Builder:
         self.locations = locations
         self.holds = holds
         self.appearance_times = appearance_times
-        self.joints = joint_tree(robot.model)
+        self.tree = joint_tree(robot.model)
         self.links = read_link_bodies(robot)
         self.known_motions: list[ExtendedCurve] = []
         self.carriers: dict[tuple[str, tuple[KnownJoints, ...]], tuple[int, Any]] = {}
@@ -186,9 +186,9 @@ class _Builder:
         if scene.tool:
             bodies = [replace(x, name=x.identity) if x.link == TOOL_BODY else x for x in bodies]
         given = resolve_rules(scene, self.robot, bodies, self.locations)
-        pairs, ignored = Pairing(self.robot, self.joints, scene, given).pairs(bodies)
+        pairs, ignored = Pairing(self.robot, self.tree, scene, given).pairs(bodies)
         return CollisionModel(
-            self.joints,
+            self.tree,
             tuple(bodies),
             tuple(pairs),
             tuple(ignored),
@@ -221,14 +221,14 @@ class _Builder:
         base_joint, base_placement = _joint_of_link(other, link)
         known = [replace(curve, delay=curve.delay + placed.delay) for curve in motion.known_motions]
         # the chain from that link to the root of the other URDF, whose last joint is at rest
-        chain, columns = invert_chain(motion.model.joints, base_joint, base_placement)
+        chain, columns = invert_chain(motion.model.tree, base_joint, base_placement)
         chain_motions = [ExtendedCurve(PiecewisePolynomial(np.zeros((1, 1, 1)), [0.0, 1.0]))]
         if columns:
             arm = known[0].curve
             of_chain = PiecewisePolynomial(arm.c[:, :, columns], arm.x)
             chain_motions.insert(0, replace(known[0], curve=of_chain))
         root = self._add_joints(chain, placement, chain_motions, carrier)
-        self.joints = join_trees(self.joints, motion.model.joints, pin.SE3.Identity(), root)
+        self.tree = join_trees(self.tree, motion.model.tree, pin.SE3.Identity(), root)
         self.known_motions += known
         self.robots[placed.name] = other, root
         bodies = [
@@ -271,9 +271,9 @@ class _Builder:
         self, tree: JointTree, placement: Any, known: Sequence[ExtendedCurve], carrier: int
     ) -> int:
         """Add joints with known positions, and return the index of the last one."""
-        self.joints = join_trees(self.joints, tree, placement, carrier)
+        self.tree = join_trees(self.tree, tree, placement, carrier)
         self.known_motions += known
-        return len(self.joints.parent) - 1
+        return len(self.tree.parent) - 1
 
     def _tool_body(self, shapes: Sequence[PlacedShape]) -> Body:
         robot = self.robot
@@ -336,7 +336,7 @@ class _Builder:
     @cached_property
     def _reach(self) -> float:
         """Largest reach of the arm [m]."""
-        return float(self.joints.offset[: self.robot.model.njoints].sum()) + 0.1
+        return float(self.tree.offset[: self.robot.model.njoints].sum()) + 0.1
 
 
 def _joint_of_link(robot: Robot, link: str) -> tuple[int, Any]:

@@ -77,20 +77,20 @@ class CollisionModel:
     """Bodies of a task, and the pairs of them that are checked.
 
     Attributes:
-        joints: The robot's joints, and those of known motions.
+        tree: The robot's joints, and those of known motions.
         bodies: All bodies.
         pairs: Pairs to check.
         ignored: Excluded pairs of bodies, with the reason.
         missing: Sentences on links whose shapes are not available.
         bare: Names of links with visual shapes but no collision shapes.
-        known_motions: Positions over time of the joints that follow the robot's in `joints`.
+        known_motions: Positions over time of the joints that follow the robot's in `tree`.
         carriers: For each frame, by its link and joints, the joint that carries it and the
             placement of its link in that joint's axes, `pin.SE3`.
         robots: Each other robot by name: its `Robot`, and the joint of its root, which its own
             joints follow.
     """
 
-    joints: JointTree
+    tree: JointTree
     bodies: tuple[Body, ...]
     pairs: tuple[Pair, ...]
     ignored: tuple[IgnoredPair, ...]
@@ -143,7 +143,7 @@ class CollisionModel:
             time: Times [s], shape (k,).
         """
         return place_joints(
-            self.joints, np.hstack((q, *(known(time) for known in self.known_motions)))
+            self.tree, np.hstack((q, *(known(time) for known in self.known_motions)))
         )
 
     @property

@@ -67,7 +67,7 @@ def load_other_motion(placed: PlacedRobot) -> OtherMotion:
 @lru_cache(maxsize=8)
 def _load_motion(path: str, motion: Path | None, changed: tuple[int, ...]) -> OtherMotion:
     scenario = load_scenario(path)
-    if scenario.given.robot is None:
+    if scenario.task.robot is None:
         raise InputError(f"{path}: names no robot")
     if motion is None:
         plan = _load_callable("planning", "plan")(scenario)
@@ -78,9 +78,7 @@ def _load_motion(path: str, motion: Path | None, changed: tuple[int, ...]) -> Ot
             )
         scenario, joints, trajectory = plan.scenario, plan.joints, plan.trajectory
     else:
-        joints = _load_callable("task.scenario.joint_requirements", "read_joint_requirements")(
-            scenario
-        )
+        joints = _load_callable("task.scenario.scenario_joints", "read_scenario_joints")(scenario)
         read = _load_callable("files.foreign.trajectory_files", "read_trajectory")
         trajectory, faults = read(motion, joints.joint_names, joints.joint_units)
         if faults:

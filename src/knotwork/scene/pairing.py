@@ -29,15 +29,15 @@ class Pairing:
 
     Args:
         robot: The robot.
-        joints: Its joints, followed by those of known motions.
+        tree: Its joints, followed by those of known motions.
         scene: The surroundings, and the rules of the check.
         by_scenario: Reasons that the scenario gives, by the identities of the two bodies.
     """
 
-    def __init__(self, robot: Robot, joints: JointTree, scene: Scene, by_scenario: Reasons) -> None:
+    def __init__(self, robot: Robot, tree: JointTree, scene: Scene, by_scenario: Reasons) -> None:
         self.scene, self.by_scenario = scene, by_scenario
         self.by_files = _read_reasons(robot)
-        self.own_carriers = joints.carriers[:, : robot.model.njoints]
+        self.own_carriers = tree.carriers[:, : robot.model.njoints]
         self.joined = robot.joined_links
         self.held = {item.name for item in scene.held}
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from knotwork.joint_quantities import rate_unit
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.joint_requirements import JointRequirements
+from knotwork.task.scenario.scenario_joints import ScenarioJoints
 from knotwork.verification.finding import Findings, Group, Topic
 from knotwork.verification.limits import (
     LIMIT_SLACK,
@@ -32,7 +32,7 @@ ALMOST_SINGULAR = 1e-3
 """Smallest singular value below which a motion is called almost singular if there is no limit."""
 
 
-def check_tool_limits(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
+def check_tool_limits(motion: Motion, scenario: Scenario, joints: ScenarioJoints) -> Findings:
     """Compare speed and acceleration of the tool, and the speed of links, with their limits."""
     robot = joints.robot
     limits = scenario.motion_limits
@@ -45,24 +45,24 @@ def check_tool_limits(motion: Motion, scenario: Scenario, joints: JointRequireme
         ("tool_acceleration", None, limits.tool_acceleration),
         *(("frame_speed", limit.link, limit.speed) for limit in limits.link_speeds),
     ]
-    for quantity, frame, limit in rows:
+    for quantity, link, limit in rows:
         if limit is None:
             continue
         order = TOOL_ORDERS[quantity]
         compute_bound = tool_speed_bound if order == 1 else tool_acceleration_bound
-        bound = compute_bound(robot, motion.trajectory, frame=frame, limit=float(add_slack(limit)))
+        bound = compute_bound(robot, motion.trajectory, frame=link, limit=float(add_slack(limit)))
         worst = LimitedValue.from_bound(bound, limit)
         jumps = lower_order_jumps(motion.curve, 2) if order == 2 else {}
         if jumps:
             worst = LimitedValue(np.inf, min(jumps.values())[0], limit)
-        topic = Topic(Group.TOOL_LIMITS, "tool" if frame is None else "link", frame or "")
-        label = "tool" if frame is None else f"link {frame!r}"
+        topic = Topic(Group.TOOL_LIMITS, "tool" if link is None else "link", link or "")
+        label = "tool" if link is None else f"link {link!r}"
         text = f"{label}: {quantity.partition('_')[2]}"
         finding = limit_finding(topic, quantity, text, worst, rate_unit("m", order), scenario.units)
         yield explain_excess(finding, order, scenario)
 
 
-def check_singularity(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
+def check_singularity(motion: Motion, scenario: Scenario, joints: ScenarioJoints) -> Findings:
     """Find the smallest singular value over the motion, and compare it with its limit, if any."""
     if joints.robot is None or joints.robot.tool_frame is None:
         return
@@ -86,7 +86,7 @@ def check_singularity(motion: Motion, scenario: Scenario, joints: JointRequireme
     yield topic.finding(SMALLEST_SINGULAR_VALUE, fact, highlight=highlight, **worst.numbers)
 
 
-def check_effort_limits(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
+def check_effort_limits(motion: Motion, scenario: Scenario, joints: ScenarioJoints) -> Findings:
     """Compare joint efforts, by inverse dynamics, with their limits."""
     if joints.loaded_robots is None:
         if joints.robot is not None and joints.robot.base_moves:

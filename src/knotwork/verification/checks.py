@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.joint_requirements import JointRequirements
+from knotwork.task.scenario.scenario_joints import ScenarioJoints
 from knotwork.verification.bounded_limits import (
     check_effort_limits,
     check_singularity,
@@ -31,7 +31,7 @@ from knotwork.verification.waypoint_checks import (
     report_no_start,
 )
 
-Check = Callable[[Motion, Scenario, JointRequirements], Iterable[Finding]]
+Check = Callable[[Motion, Scenario, ScenarioJoints], Iterable[Finding]]
 """Function from a motion, its scenario and the requirements on its joints to findings."""
 
 CHECKS: dict[str, Check] = {

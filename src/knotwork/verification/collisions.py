@@ -12,7 +12,7 @@ from knotwork.arrays import FloatArray
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors.plain_text import waypoint_text
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.joint_requirements import JointRequirements
+from knotwork.task.scenario.scenario_joints import ScenarioJoints
 from knotwork.verification.finding import Finding, Findings, Group, Topic, Verdict
 from knotwork.verification.limits import find_grossly_exceeded_limit
 from knotwork.verification.motion import AT_WAYPOINT, Motion, describe_time
@@ -26,7 +26,7 @@ MINIMUM_PRECISION = 2e-4
 """Precision of the clearance from another robot, see `clearance_from_robot` [m]."""
 
 
-def check_collisions(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
+def check_collisions(motion: Motion, scenario: Scenario, joints: ScenarioJoints) -> Findings:
     """Prove over all time that all pairs of bodies keep their required clearances."""
     robot, scene = joints.robot, scenario.scene
     if robot is None or not scene.is_checked:
@@ -48,7 +48,7 @@ def check_collisions(motion: Motion, scenario: Scenario, joints: JointRequiremen
 
 
 def clearance_from_robot(
-    trajectory: JointTrajectory, scenario: Scenario, joints: JointRequirements, name: str
+    trajectory: JointTrajectory, scenario: Scenario, joints: ScenarioJoints, name: str
 ) -> Finding | None:
     """Report how near the motion comes to another robot of the scene.
 

@@ -7,7 +7,7 @@ import numpy as np
 from knotwork.curves.polynomial.jumps import ALWAYS_A_JUMP, evaluation_noise, measure_jumps
 from knotwork.joint_quantities import MOTION_QUANTITIES, rate_unit
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.joint_requirements import JointRequirements
+from knotwork.task.scenario.scenario_joints import ScenarioJoints
 from knotwork.verification.finding import Findings, Group, Topic
 from knotwork.verification.motion import Motion
 
@@ -25,7 +25,7 @@ are about 100 times lower.
 """
 
 
-def check_continuity(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
+def check_continuity(motion: Motion, scenario: Scenario, joints: ScenarioJoints) -> Findings:
     """Find jumps of position, velocity and acceleration beyond rounding.
 
     There is a finding for every joint that jumps; if none does, for the joint nearest to a jump.
@@ -34,7 +34,7 @@ def check_continuity(motion: Motion, scenario: Scenario, joints: JointRequiremen
     """
     names = joints.joint_names
     for order, quantity in enumerate(MOTION_QUANTITIES[:JUMP_ORDERS]):
-        required = order <= scenario.given.continuity
+        required = order <= scenario.task.continuity
         sizes, allowed = measure_jumps(motion.curve, order)
         if not len(sizes):
             sizes = allowed = np.zeros((1, len(names)))
@@ -66,7 +66,7 @@ def check_continuity(motion: Motion, scenario: Scenario, joints: JointRequiremen
             )
 
 
-def check_resolution(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
+def check_resolution(motion: Motion, scenario: Scenario, joints: ScenarioJoints) -> Findings:
     """Check that rounding errors of position, velocity and acceleration are negligible.
 
     Where large terms of opposite signs cancel, their rounding errors remain. All other checks

@@ -9,10 +9,10 @@ import numpy as np
 
 from knotwork.curves.trajectory.motion_events import Event
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.joint_requirements import JointRequirements
 from knotwork.task.scenario.motion_segments import motion_segments
 from knotwork.task.scenario.repetitions import repetition_starts
 from knotwork.task.scenario.scenario import RequestedEvent
+from knotwork.task.scenario.scenario_joints import ScenarioJoints
 from knotwork.verification.finding import Finding, Findings, Group, Topic, Verdict
 from knotwork.verification.motion import Motion
 from knotwork.verification.waypoint_checks import TIME_ROUNDING
@@ -21,7 +21,7 @@ MAX_NAMED_EVENTS = 4
 """Maximum number of events named in a short report."""
 
 
-def check_events(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
+def check_events(motion: Motion, scenario: Scenario, joints: ScenarioJoints) -> Findings:
     """Report the time of each event, and compare the tool's position along a path with the task."""
     requested = [request.event for request in scenario.events]
     shown = [f"{event.text} {event.time:.3f} s" for event in requested[:MAX_NAMED_EVENTS]]
@@ -100,7 +100,7 @@ def _location_text(request: RequestedEvent, scenario: Scenario) -> str:
 
 
 def _compare_on_path(
-    request: RequestedEvent, motion: Motion, scenario: Scenario, joints: JointRequirements
+    request: RequestedEvent, motion: Motion, scenario: Scenario, joints: ScenarioJoints
 ) -> Finding:
     event, path = request.event, request.path
     if path is None or joints.robot is None:
@@ -122,7 +122,7 @@ def _compare_on_path(
     )
 
 
-def report_segments(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
+def report_segments(motion: Motion, scenario: Scenario, joints: ScenarioJoints) -> Findings:
     """Report the interval of each segment of the motion."""
     for segment in motion.trajectory.segments or motion_segments(scenario):
         topic = Topic(Group.SEGMENTS, "segment", segment.name)
@@ -130,7 +130,7 @@ def report_segments(motion: Motion, scenario: Scenario, joints: JointRequirement
         yield topic.finding("segment", segment.text, interval=interval)
 
 
-def report_cycles(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
+def report_cycles(motion: Motion, scenario: Scenario, joints: ScenarioJoints) -> Findings:
     """Report the time from the first waypoint of a repetition to that of the next."""
     for rows in repetition_starts(scenario):
         starts = scenario.times[rows]

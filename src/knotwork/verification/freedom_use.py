@@ -10,7 +10,7 @@ import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.task.scenario import Scenario, ScenarioPath
-from knotwork.task.scenario.joint_requirements import JointRequirements
+from knotwork.task.scenario.scenario_joints import ScenarioJoints
 from knotwork.units import Units
 from knotwork.verification.bounds.free_turn import free_angles, open_ranges
 from knotwork.verification.finding import Finding, Findings, Group, Subject, Topic
@@ -121,7 +121,7 @@ def _continue_turn(uses: list[FreedomUse]) -> list[FreedomUse]:
     ]
 
 
-def report_freedoms(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
+def report_freedoms(motion: Motion, scenario: Scenario, joints: ScenarioJoints) -> Findings:
     """Report the sampled free values within their ranges, and how far external axes move."""
     robot = joints.robot
     if robot is None:

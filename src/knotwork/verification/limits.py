@@ -15,7 +15,7 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.jumps import measure_jumps
 from knotwork.joint_quantities import JOINT_QUANTITIES, MAGNITUDES, MOTION_QUANTITIES, rate_unit
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.joint_requirements import JointRequirements
+from knotwork.task.scenario.scenario_joints import ScenarioJoints
 from knotwork.units import Units, rounded_up
 from knotwork.verification.finding import Finding, Findings, Group, Proof, Topic, verdict_on
 from knotwork.verification.motion import Motion, describe_time
@@ -42,7 +42,7 @@ MAX_ACCELERATION = 1e3
 """Acceleration that no arm reaches [rad/s² or m/s²], for joints without a limit."""
 
 
-def check_joint_limits(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
+def check_joint_limits(motion: Motion, scenario: Scenario, joints: ScenarioJoints) -> Findings:
     """Check position, velocity, acceleration and jerk of each joint against their limits."""
     for finding in check_derivative_limits(joints, motion.curve):
         yield explain_excess(finding, MOTION_QUANTITIES.index(finding.quantity), scenario)
@@ -71,7 +71,7 @@ def explain_excess(finding: Finding, order: int, scenario: Scenario) -> Finding:
     return replace(finding, fact=fact, remedy=remedy)
 
 
-def check_derivative_limits(joints: JointRequirements, curve: PiecewisePolynomial) -> Findings:
+def check_derivative_limits(joints: ScenarioJoints, curve: PiecewisePolynomial) -> Findings:
     """Compare exact extrema of position, velocity, acceleration and jerk with the limits.
 
     Args:
@@ -89,7 +89,7 @@ def check_derivative_limits(joints: JointRequirements, curve: PiecewisePolynomia
             yield joint_finding(joints, i, quantity, worst, jumps.get(i))
 
 
-def find_grossly_exceeded_limit(curve: PiecewisePolynomial, joints: JointRequirements) -> str:
+def find_grossly_exceeded_limit(curve: PiecewisePolynomial, joints: ScenarioJoints) -> str:
     """Name a limit that is exceeded so far that proofs of other properties are useless.
 
     Args:
@@ -213,7 +213,7 @@ def limit_finding(
 
 
 def joint_finding(
-    joints: JointRequirements,
+    joints: ScenarioJoints,
     i: int,
     quantity: str,
     worst: LimitedValue,
@@ -255,9 +255,7 @@ def lower_order_jumps(curve: PiecewisePolynomial, order: int) -> dict[int, tuple
     return jumps
 
 
-def report_missing_limits(
-    motion: Motion, scenario: Scenario, joints: JointRequirements
-) -> Findings:
+def report_missing_limits(motion: Motion, scenario: Scenario, joints: ScenarioJoints) -> Findings:
     """Report missing limits of a robot, with the peaks of the motion."""
     if joints.robot is None:
         return
@@ -284,7 +282,7 @@ def report_missing_limits(
 
 
 def check_acceleration_spike(
-    motion: Motion, scenario: Scenario, joints: JointRequirements
+    motion: Motion, scenario: Scenario, joints: ScenarioJoints
 ) -> Findings:
     """Find accelerations above `MAX_ACCELERATION` of a robot's joints without a limit."""
     if joints.robot is None:

@@ -6,7 +6,7 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors.plain_text import waypoint_text
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.joint_requirements import JointRequirements
+from knotwork.task.scenario.scenario_joints import ScenarioJoints
 
 AT_WAYPOINT = 1e-6
 """A time within this distance of a waypoint's [s] is at the waypoint."""
@@ -27,7 +27,7 @@ class Motion:
         curve: Joint positions, trailing shape (d,), joints in the order of `joints`.
     """
 
-    def __init__(self, trajectory: JointTrajectory, joints: JointRequirements) -> None:
+    def __init__(self, trajectory: JointTrajectory, joints: ScenarioJoints) -> None:
         self.trajectory = trajectory
         self.curve: PiecewisePolynomial = trajectory.reordered(
             joints.joint_names, joints.joint_units

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from knotwork.task.scenario import Scenario, ScenarioPath, Stretch
-from knotwork.task.scenario.joint_requirements import JointRequirements
+from knotwork.task.scenario.scenario_joints import ScenarioJoints
 from knotwork.verification.finding import Findings, Group, Proof, Topic, verdict_on
 from knotwork.verification.limits import LimitedValue
 from knotwork.verification.motion import Motion
@@ -40,7 +40,7 @@ Even a circle through five points is below it.
 """
 
 
-def check_tool_paths(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
+def check_tool_paths(motion: Motion, scenario: Scenario, joints: ScenarioJoints) -> Findings:
     """Compare the motion of the tool with each stretch of each path of the scenario.
 
     At another speed than planned, woven paths and those in moving frames are not compared.
@@ -60,7 +60,7 @@ def check_tool_paths(motion: Motion, scenario: Scenario, joints: JointRequiremen
 
 
 def check_curve_between_points(
-    motion: Motion, scenario: Scenario, joints: JointRequirements
+    motion: Motion, scenario: Scenario, joints: ScenarioJoints
 ) -> Findings:
     """Warn of a curve that deviates far from the straight line between two of its points.
 

@@ -17,7 +17,7 @@ from knotwork.errors import CheckFailedError, InputError
 from knotwork.errors.arguments import require_type
 from knotwork.errors.old_names import OldAttribute
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.joint_requirements import JointRequirements, read_joint_requirements
+from knotwork.task.scenario.scenario_joints import ScenarioJoints, read_scenario_joints
 from knotwork.units import Units
 from knotwork.verification.brief import (
     BRIEF_INDENT,
@@ -47,7 +47,7 @@ def check(
     trajectory: JointTrajectory,
     scenario: Scenario,
     *,
-    joints: JointRequirements | None = None,
+    joints: ScenarioJoints | None = None,
     defects: Sequence[str] = (),
     known: Sequence[Finding] = (),
     without: Sequence[str] = (),
@@ -80,7 +80,7 @@ def check(
             f"{scenario.name} leaves times or speeds free, so it does not define the motion over "
             "time; accepted: the scenario.yaml saved with the trajectory, or a frozen scenario"
         )
-    joints = joints if joints is not None else read_joint_requirements(scenario)
+    joints = joints if joints is not None else read_scenario_joints(scenario)
     motion = Motion(trajectory, joints)
     faults = [Topic(Group.MOTION).finding("defect", message, "failed") for message in defects]
     checks = [check_of for name, check_of in CHECKS.items() if name not in without]
@@ -305,7 +305,7 @@ class CheckedMotion:
     """
 
     scenario: Scenario
-    joints: JointRequirements
+    joints: ScenarioJoints
     joint_waypoints: JointWaypoints | None
     trajectory: JointTrajectory
     report: Report

@@ -15,7 +15,7 @@ from knotwork.errors.plain_text import waypoint_text
 from knotwork.joint_quantities import MOTION_QUANTITIES, rate_unit
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_reader import JointState
-from knotwork.task.scenario.joint_requirements import JointRequirements
+from knotwork.task.scenario.scenario_joints import ScenarioJoints
 from knotwork.units import Units
 from knotwork.verification.bounds.free_turn import turned_beyond
 from knotwork.verification.finding import Finding, Findings, Group, Topic, verdict_on
@@ -58,7 +58,7 @@ class _Miss(NamedTuple):
         return replace(finding, requested=requested, achieved=achieved)
 
 
-def check_time_span(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
+def check_time_span(motion: Motion, scenario: Scenario, joints: ScenarioJoints) -> Findings:
     """Check that the motion has the time span of its scenario."""
     slack = _time_slack(motion)
     first, last = scenario.waypoints[0].time, scenario.waypoints[-1].time
@@ -69,9 +69,9 @@ def check_time_span(motion: Motion, scenario: Scenario, joints: JointRequirement
     yield Topic(Group.MOTION).finding("time_span", message, verdict_on(same))
 
 
-def report_no_start(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
+def report_no_start(motion: Motion, scenario: Scenario, joints: ScenarioJoints) -> Findings:
     """Report that a motion without a start begins at its first waypoint, so has no approach."""
-    if joints.robot is None or scenario.given.start is not None:
+    if joints.robot is None or scenario.task.start is not None:
         return
     home = joints.robot.configurations.get("home")
     start = motion.curve(motion.start_time)
@@ -84,16 +84,14 @@ def report_no_start(motion: Motion, scenario: Scenario, joints: JointRequirement
     yield Topic(Group.NOT_PLANNED).finding("no_start", fact, highlight=f"{name}: {cause}")
 
 
-def check_tool_at_waypoints(
-    motion: Motion, scenario: Scenario, joints: JointRequirements
-) -> Findings:
+def check_tool_at_waypoints(motion: Motion, scenario: Scenario, joints: ScenarioJoints) -> Findings:
     """Compare the tool's pose and velocity, by forward kinematics (eq 1), with the waypoints."""
     for i, time in _passing_times(motion, scenario).items():
         yield from _tool_findings(i, scenario.waypoints[i], time, motion, scenario, joints)
 
 
 def check_joints_at_waypoints(
-    motion: Motion, scenario: Scenario, joints: JointRequirements
+    motion: Motion, scenario: Scenario, joints: ScenarioJoints
 ) -> Findings:
     """Compare joint values with those that the waypoints and the two ends require.
 
@@ -104,7 +102,7 @@ def check_joints_at_waypoints(
     achieved = [motion.curve(times, order) for order in (0, 1)]  # all waypoints at once, for speed
     for row, (i, time) in enumerate(passed.items()):
         waypoint = scenario.waypoints[i]
-        for order, requested in _joint_requirements(waypoint, joints.targets[i], joints):
+        for order, requested in _scenario_joints(waypoint, joints.targets[i], joints):
             miss = _joint_miss(order, requested, achieved[order][row], joints)
             yield miss.finding(_joint_topic(waypoint), time, scenario.units)
     if joints.end_acceleration is not None:
@@ -115,8 +113,8 @@ def check_joints_at_waypoints(
             yield miss.finding(_joint_topic(end), time, scenario.units)
 
 
-def _joint_requirements(
-    waypoint: ScenarioWaypoint, state: JointState | None, joints: JointRequirements
+def _scenario_joints(
+    waypoint: ScenarioWaypoint, state: JointState | None, joints: ScenarioJoints
 ) -> Iterator[tuple[int, FloatArray]]:
     """Required joint values at a waypoint, shape (d,), each with the order of its derivative."""
     if state is not None:
@@ -146,7 +144,7 @@ def _tool_findings(
     time: float,
     motion: Motion,
     scenario: Scenario,
-    joints: JointRequirements,
+    joints: ScenarioJoints,
 ) -> Findings:
     """Compare the tool at a time [s] with waypoint i, if it is given by a pose."""
     if joints.robot is None or not isinstance(waypoint, CartesianWaypoint):
@@ -204,7 +202,7 @@ def _joint_topic(waypoint: ScenarioWaypoint) -> Topic:
 
 
 def _joint_miss(
-    order: int, requested: FloatArray, achieved: FloatArray, joints: JointRequirements
+    order: int, requested: FloatArray, achieved: FloatArray, joints: ScenarioJoints
 ) -> _Miss:
     """The joint values, with the largest error relative to its tolerance."""
     quantity = f"joint_{MOTION_QUANTITIES[order]}"
@@ -221,7 +219,7 @@ def worst_joint(errors: FloatArray, tolerances: FloatArray) -> int:
     return int((errors / tolerances).argmax())
 
 
-def check_waits(motion: Motion, scenario: Scenario, joints: JointRequirements) -> Findings:
+def check_waits(motion: Motion, scenario: Scenario, joints: ScenarioJoints) -> Findings:
     """Compare joint positions during each wait with those at its start, over all time."""
     tolerances = joints.tolerances["joint_position"]
     for i in joints.waits:

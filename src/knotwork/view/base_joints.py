@@ -18,7 +18,7 @@ from knotwork.robot import Robot
 from knotwork.robot.joint_tree import JointTree, invert_chain, joint_tree, place_joints
 
 
-def drawn_joints(joints: JointTree, names: Iterable[str], first: int = 1) -> list[dict[str, Any]]:
+def drawn_joints(tree: JointTree, names: Iterable[str], first: int = 1) -> list[dict[str, Any]]:
     """Describe the joints of a tree from `first` on, as plain data with one entry per joint.
 
     `parent` counts joints from 1, and 0 is fixed. `quaternion` (x, y, z, w) and `origin` [m] place
@@ -28,11 +28,11 @@ def drawn_joints(joints: JointTree, names: Iterable[str], first: int = 1) -> lis
     return [
         {
             "name": name,
-            "parent": joints.parent[i],
-            "origin": joints.translation[i].tolist(),
-            "quaternion": pin.Quaternion(joints.rotation[i]).coeffs().tolist(),
-            "axis": joints.axis[i].tolist(),
-            "slides": not joints.angle_per_unit[i],
+            "parent": tree.parent[i],
+            "origin": tree.translation[i].tolist(),
+            "quaternion": pin.Quaternion(tree.rotation[i]).coeffs().tolist(),
+            "axis": tree.axis[i].tolist(),
+            "slides": not tree.angle_per_unit[i],
         }
         for i, name in enumerate(names, first)
     ]

@@ -22,7 +22,7 @@ def environment_joints(shown: ShownMotion) -> list[dict[str, Any]]:
     """Describe the joints after the robot's for the page, in the form of `drawn_joints`."""
     if shown.collision_model is None:
         return []
-    tree, first = shown.collision_model.joints, shown.robot.model.njoints
+    tree, first = shown.collision_model.tree, shown.robot.model.njoints
     names = (f"known joint {i}" for i in range(first, len(tree.parent)))
     return drawn_joints(tree, names, first)
 

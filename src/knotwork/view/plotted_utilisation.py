@@ -11,7 +11,7 @@ from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.joint_quantities import JOINT_QUANTITIES
 from knotwork.robot import Robot
-from knotwork.task.scenario.joint_requirements import JointRequirements
+from knotwork.task.scenario.scenario_joints import ScenarioJoints
 from knotwork.verification import Finding
 from knotwork.verification.bounds.tool_motion import speed_quantity
 from knotwork.verification.limits import (
@@ -89,7 +89,7 @@ def smallest_singular_values(robot: Robot, q: FloatArray) -> FloatArray:
 
 
 def _joint_values(
-    quantity: str, joints: JointRequirements, curve: PiecewisePolynomial, time: FloatArray
+    quantity: str, joints: ScenarioJoints, curve: PiecewisePolynomial, time: FloatArray
 ) -> FloatArray:
     order = JOINT_QUANTITIES[quantity].order
     if order is not None or joints.loaded_robots is None:
@@ -98,7 +98,7 @@ def _joint_values(
     return np.array([joints.loaded_robots.robot_at(when).effort(*state) for when, *state in states])
 
 
-def _judged_sides(finding: Finding, joint: int, joints: JointRequirements) -> tuple[float, float]:
+def _judged_sides(finding: Finding, joint: int, joints: ScenarioJoints) -> tuple[float, float]:
     """Lower and upper limit; for a range that is kept, only the limit of the finding."""
     lower, upper = (float(bounds[joint]) for bounds in joints.limits.bounds(finding.quantity))
     if JOINT_QUANTITIES[finding.quantity].limit != "range" or not finding.ok:

@@ -272,7 +272,7 @@ def _description(shown: ShownMotion) -> dict[str, Any]:
         "title": scenario.name,
         "robot": shown.robot.name,
         "origin": shown.trajectory.origin,
-        "description": scenario.given.description.strip(),
+        "description": scenario.task.description.strip(),
         "joint_panel": _joint_panel(shown.robot, units),
         "units": {"length": units.length, "per_metre": units.shown(1.0, "m")[0]},
     }

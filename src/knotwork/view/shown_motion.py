@@ -21,7 +21,7 @@ from knotwork.scene.collision_model import CollisionModel, find_carrier
 from knotwork.task import ExpandedTask
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_reader import JointState
-from knotwork.task.scenario.joint_requirements import JointRequirements, read_joint_requirements
+from knotwork.task.scenario.scenario_joints import ScenarioJoints, read_scenario_joints
 from knotwork.units import Units
 from knotwork.verification import Finding, Motion, Report
 from knotwork.verification.brief import worst_failure_text
@@ -51,7 +51,7 @@ class ShownMotion:
 
     trajectory: JointTrajectory
     scenario: Scenario
-    joints: JointRequirements
+    joints: ScenarioJoints
     report: Report | None = None
     joint_waypoints: JointWaypoints | None = None
     label: str = "trajectory"
@@ -67,14 +67,14 @@ class ShownMotion:
         cls,
         trajectory: JointTrajectory,
         scenario: Scenario,
-        joints: JointRequirements | None = None,
+        joints: ScenarioJoints | None = None,
     ) -> ShownMotion:
         """A motion, for a scenario.
 
         Raises:
             InputError: Its joints are not those of the scenario.
         """
-        joints = joints or read_joint_requirements(scenario)
+        joints = joints or read_scenario_joints(scenario)
         ordered = trajectory.reordered(joints.joint_names, joints.joint_units)
         return cls(ordered, scenario, joints, label=trajectory.origin or "trajectory")
 
@@ -87,14 +87,14 @@ class ShownMotion:
         """
         names, units = robot.joint_names, robot.joint_units
         ordered = trajectory.reordered(names, units, owner=f"robot {robot.name!r}")
-        joints = JointRequirements(names, units, robot.limits, robot=robot)
+        joints = ScenarioJoints(names, units, robot.limits, robot=robot)
         return cls(ordered, scenario_without_waypoints(f"{robot.name}: stored trajectory"), joints)
 
     @classmethod
     def of_joints(cls, trajectory: JointTrajectory) -> ShownMotion:
         """A motion of joints without known limits."""
         names, units = trajectory.joint_names, trajectory.joint_units
-        joints = JointRequirements(names, units, JointLimits(np.full(len(names), np.inf)))
+        joints = ScenarioJoints(names, units, JointLimits(np.full(len(names), np.inf)))
         return cls.of_trajectory(trajectory, scenario_without_waypoints(""), joints)
 
     @property
@@ -172,7 +172,7 @@ class ShownMotion:
     @property
     def chosen_velocities(self) -> set[str]:
         """Names of waypoints whose velocity was not given, but chosen by planning."""
-        return {name for section in self.scenario.given.chosen or () for name in section.velocities}
+        return {name for section in self.scenario.task.chosen or () for name in section.velocities}
 
     @property
     def times(self) -> FloatArray:

@@ -81,18 +81,18 @@ def trajectory_from_dict(data: Document | Mapping[str, Any]) -> JointTrajectory:
             (), "is a report of a check, not a trajectory", "the trajectory.json next to it"
         )
     content = documents.validate(_TrajectoryFile, document)
-    joints, pieces = len(content.joint_names), len(content.breaks) - 1
+    joint_count, pieces = len(content.joint_names), len(content.breaks) - 1
     coefficients = _array(document, ("coefficients",), content.coefficients, 3)
-    if coefficients.shape[1:] != (pieces, joints):
-        accepted = f"(degree + 1, {pieces} pieces, {joints} joints)"
+    if coefficients.shape[1:] != (pieces, joint_count):
+        accepted = f"(degree + 1, {pieces} pieces, {joint_count} joints)"
         raise document.error(("coefficients",), f"has shape {coefficients.shape}", accepted)
     for i, (before, after) in enumerate(pairwise(content.breaks), 1):
         if after <= before:
             message = f"{after!r} is not greater than {before!r}, the previous one"
             raise document.error(("breaks", i), message)
     units, names = content.units.joints, content.joint_names
-    if len(units) != joints:
-        raise document.error(("units", "joints"), f"has {len(units)} entries", f"{joints}")
+    if len(units) != joint_count:
+        raise document.error(("units", "joints"), f"has {len(units)} entries", f"{joint_count}")
     for i, name in enumerate(names):
         if name in names[:i]:
             raise document.error(("joint_names", i), f"{name!r} is given twice", "each joint once")

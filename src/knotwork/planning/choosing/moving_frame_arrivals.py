@@ -18,8 +18,8 @@ import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.errors import FollowingError, InputError, OutOfReachError, TimingError
-from knotwork.planning.choosing.chosen_times import ChosenValues, choose_times
-from knotwork.planning.choosing.free_sections import FreeTask
+from knotwork.planning.choosing.chosen_values import ChosenValues, choose_values
+from knotwork.planning.choosing.solved_scenario import SolvedScenario
 from knotwork.planning.timing.budget import Budget
 from knotwork.task import ExpandedTask
 from knotwork.task.scenario import Scenario
@@ -68,7 +68,7 @@ def fix_arrival_times(scenario: Scenario, budget: Budget) -> Scenario:
         arrivals = list(scenario.required_free_values.time_dependent)
         if np.abs(times - expected)[arrivals].max() <= AGREEMENT:
             return _with_numbers(scenario, chosen_values)
-        task = scenario.given.with_waypoints(_speeds(scenario, chosen_values))
+        task = scenario.task.with_waypoints(_speeds(scenario, chosen_values))
         if count == FULL_STEPS:
             task = task.with_waypoints(_solutions(scenario, chosen_values))
         following = times if count < FULL_STEPS else 0.5 * (expected + times)
@@ -90,7 +90,7 @@ def fix_arrival_times(scenario: Scenario, budget: Budget) -> Scenario:
 
 def _choose(scenario: Scenario, budget: Budget) -> ChosenValues:
     """Minimum times for the best solutions of the poses at the expected times."""
-    return choose_times(FreeTask.solve(scenario, scenario.required_free_values), budget)
+    return choose_values(SolvedScenario.solve(scenario, scenario.required_free_values), budget)
 
 
 def _first_choice(
@@ -108,7 +108,7 @@ def _first_choice(
     """
     guess, *others = guesses
     try:
-        guessed = change_task(scenario, scenario.given, guess)
+        guessed = change_task(scenario, scenario.task, guess)
         return guessed, _choose(guessed, budget)
     except (OutOfReachError, FollowingError) as error:
         if others:
@@ -127,7 +127,7 @@ def _guesses(scenario: Scenario) -> list[dict[int, float]]:
     first = free.time_dependent[0]
     task_i = scenario.task_index[first]
     if (
-        scenario.given.waypoints[task_i].time is not None
+        scenario.task.waypoints[task_i].time is not None
         or not free.waypoints[first].duration_is_free
     ):
         return [{}]
@@ -141,7 +141,7 @@ def _with_speeds_before(scenario: Scenario, budget: Budget) -> Scenario:
 
     They are those of the motion before, planned alone if it is a complete task.
     """
-    free, task = scenario.required_free_values, scenario.given
+    free, task = scenario.required_free_values, scenario.task
     first = free.time_dependent[0]
     if not any(waypoint.path_speed_is_free for waypoint in free.waypoints[:first]):
         return scenario
@@ -155,7 +155,7 @@ def _with_speeds_before(scenario: Scenario, budget: Budget) -> Scenario:
 
 def _speeds(scenario: Scenario, chosen_values: ChosenValues) -> dict[int, Any]:
     """Chosen speeds along paths up to the last moving frame, for the task."""
-    free, timed = scenario.required_free_values, chosen_values.scenario.given.waypoints
+    free, timed = scenario.required_free_values, chosen_values.scenario.task.waypoints
     until = free.waypoints[: free.time_dependent[-1] + 1]
     ends = [scenario.task_index[i] for i, end in enumerate(until) if end.path_speed_is_free]
     # a part of the task has its first waypoints only
@@ -164,7 +164,7 @@ def _speeds(scenario: Scenario, chosen_values: ChosenValues) -> dict[int, Any]:
 
 def _solutions(scenario: Scenario, chosen_values: ChosenValues) -> dict[int, Any]:
     """Chosen solutions of the poses up to the last moving frame, for the task."""
-    timed = chosen_values.scenario.given.waypoints
+    timed = chosen_values.scenario.task.waypoints
     reached = scenario.task_index[1 : scenario.required_free_values.time_dependent[-1] + 1]
     return {k: {"near": near} for k in reached if (near := getattr(timed[k], "near", None))}
 
@@ -178,7 +178,7 @@ def _times(scenario: Scenario, chosen_values: ChosenValues) -> FloatArray:
     times = np.array(chosen_values.scenario.times)
     for i in scenario.required_free_values.time_dependent:
         task_i = scenario.task_index[i]
-        time = scenario.given.waypoints[task_i].time
+        time = scenario.task.waypoints[task_i].time
         if time is None or ends_wait(scenario.task_index, i):
             continue
         if times[i] > time:
@@ -194,7 +194,7 @@ def _times(scenario: Scenario, chosen_values: ChosenValues) -> FloatArray:
 
 def _with_numbers(scenario: Scenario, chosen_values: ChosenValues) -> Scenario:
     """The scenario with numbers for its free values up to the last moving frame."""
-    free, task = scenario.required_free_values, scenario.given
+    free, task = scenario.required_free_values, scenario.task
     last, spans = free.time_dependent[-1], np.diff(chosen_values.scenario.times)
     changes: defaultdict[int, dict[str, Any]] = defaultdict(dict)
     changes.update(_speeds(scenario, chosen_values))

@@ -138,4 +138,4 @@ def scenario_document(scenario: str | Path | Mapping[str, Any] | Task | Scenario
         return read(path.absolute())
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
-    return Document(scenario.given.to_dict(), file=scenario.source)
+    return Document(scenario.task.to_dict(), file=scenario.source)

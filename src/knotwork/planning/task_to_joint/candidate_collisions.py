@@ -15,7 +15,7 @@ from knotwork.robot import Robot
 from knotwork.robot.kinematics.following.continuation import Continuation
 from knotwork.robot.kinematics.sequence.candidates import Candidates
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.joint_requirements import JointRequirements
+from knotwork.task.scenario.scenario_joints import ScenarioJoints
 from knotwork.waypoints import CartesianWaypoint
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ ENOUGH_CLEARANCE = 0.1
 
 
 def unsolved_collision_model(
-    scenario: Scenario, joints: JointRequirements, robot: Robot, times: FloatArray
+    scenario: Scenario, joints: ScenarioJoints, robot: Robot, times: FloatArray
 ) -> CollisionModel:
     """The collision model of a scenario whose poses are not solved yet.
 
@@ -75,7 +75,7 @@ class CandidateCollisions:
 
     @classmethod
     def for_scenario(
-        cls, scenario: Scenario, joints: JointRequirements, robot: Robot
+        cls, scenario: Scenario, joints: ScenarioJoints, robot: Robot
     ) -> CandidateCollisions | None:
         """The tests of a scenario; `None` if nothing in it can collide.
 

@@ -12,7 +12,7 @@ from knotwork.arrays import BoolArray, FloatArray
 from knotwork.curves.interpolation import BalancedKnots
 from knotwork.errors import PathError
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.joint_requirements import JointRequirements
+from knotwork.task.scenario.scenario_joints import ScenarioJoints
 from knotwork.waypoints import CartesianWaypoint, JointWaypoints
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ def knots_of(scenario: Scenario) -> Any:
 
 def complete_waypoints(
     scenario: Scenario,
-    joints: JointRequirements,
+    joints: ScenarioJoints,
     positions: FloatArray,
     velocities: FloatArray,
     knots: Any,
@@ -135,8 +135,10 @@ def _insert_waypoints(
     begin = track.start(start)
     continuation = track.continuation_from(begin.q)
     try:
-        joints = JointsOnPath(begin.robot, path.motion, begin.q, begin.pull, continuation)
-        followed = with_waypoints_inserted(joints, tolerances, times=path.times, knots=knots)
+        joints_on_path = JointsOnPath(begin.robot, path.motion, begin.q, begin.pull, continuation)
+        followed = with_waypoints_inserted(
+            joints_on_path, tolerances, times=path.times, knots=knots
+        )
     except PathError as error:
         error.path_start = path.first
         error.locate(scenario.waypoints[path.last].where)

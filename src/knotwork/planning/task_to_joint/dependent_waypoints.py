@@ -101,7 +101,7 @@ class GroupSolver:
         self, group: range, first: Candidates
     ) -> Iterator[tuple[Candidates, list[PathTrack]]]:
         """Candidates at the first waypoint, and the tracks they may follow, the best first."""
-        rate = self.scenario.given.pull_to_middle
+        rate = self.scenario.task.pull_to_middle
         tracks = [
             PathTrack(path, self.chains.for_freedom(path.freedom), rate)
             for path in self.scenario.paths
@@ -122,7 +122,7 @@ class GroupSolver:
         from knotwork.robot.kinematics.following.ladder import Ladder
 
         moving = [track for track in tracks if not track.path.motion.is_wait]
-        if self.scenario.given.pull_to_middle or len({track.path.freedom for track in moving}) != 1:
+        if self.scenario.task.pull_to_middle or len({track.path.freedom for track in moving}) != 1:
             return
         chain = moving[0].chain
         if not chain.robot.is_redundant:

@@ -24,7 +24,7 @@ from knotwork.robot.kinematics.geometry.configuration_flags import configuration
 from knotwork.robot.kinematics.sequence.candidates import Candidates
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_reader import JointState
-from knotwork.task.scenario.joint_requirements import JointRequirements
+from knotwork.task.scenario.scenario_joints import ScenarioJoints
 from knotwork.waypoints import CartesianWaypoint, PoseFreedom, TorchRanges
 
 if TYPE_CHECKING:
@@ -135,8 +135,8 @@ class FreedomChains:
 
 
 def with_virtual_joints(
-    scenario: Scenario, joints: JointRequirements, chains: FreedomChains
-) -> JointRequirements:
+    scenario: Scenario, joints: ScenarioJoints, chains: FreedomChains
+) -> ScenarioJoints:
     """The joints with the virtual joints of the scenario's freedoms appended, if any.
 
     Args:
@@ -263,7 +263,7 @@ def _pose_error(
     }
 
 
-def without_virtual_joints(solution: TaskSolution, joints: JointRequirements) -> TaskSolution:
+def without_virtual_joints(solution: TaskSolution, joints: ScenarioJoints) -> TaskSolution:
     """The solution for the longer chain, reduced to the joints of the arm."""
     waypoints, d = solution.waypoints, len(joints.joint_names)
     if len(waypoints.joint_names) == d:

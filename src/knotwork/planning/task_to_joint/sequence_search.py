@@ -37,7 +37,7 @@ from knotwork.robot.kinematics.sequence.nearness import travel_weights
 from knotwork.robot.kinematics.sequence.shortest_sequence import choose_sequence
 from knotwork.robot.kinematics.sequence.step_costs import Layer
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.joint_requirements import JointRequirements
+from knotwork.task.scenario.scenario_joints import ScenarioJoints
 from knotwork.waypoints import CartesianWaypoint
 
 
@@ -59,7 +59,7 @@ class ChosenSequence(NamedTuple):
     tracks: list[PathTrack]
 
 
-def home(joints: JointRequirements) -> FloatArray:
+def home(joints: ScenarioJoints) -> FloatArray:
     """The configuration `home`, or the middle of the joints' ranges."""
     robot = joints.robot
     if robot is not None and "home" in robot.configurations:
@@ -87,7 +87,7 @@ class SequenceSearch:
     def __init__(
         self,
         scenario: Scenario,
-        joints: JointRequirements,
+        joints: ScenarioJoints,
         chains: FreedomChains,
         avoided: Iterable[SequenceStep] = (),
     ) -> None:
@@ -201,7 +201,7 @@ class SequenceSearch:
             # and then follow the motion, so that joints do not unwind.
             gap = joint_difference(q, self.near, joint_axes(self.robot).is_revolute)
             distance = np.linalg.norm(gap / self.joint_rules.scale, axis=1)
-        elif self.scenario.given.prefer == "clearance" and self.collisions is not None:
+        elif self.scenario.task.prefer == "clearance" and self.collisions is not None:
             distance = self.collisions.clearance_cost(i, candidates)[rows]
         if i == 0:
             gap = q - (home(self.joints) if self.near is None else self.near)
@@ -245,7 +245,7 @@ def velocity_at(
     Raises:
         SingularityError: The twist is unattainable.
     """
-    target, rate = cast(CartesianWaypoint, scenario.waypoints[i]), scenario.given.pull_to_middle
+    target, rate = cast(CartesianWaypoint, scenario.waypoints[i]), scenario.task.pull_to_middle
     chain = chains.for_waypoint(target) if track is None else track.chain
     robot, q = chain.robot, q[chain.columns]
     if track is not None:

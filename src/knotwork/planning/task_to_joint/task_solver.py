@@ -12,7 +12,7 @@ from knotwork.errors import RobotError, UnknownNameError
 from knotwork.planning.task_to_joint.complete_waypoints import complete_waypoints
 from knotwork.planning.task_to_joint.task_solution import SequenceStep, TaskSolution
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.joint_requirements import JointRequirements
+from knotwork.task.scenario.scenario_joints import ScenarioJoints
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 def solve_task(
     scenario: Scenario,
-    joints: JointRequirements,
+    joints: ScenarioJoints,
     knots: Any = "paper",
     avoided: Sequence[SequenceStep] = (),
 ) -> TaskSolution:
@@ -54,9 +54,9 @@ def solve_task(
         RobotError: The arm is not redundant, and no joint can be pulled to the middle.
         DocumentError: Joint values name a joint or configuration that does not exist.
 
-    >>> from knotwork.task.scenario.joint_requirements import read_joint_requirements
+    >>> from knotwork.task.scenario.scenario_joints import read_scenario_joints
     >>> scenario = kw.load_scenario("ur5_deburring")
-    >>> solution = solve_task(scenario, read_joint_requirements(scenario))
+    >>> solution = solve_task(scenario, read_scenario_joints(scenario))
     >>> solution.choices[0].waypoint, solution.choices[0].branch
     ('approach', 'shoulder left, elbow up, flip')
     """
@@ -72,7 +72,7 @@ def solve_task(
 
 def _solve_poses(
     scenario: Scenario,
-    joints: JointRequirements,
+    joints: ScenarioJoints,
     robot: Robot,
     knots: Any,
     avoided: Sequence[SequenceStep],
@@ -109,7 +109,7 @@ def _solve_poses(
     return _with_chosen_velocities(without_virtual_joints(solution, joints), joints)
 
 
-def _solve_joint_targets(scenario: Scenario, joints: JointRequirements, knots: Any) -> TaskSolution:
+def _solve_joint_targets(scenario: Scenario, joints: ScenarioJoints, knots: Any) -> TaskSolution:
     """The solution if joint positions are given at all waypoints."""
     targets = [target for target in joints.targets if target is not None]
     positions = np.array([target.position for target in targets])
@@ -123,7 +123,7 @@ def _solve_joint_targets(scenario: Scenario, joints: JointRequirements, knots: A
     return _with_chosen_velocities(TaskSolution(waypoints), joints)
 
 
-def _with_chosen_velocities(solution: TaskSolution, joints: JointRequirements) -> TaskSolution:
+def _with_chosen_velocities(solution: TaskSolution, joints: ScenarioJoints) -> TaskSolution:
     """The solution with the velocities that were chosen."""
     velocity = solution.waypoints.velocity.copy()
     for section in joints.chosen_sections or ():
@@ -132,9 +132,9 @@ def _with_chosen_velocities(solution: TaskSolution, joints: JointRequirements) -
     return replace(solution, waypoints=replace(solution.waypoints, velocity=velocity))
 
 
-def _check_pull(scenario: Scenario, joints: JointRequirements) -> None:
+def _check_pull(scenario: Scenario, joints: ScenarioJoints) -> None:
     robot = joints.robot
-    if scenario.given.pull_to_middle and robot is not None and not robot.is_redundant:
+    if scenario.task.pull_to_middle and robot is not None and not robot.is_redundant:
         raise RobotError(
             robot.name,
             f"with {robot.dof} joints the arm has no self-motion; leave out pull_to_middle, or use "

@@ -69,7 +69,7 @@ class FollowedPath(NamedTuple):
 
 
 def with_waypoints_inserted(
-    joints: JointsOnPath,
+    joints_on_path: JointsOnPath,
     tolerance: ToolTolerances,
     *,
     times: FloatArray | None = None,
@@ -83,7 +83,7 @@ def with_waypoints_inserted(
     both sides, and waypoints are dense.
 
     Args:
-        joints: The arm on the path.
+        joints_on_path: The arm on the path.
         tolerance: Tolerances of the motion.
         times: Times that get a waypoint, in addition to the breaks of the path [s].
         knots: Knot placement of the curve: see `ModifiedHermiteSpline`.
@@ -91,14 +91,17 @@ def with_waypoints_inserted(
     Raises:
         PathError: The tolerances need too many waypoints, or are too fine to be proved.
     """
-    insertion, path = _Insertion(joints, tolerance, knots), joints.path
-    followed, utilisation = insertion.divide_evenly(_waypoint_times(path, [] if times is None else times))
+    insertion, path = _Insertion(joints_on_path, tolerance, knots), joints_on_path.path
+    ends = _waypoint_times(path, [] if times is None else times)
+    followed, utilisation = insertion.divide_evenly(ends)
     # not earlier, because rounding errors near a singularity are far larger with fewer waypoints
-    _check_tolerance(joints.robot, insertion.curve(followed), path, tolerance)
+    _check_tolerance(joints_on_path.robot, insertion.curve(followed), path, tolerance)
     while True:
         if (utilisation <= 1.0).all():
             curve = insertion.curve(followed)
-            utilisation = _proved_utilisation(joints.robot, curve, path, tolerance, followed.time)
+            utilisation = _proved_utilisation(
+                joints_on_path.robot, curve, path, tolerance, followed.time
+            )
             if (utilisation <= 1.0).all():
                 return followed
         followed = insertion.divide(followed, utilisation)
@@ -109,13 +112,13 @@ def with_waypoints_inserted(
 class _Insertion:
     """Insertion of waypoints along one path."""
 
-    joints: JointsOnPath
+    joints_on_path: JointsOnPath
     tolerance: ToolTolerances
     knots: Any
 
     def waypoints_at(self, times: FloatArray) -> FollowedPath:
-        q = self.joints.positions(times)
-        return FollowedPath(times, q, *self.joints.rates(times, q))
+        q = self.joints_on_path.positions(times)
+        return FollowedPath(times, q, *self.joints_on_path.rates(times, q))
 
     def curve(self, followed: FollowedPath) -> ModifiedHermiteSpline:
         return ModifiedHermiteSpline(
@@ -160,20 +163,22 @@ class _Insertion:
         start, length = followed.time[:-1, None], np.diff(followed.time)[:, None]
         times = (start + length * np.array(FOLLOWING_SAMPLES)).ravel()
         allowed, q = self.tolerance, spline(times)
-        off = sampled_path_errors(self.joints.robot, self.joints.path, q, spline(times, 1), times)
+        off = sampled_path_errors(
+            self.joints_on_path.robot, self.joints_on_path.path, q, spline(times, 1), times
+        )
         limits = np.array([allowed.path, allowed.path_orientation, allowed.path_speed])
         utilisation = (off / (SAMPLED_SHARE * limits)).max(axis=1)
-        if self.joints.robot.is_redundant:  # the tool's error does not include self-motion
+        if self.joints_on_path.robot.is_redundant:  # the tool's error does not include self-motion
             strayed = self._self_motion_error(q, times)
             utilisation = np.maximum(utilisation, strayed / SELF_MOTION_TOLERANCE)
         return np.asarray(utilisation.reshape(len(start), -1).max(axis=1))
 
     def _self_motion_error(self, q: FloatArray, times: FloatArray) -> FloatArray:
         """Distance of joints (k, d) from the motion on the path at times [rad or m], shape (k,)."""
-        strayed = np.abs(q - self.joints.curve(times)).max(axis=1)
+        strayed = np.abs(q - self.joints_on_path.curve(times)).max(axis=1)
         far = strayed > SELF_MOTION_TOLERANCE
         if far.any():  # `joints.curve` is approximate: compute these exactly
-            strayed[far] = np.abs(q[far] - self.joints.positions(times[far])).max(axis=1)
+            strayed[far] = np.abs(q[far] - self.joints_on_path.positions(times[far])).max(axis=1)
         return np.asarray(strayed)
 
     def _check_count(self, count: int) -> None:

@@ -45,13 +45,13 @@ class Layout:
     Attributes:
         intervals: Number of intervals.
         interval_pieces: Number of pieces of each interval.
-        joints: Number of joints.
+        joint_count: Number of joints.
         factors: Number of velocities along directions.
     """
 
     intervals: int
     interval_pieces: int
-    joints: int
+    joint_count: int
     factors: int
 
     @property
@@ -62,7 +62,7 @@ class Layout:
     @property
     def size(self) -> int:
         """Number of variables."""
-        return (3 * self.joints + 1) * self.pieces + 3 * self.joints + self.factors
+        return (3 * self.joint_count + 1) * self.pieces + 3 * self.joint_count + self.factors
 
     @property
     def waypoints(self) -> slice:
@@ -77,23 +77,23 @@ class Layout:
     @cached_property
     def state(self) -> IndexArray:
         """States of the breaks, one per column: positions, velocities and accelerations."""
-        starts = (3 * self.joints + 1) * np.arange(self.pieces + 1)
-        return starts + np.arange(3 * self.joints)[:, None]
+        starts = (3 * self.joint_count + 1) * np.arange(self.pieces + 1)
+        return starts + np.arange(3 * self.joint_count)[:, None]
 
     @property
     def q(self) -> IndexArray:
         """Positions at the breaks, shape (pieces + 1, joints)."""
-        return self.state[: self.joints].T
+        return self.state[: self.joint_count].T
 
     @property
     def v(self) -> IndexArray:
         """Velocities at the breaks, shape (pieces + 1, joints)."""
-        return self.state[self.joints : 2 * self.joints].T
+        return self.state[self.joint_count : 2 * self.joint_count].T
 
     @property
     def a(self) -> IndexArray:
         """Accelerations at the breaks, shape (pieces + 1, joints)."""
-        return self.state[2 * self.joints :].T
+        return self.state[2 * self.joint_count :].T
 
     @property
     def tau(self) -> IndexArray:

@@ -27,7 +27,7 @@ class Dynamics:
 
     Attributes:
         robot: The arm, with the joints of the problem in the same order.
-        joints: The joint tree, each joint after its parent.
+        tree: The joint tree, each joint after its parent.
 
     Raises:
         InputError: A joint has several degrees of freedom.
@@ -39,10 +39,10 @@ class Dynamics:
     """
 
     robot: Robot
-    joints: JointTree = field(init=False)
+    tree: JointTree = field(init=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "joints", joint_tree(self.robot.model))
+        object.__setattr__(self, "tree", joint_tree(self.robot.model))
 
     def effort(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
         """Joint efforts [N m or N] of many states, shape (..., d) each, by Pinocchio."""
@@ -56,14 +56,14 @@ class Dynamics:
         import casadi as ca
 
         moving = self._outwards(q, v, a)
-        joints, effort = self.joints, [ca.SX(0)] * len(moving)
+        tree, effort = self.tree, [ca.SX(0)] * len(moving)
         forces, moments = (
             [None, *(getattr(link, name) for link in moving[1:])] for name in ("force", "moment")
         )
         for i in reversed(range(1, len(moving))):
-            link, parent, k = moving[i], joints.parent[i], joints.column[i]
-            along = joints.angle_per_unit[i] * moments[i] + joints.length_per_unit[i] * forces[i]
-            effort[k] = ca.dot(_sparse(joints.axis[i]), along)
+            link, parent, k = moving[i], tree.parent[i], tree.column[i]
+            along = tree.angle_per_unit[i] * moments[i] + tree.length_per_unit[i] * forces[i]
+            effort[k] = ca.dot(_sparse(tree.axis[i]), along)
             effort[k] += float(self.robot.model.armature[k]) * a[k]
             if parent:
                 force = ca.mtimes(link.rotation, forces[i])
@@ -89,19 +89,19 @@ class Dynamics:
         """Motion of every link from the base to the tips, and the required force and moment."""
         import casadi as ca
 
-        model, joints, none = self.robot.model, self.joints, ca.SX(3, 1)
+        model, tree, none = self.robot.model, self.tree, ca.SX(3, 1)
         # gravity is an acceleration of the base
         lift = ca.SX(ca.DM(-model.gravity.linear))
         links = [_Moving(ca.SX.eye(3), none, none, none, none, lift, none, none)]
-        for i in range(1, len(joints.parent)):
-            k, parent, axis = joints.column[i], links[joints.parent[i]], joints.axis[i]
+        for i in range(1, len(tree.parent)):
+            k, parent, axis = tree.column[i], links[tree.parent[i]], tree.axis[i]
             turn, slide = (
-                _sparse(joints.angle_per_unit[i] * axis),
-                _sparse(joints.length_per_unit[i] * axis),
+                _sparse(tree.angle_per_unit[i] * axis),
+                _sparse(tree.length_per_unit[i] * axis),
             )
-            fixed = _sparse(joints.rotation[i])
-            rotation = ca.mtimes(fixed, _rotation(joints.angle_per_unit[i] * axis, q[k]))
-            offset = _sparse(joints.translation[i]) + ca.mtimes(fixed, slide * q[k])
+            fixed = _sparse(tree.rotation[i])
+            rotation = ca.mtimes(fixed, _rotation(tree.angle_per_unit[i] * axis, q[k]))
+            offset = _sparse(tree.translation[i]) + ca.mtimes(fixed, slide * q[k])
             spin, spin_rate = parent.spin, parent.spin_rate
             velocity = parent.velocity + ca.cross(spin, offset)
             acceleration = (

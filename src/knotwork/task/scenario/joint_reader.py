@@ -51,7 +51,7 @@ class JointReader:
 
     def to_si(self, values: Any, *location: str | int) -> dict[str, Any]:
         """Values by joint [rad or m, and per second]."""
-        length, angle = self.scenario.given.units.in_si
+        length, angle = self.scenario.task.units.in_si
         units = dict(zip(self.names, self.units, strict=True))
         return {
             name: np.multiply(value, angle if units[name] == "rad" else length).tolist()
@@ -78,7 +78,7 @@ class JointReader:
         """Limits by quantity and joint; position limits are pairs."""
         limits: dict[str, Mapping[str, Any]] = {}
         for kind in JOINT_QUANTITIES:
-            values = getattr(self.scenario.given.limits, kind)
+            values = getattr(self.scenario.task.limits, kind)
             if values is not None:
                 read = self.by_joint if kind == "effort" else self.to_si  # no unit of effort
                 limits[kind] = read(values, "limits", kind)
@@ -90,7 +90,7 @@ class JointReader:
 
     def accelerations(self) -> str | FloatArray | None:
         """The planner option of this name; values have shape (n, d)."""
-        given = self.scenario.given.planner_options.accelerations
+        given = self.scenario.task.planner_options.accelerations
         if given is None or isinstance(given, str):
             return given
         location = "planner_options", "accelerations"
@@ -101,14 +101,14 @@ class JointReader:
         result = {}
         for i, task_i in enumerate(self.scenario.task_index):
             if task_i >= 0:
-                near = getattr(self.scenario.given.waypoints[task_i], "near", None)
+                near = getattr(self.scenario.task.waypoints[task_i], "near", None)
                 if near is not None:
                     result[i] = self.array(near, "waypoints", task_i, "near")
         return result
 
     def chosen_sections(self) -> tuple[ChosenSection, ...] | None:
         """Sections of waypoints with a chosen motion, or `None`."""
-        motions = self.scenario.given.chosen or ()
+        motions = self.scenario.task.chosen or ()
         return tuple(self._chosen_section(motion, i) for i, motion in enumerate(motions)) or None
 
     def _chosen_section(self, motion: ChosenSectionFields, i: int) -> ChosenSection:
@@ -129,7 +129,7 @@ class JointReader:
     def tolerance(self, quantity: str) -> FloatArray:
         """Tolerance of a quantity of the joints, shape (d,)."""
         name = f"joint_{quantity}"
-        tolerances = self.scenario.given.tolerances
+        tolerances = self.scenario.task.tolerances
         value = getattr(tolerances, name)
         if name not in tolerances.model_fields_set:  # the default is in SI
             return np.full(len(self.names), value)
@@ -137,7 +137,7 @@ class JointReader:
 
     def end_acceleration(self) -> tuple[FloatArray, FloatArray] | None:
         """Required accelerations at the start and at the end, shape (d,) each, or `None`."""
-        ends = self.scenario.given.end_acceleration
+        ends = self.scenario.task.end_acceleration
         if ends is None:
             return None
         accelerations = ({}, {}) if isinstance(ends, str) else (ends.start, ends.end)
@@ -146,7 +146,7 @@ class JointReader:
         return start, self.array(accelerations[1], location, "end", missing=0.0)
 
     def _target(self, task_i: int) -> JointState | None:
-        task = self.scenario.given
+        task = self.scenario.task
         if task_i < 0:
             return JointState(self.array(task.start, "start"), np.zeros(len(self.names)))
         location = "waypoints", task_i

@@ -17,7 +17,7 @@ from knotwork.task.scenario.scenario import Scenario
 def find_clear_motions(scenario: Scenario) -> Iterator[tuple[list[int], ChosenSectionFields]]:
     """Waypoints of each collision-free motion in the task, by index, and the motion."""
     times = scenario.expected_times
-    for motion in scenario.given.chosen or ():
+    for motion in scenario.task.chosen or ():
         if motion.tries:
             low, high = motion.times[0] - EVENT_TOLERANCE, motion.times[-1] + EVENT_TOLERANCE
             yield np.flatnonzero((low <= times) & (times <= high)).tolist(), motion

@@ -66,9 +66,9 @@ def resolve_task(
     >>> resolve_task(kw.Task(waypoints=ends)).times
     array([0., 2.])
     """
-    given, locations = expand_repeats(task, locations or Locations())
-    reading = TaskReading(to_si(given, given.units), locations, given.units)
-    _check_keys(reading, given)
+    expanded, locations = expand_repeats(task, locations or Locations())
+    reading = TaskReading(to_si(expanded, expanded.units), locations, expanded.units)
+    _check_keys(reading, expanded)
     task_in_si = reading.task
     waypoints, paths, task_index = read_waypoints(reading, expected or {})
     free_values = read_free_values(task_in_si, reading.free_values, locations, task_index)
@@ -77,10 +77,10 @@ def resolve_task(
     events = EventReader(reading, waypoints, paths, task_index)
     file_name = "scenario" if locations.file is None else locations.file.stem
     return Scenario(
-        name=given.name or file_name,
+        name=expanded.name or file_name,
         waypoints=waypoints,
-        given=given,
-        planner=given.planner,
+        task=expanded,
+        planner=expanded.planner,
         tolerances=ToolTolerances.model_construct(
             **task_in_si.tolerances.model_dump(include={*ToolTolerances.model_fields})
         ),

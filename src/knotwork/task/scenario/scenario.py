@@ -10,6 +10,7 @@ import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.curves.trajectory.motion_events import Event
+from knotwork.errors.old_names import OldAttribute
 from knotwork.files.documents import Locations
 from knotwork.task.scenario.free_values_reader import FreeValues
 from knotwork.task.scenario.scene_model import Scene
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class JointTarget:
-    """A waypoint given by joint values, which `JointRequirements.targets` has in SI.
+    """A waypoint given by joint values, which `ScenarioJoints.targets` has in SI.
 
     Attributes:
         name: Name of the waypoint.
@@ -132,15 +133,15 @@ MIN_PATH_TOLERANCE = 1e-9
 
 @dataclass(frozen=True)
 class Scenario:
-    """A task for a robot arm, in SI except `given`, with poses in the robot's base frame.
+    """A task for a robot arm, in SI except `task`, with poses in the robot's base frame.
 
-    Joint values have units that depend on the robot: `JointRequirements` has them in SI.
+    Joint values have units that depend on the robot: `ScenarioJoints` has them in SI.
     Its waypoints include the start and the ends of waits; "by waypoint" is by their index.
 
     Attributes:
         name: Name of the scenario.
         waypoints: At least two waypoints, in order of time.
-        given: The task in its own units, its repeats written out. Planning and check read their
+        task: The task in its own units, its repeats written out. Planning and check read their
             options from it; changed tasks are made from it, and it is saved.
         planner: Name of the planner: the task's own, or the one passed to `plan`.
         tolerances: Tolerances of tool and path, in SI.
@@ -164,7 +165,7 @@ class Scenario:
 
     name: str
     waypoints: tuple[ScenarioWaypoint, ...]
-    given: ExpandedTask = field(repr=False, compare=False)
+    task: ExpandedTask = field(repr=False, compare=False)
     planner: str
     tolerances: ToolTolerances
     task_index: tuple[int, ...] = ()
@@ -179,6 +180,8 @@ class Scenario:
     continued_motion: tuple[JointTrajectory, float] | None = field(
         default=None, repr=False, compare=False
     )
+
+    given = OldAttribute("task")
 
     @property
     def source(self) -> Path | None:
@@ -196,7 +199,7 @@ class Scenario:
     @property
     def branch(self) -> str | dict[str, str]:
         """`"free"`, `"keep"`, `"fixed"`, or words by `"shoulder"`, `"elbow"` and `"wrist"`."""
-        branch = self.given.branch
+        branch = self.task.branch
         if isinstance(branch, str):
             return branch
         return {part: word for part, word in branch if word is not None}
@@ -207,7 +210,7 @@ class Scenario:
 
         With `knots: optimal` this is `"paper"`: knots are chosen only outside tool paths.
         """
-        knots = self.given.knots
+        knots = self.task.knots
         if isinstance(knots, Balanced):
             return knots.balanced
         return "paper" if isinstance(knots, str) and knots == "optimal" else knots

@@ -309,7 +309,7 @@ class _ClearanceSearch:
 
     def _place(self, times: Sequence[float]) -> tuple[FloatArray, FloatArray]:
         """Rotations and origins of all joints at some times."""
-        return place_joints(self.model.joints, self.curve(np.array(times)))
+        return place_joints(self.model.tree, self.curve(np.array(times)))
 
     def _clearances(self) -> Iterator[Clearance]:
         """The clearance of each pair of bodies that exist together."""

@@ -63,5 +63,5 @@ def _is_too_near(
     """Whether a pair of bodies does not keep its margin, at each time."""
     pair = model.pairs[k]
     bodies = model.bodies[pair.first], model.bodies[pair.second]
-    placed = zip(*place_joints(model.joints, curve(times)), strict=True)
+    placed = zip(*place_joints(model.tree, curve(times)), strict=True)
     return [are_nearer_than(*bodies, *joints, pair.margin) for joints in placed]

@@ -71,13 +71,13 @@ def effort_sizes(motion: TreeMotion, model: Any, rates: FloatArray) -> FloatArra
         model: Pinocchio model with the inertias of the links and motors.
         rates: Bounds of |q|, … |q''''|, shape (5, d, n).
     """
-    joints = motion.tree
+    tree = motion.tree
     n = rates.shape[2]
-    force = np.zeros((len(joints.parent), 3, n))
+    force = np.zeros((len(tree.parent), 3, n))
     moment = np.zeros_like(force)
     result = np.asarray(model.armature)[:, None] * rates[2:5]
-    for i in range(len(joints.parent) - 1, 0, -1):
-        unit, parent = motion.unit[i], joints.parent[i]
+    for i in range(len(tree.parent) - 1, 0, -1):
+        unit, parent = motion.unit[i], tree.parent[i]
         body = model.inertias[i]
         moments = np.linalg.eigvalsh(body.inertia)
         if body.mass or moments.any():
@@ -87,11 +87,11 @@ def effort_sizes(motion: TreeMotion, model: Any, rates: FloatArray) -> FloatArra
             force[i] += inertial
             moment[i] += product(lever * unit[:3], inertial)
             moment[i] += _spin(motion.angular[i], moments)
-        axis, column = motion.unit[parent][:3], joints.column[i]
-        if joints.angle_per_unit[i]:
-            result[:, column] += joints.angle_per_unit[i] * product(axis, moment[i])
-        if joints.length_per_unit[i]:
-            result[:, column] += abs(joints.length_per_unit[i]) * product(axis, force[i])
+        axis, column = motion.unit[parent][:3], tree.column[i]
+        if tree.angle_per_unit[i]:
+            result[:, column] += tree.angle_per_unit[i] * product(axis, moment[i])
+        if tree.length_per_unit[i]:
+            result[:, column] += abs(tree.length_per_unit[i]) * product(axis, force[i])
         force[parent] += force[i]
         moment[parent] += moment[i] + product(motion.offset[i][:3], force[i])
     return result
@@ -110,7 +110,7 @@ def _spin(angular: FloatArray, moments: FloatArray) -> FloatArray:
 
 def effort_quantity(model: Any) -> Quantity:
     """Joint efforts of a model, by Pinocchio's inverse dynamics (`pin.rnea`)."""
-    joints, data = joint_tree(model), model.createData()
+    tree, data = joint_tree(model), model.createData()
 
     def values(q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
         result = np.empty_like(q)
@@ -119,6 +119,6 @@ def effort_quantity(model: Any) -> Quantity:
         return result
 
     def sizes(rates: FloatArray) -> FloatArray:
-        return effort_sizes(tree_motion(joints, rates), model, rates)
+        return effort_sizes(tree_motion(tree, rates), model, rates)
 
-    return Quantity(values, sizes, joints.is_angle, absolute=True)
+    return Quantity(values, sizes, tree.is_angle, absolute=True)

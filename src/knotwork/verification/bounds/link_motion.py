@@ -62,11 +62,11 @@ class TreeMotion(NamedTuple):
         return np.asarray(np.sqrt(2.0) * np.stack((spin[0], spin[1] + spin[0] ** 2)))
 
 
-def tree_motion(joints: JointTree, rates: FloatArray) -> TreeMotion:
+def tree_motion(tree: JointTree, rates: FloatArray) -> TreeMotion:
     """Bound the motion of every link.
 
     Args:
-        joints: The joints.
+        tree: The joints.
         rates: Bounds of |q|, |q'|, … |q''''| of each joint, shape (5, d, n).
     """
     n = rates.shape[2]
@@ -74,21 +74,21 @@ def tree_motion(joints: JointTree, rates: FloatArray) -> TreeMotion:
     fixed = unit_bounds(still)
     nowhere = np.zeros((RATE_ORDERS, n))
     angular, unit, offset, origin = [still], [fixed], [nowhere], [nowhere]
-    for i, parent in enumerate(joints.parent[1:], 1):
-        q = rates[:, joints.column[i]]
+    for i, parent in enumerate(tree.parent[1:], 1):
+        q = rates[:, tree.column[i]]
         axis = unit[parent]
-        step = joints.offset[i] * axis
-        if joints.length_per_unit[i]:
-            step = step + abs(joints.length_per_unit[i]) * product(q, axis)
-        if joints.angle_per_unit[i]:
-            angular.append(angular[parent] + joints.angle_per_unit[i] * product(q[1:], axis))
+        step = tree.offset[i] * axis
+        if tree.length_per_unit[i]:
+            step = step + abs(tree.length_per_unit[i]) * product(q, axis)
+        if tree.angle_per_unit[i]:
+            angular.append(angular[parent] + tree.angle_per_unit[i] * product(q[1:], axis))
             unit.append(unit_bounds(angular[i]))
         else:
             angular.append(angular[parent])
             unit.append(axis)
         offset.append(step)
         origin.append(origin[parent] + step)
-    return TreeMotion(joints, tuple(angular), tuple(unit), tuple(offset), tuple(origin))
+    return TreeMotion(tree, tuple(angular), tuple(unit), tuple(offset), tuple(origin))
 
 
 def product(a: FloatArray, b: FloatArray) -> FloatArray:

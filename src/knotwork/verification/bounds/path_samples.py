@@ -104,12 +104,12 @@ class PathStretch:
     ) -> None:
         self.robot, self.curve, self.motion, self.freedom = robot, curve, motion, freedom
         self.clock = clock
-        self.joints, self.positions = joint_tree(robot.model), curve
+        self.tree, self.positions = joint_tree(robot.model), curve
         self.joint, self.lever = carrier_of(robot.model, robot.require_tool())
         if motion.has_own_clock:
             base, frame_joints = robot.base_placement.inverse(), motion.woven_frame.joints
-            self.joints = tree_from(frame_joints, self.joints, base)
-            self.joint += len(self.joints.parent) - 1 - robot.model.nv
+            self.tree = tree_from(frame_joints, self.tree, base)
+            self.joint += len(self.tree.parent) - 1 - robot.model.nv
             self.positions = append_joints(curve, frame_joints)
         self.low, self.high = self.timed_arc_length(np.array([start, end])).tolist()
 
@@ -142,10 +142,10 @@ class PathStretch:
         piece = np.clip(np.searchsorted(breaks, middle) - 1, 0, len(breaks) - 2)
         start = np.maximum(t[:-1] - breaks[piece], 0.0)
         rates = joint_rates(self.positions, Intervals(piece, start, np.diff(t)))
-        moved = tree_motion(self.joints, rates.bounds)
+        moved = tree_motion(self.tree, rates.bounds)
         point, rotation = moved.point(self.joint, self.lever), moved.rotation(self.joint)[1]
         spin = moved.angular[self.joint][0]
-        turned = 1.0 + rates.size[self.joints.is_angle].sum(axis=0)
+        turned = 1.0 + rates.size[self.tree.is_angle].sum(axis=0)
         rounding = VALUE_ROUNDING * turned * (point[0] + point[1] + 1.0)
         return PathSizes(point[2], point[3], spin, rotation, rounding)
 

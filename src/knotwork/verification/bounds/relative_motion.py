@@ -39,28 +39,28 @@ class RelativeMotion:
     """
 
     def __init__(self, table: SolidPairs, curve: PiecewisePolynomial, intervals: Intervals) -> None:
-        self.table, self.joints = table, table.model.joints
-        joints, middle = self.joints, intervals.middle[:, None]
+        self.table, self.tree = table, table.model.tree
+        tree, middle = self.tree, intervals.middle[:, None]
         c = curve.c[:, intervals.piece]
-        self.rotation, self.origin = place_joints(joints, horner(c, middle))
+        self.rotation, self.origin = place_joints(tree, horner(c, middle))
         self.half = intervals.length / 2
-        carriers = joints.carriers[table.joint]
+        carriers = tree.carriers[table.joint]
         a, b = carriers[table.first], carriers[table.second]
         self.between = (a & ~b).astype(float), (b & ~a).astype(float)
-        columns = list(joints.column[1:])
+        columns = list(tree.column[1:])
         rates = joint_rates(curve, intervals).bounds
         self.speed, self.acceleration = np.zeros((2, *self.origin.shape[:2]))
         self.speed[:, 1:], self.acceleration[:, 1:] = rates[1, columns].T, rates[2, columns].T
         self.rate = np.zeros_like(self.speed)
         self.rate[:, 1:] = horner(differentiate(c), middle)[:, columns]
-        self.axis = (self.rotation @ joints.axis[:, :, None])[..., 0]
+        self.axis = (self.rotation @ tree.axis[:, :, None])[..., 0]
         self.corners = table.corners(self.rotation, self.origin)
         self.levers = self._levers(carriers)
         self.moves = (self.speed * self.half[:, None])[:, :, None] * self.levers
 
     def _levers(self, carriers: NDArray[np.bool_]) -> FloatArray:
         """Largest speed of a point of each solid for a joint speed of 1, shape (k, n + 1, s)."""
-        joints = self.joints
+        tree = self.tree
         k, n = self.origin.shape[:2]
         levers = np.zeros((k, n, len(self.table.solids)))
         for j in range(1, n):
@@ -69,7 +69,7 @@ class RelativeMotion:
             along = (self.axis[:, j, None, None, :] @ arm)[:, :, 0]
             square = (arm * arm).sum(axis=2) - along * along
             off = np.sqrt(np.maximum(square.max(axis=2), 0.0))
-            levers[:, j, carried] = joints.angle_per_unit[j] * off + abs(joints.length_per_unit[j])
+            levers[:, j, carried] = tree.angle_per_unit[j] * off + abs(tree.length_per_unit[j])
         return levers
 
     def largest(self, row: IndexArray, pair: IndexArray) -> FloatArray:
@@ -110,8 +110,8 @@ class RelativeMotion:
             normal: Unit vectors, shape (m, 3).
         """
         turns, slides, axis = (
-            self.joints.angle_per_unit,
-            self.joints.length_per_unit,
+            self.tree.angle_per_unit,
+            self.tree.length_per_unit,
             self.axis[row],
         )
         rate = self.rate[row] * moved

@@ -86,7 +86,7 @@ def speed_quantity(model: Any, frame: int, order: int) -> Quantity:
     moved: Callable[..., Any] = (
         pin.getFrameVelocity if order == 1 else pin.getFrameClassicalAcceleration
     )
-    joints, data, (joint, lever) = joint_tree(model), model.createData(), carrier_of(model, frame)
+    tree, data, (joint, lever) = joint_tree(model), model.createData(), carrier_of(model, frame)
 
     def values(q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
         sizes = np.empty((len(q), 1))
@@ -96,9 +96,9 @@ def speed_quantity(model: Any, frame: int, order: int) -> Quantity:
         return sizes
 
     def bounds(rates: FloatArray) -> FloatArray:
-        return tree_motion(joints, rates).point(joint, lever)[order : order + 3, None]
+        return tree_motion(tree, rates).point(joint, lever)[order : order + 3, None]
 
-    return Quantity(values, bounds, joints.is_angle)
+    return Quantity(values, bounds, tree.is_angle)
 
 
 def _point_bound(
@@ -161,9 +161,9 @@ def _singularity(robot: Robot) -> Quantity:
     """
     model, data = robot.model, robot.model.createData()
     frame = robot.require_tool()
-    joints = joint_tree(model)
+    tree = joint_tree(model)
     carrier, distance = carrier_of(model, frame)
-    first = joints.column[joints.chain_to(carrier)[0]]
+    first = tree.column[tree.chain_to(carrier)[0]]
 
     def values(q: FloatArray, _v: FloatArray, _a: FloatArray) -> FloatArray:
         jacobians = np.empty((len(q), 6, q.shape[1]))
@@ -176,10 +176,10 @@ def _singularity(robot: Robot) -> Quantity:
     def sizes(rates: FloatArray) -> FloatArray:
         rates = rates.copy()
         rates[:, first] = 0.0
-        J = jacobian_sizes(tree_motion(joints, rates), carrier, distance)
+        J = jacobian_sizes(tree_motion(tree, rates), carrier, distance)
         return product(J, J)[:, None]
 
-    return Quantity(values, sizes, joints.is_angle)
+    return Quantity(values, sizes, tree.is_angle)
 
 
 def jacobian_sizes(motion: TreeMotion, carrier: int, distance: float) -> FloatArray:
@@ -195,14 +195,14 @@ def jacobian_sizes(motion: TreeMotion, carrier: int, distance: float) -> FloatAr
     Returns:
         Bounds, shape (3, n).
     """
-    joints: JointTree = motion.tree
+    tree: JointTree = motion.tree
     reach = distance * motion.unit[carrier][:3]
     total = np.zeros_like(reach)
-    for i in reversed(joints.chain_to(carrier)):
-        axis = motion.unit[joints.parent[i]][:3]
-        angular = joints.angle_per_unit[i] * axis
-        linear = abs(joints.length_per_unit[i]) * axis
-        if joints.angle_per_unit[i]:
+    for i in reversed(tree.chain_to(carrier)):
+        axis = motion.unit[tree.parent[i]][:3]
+        angular = tree.angle_per_unit[i] * axis
+        linear = abs(tree.length_per_unit[i]) * axis
+        if tree.angle_per_unit[i]:
             linear = linear + product(angular, reach)
         total += linear**2 + angular**2
         reach = reach + motion.offset[i][:3]

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from knotwork.curves.trajectory import JointTrajectory
     from knotwork.robot import Robot
     from knotwork.task.scenario import Scenario
-    from knotwork.task.scenario.joint_requirements import JointRequirements
+    from knotwork.task.scenario.scenario_joints import ScenarioJoints
 
 REPLACED_SUBJECTS = ("waypoint", "path", "wait", "motion", "event")
 """Subjects of requirements that are left out if tolerances of the log are given."""
@@ -56,7 +56,7 @@ _ROTATION_UNITS = ("rad", "rad/s", "rad/s²")
 def check_log(
     alignment: Alignment,
     scenario: Scenario,
-    joints: JointRequirements,
+    joints: ScenarioJoints,
     tolerances: LogTolerances | None = None,
 ) -> Report:
     """Check a log against a scenario.
@@ -169,7 +169,7 @@ def _check_tolerances(
             raise UnknownNameError("joint", name, list(units))
 
 
-def _uncertainty(finding: Finding, alignment: Alignment, joints: JointRequirements) -> float | None:
+def _uncertainty(finding: Finding, alignment: Alignment, joints: ScenarioJoints) -> float | None:
     """Uncertainty of a finding's value due to the log's noise; `None` if unknown."""
     if finding.value is None or not np.isfinite(finding.value) or finding.margin is None:
         return None

@@ -46,7 +46,7 @@ def waypoint_here(
         scenario: The scenario.
         robot: The robot of the task.
         q: Joint positions, joints in the robot's order, shape (d,).
-        after: Index in `scenario.given` of the previous waypoint; -1 for the start.
+        after: Index in `scenario.task` of the previous waypoint; -1 for the start.
         fraction: Time of the new waypoint, as a fraction of the time between its neighbours.
         joints: Whether joint values define the waypoint, not the pose of the tool. For an arm with
             few joints they always do.
@@ -54,7 +54,7 @@ def waypoint_here(
     Raises:
         InputError: The waypoint is on a curved tool path, or on a line with joint values.
     """
-    task = scenario.given
+    task = scenario.task
     length, angle = task.units.in_si
     neighbour_waypoint = task.waypoints[max(after, 0)]
     added, changes = _time_between(scenario, after, fraction)
@@ -103,7 +103,7 @@ def _time_between(
     scenario: Scenario, after: int, fraction: float
 ) -> tuple[dict[str, Any], list[Change]]:
     """Keys of a new waypoint except its place, and the changes of its neighbours."""
-    task = scenario.given
+    task = scenario.task
     if after + 1 == len(task.waypoints):
         return _at_the_end(scenario, after)
     following = task.waypoints[after + 1]
@@ -143,7 +143,7 @@ def _at_the_end(scenario: Scenario, after: int) -> tuple[dict[str, Any], list[Ch
 
     The new motion takes as long as the previous one.
     """
-    task = scenario.given
+    task = scenario.task
     last = task.waypoints[after]
     passing = isinstance(last, PathWaypoint) or last.stop or last.dwell
     moves = passing or getattr(last, "velocity", None) or getattr(last, "speed", None)

@@ -70,7 +70,7 @@ def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
         scenario: The scenario.
         robot: The robot of the task.
     """
-    file = to_si(scenario.given, scenario.given.units)
+    file = to_si(scenario.task, scenario.task.units)
     frames = Frames(file.frames, scenario.locations)
     fixed_frames = {
         name for name, frame in frames.items() if frame.rests_on(scenario.pose_frame_link)
@@ -84,7 +84,7 @@ def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
         if not isinstance(waypoint, JointWaypoint) and file.frame_of(waypoint) in fixed_frames:
             for handle in _waypoint_handles(scenario, file, i, frame):
                 by_place.setdefault(handle.at, handle)  # only of the first repetition
-    task = scenario.given
+    task = scenario.task
     placed_parts = (
         (("scene", "objects"), file.scene.objects, task.scene.objects),
         (("frames",), file.frames, task.frames),
@@ -113,7 +113,7 @@ def _waypoint_handles(scenario: Scenario, file: Task, i: int, frame: Any) -> Ite
     shown = cast(CartesianWaypoint, scenario.waypoints[scenario.task_index.index(i)])
     turn = frame(None).rotation @ shown.pose.rotation
     at = scenario.locations.in_file(("waypoints", i))
-    raw = cast(PoseWaypoint, scenario.given.waypoints[i])
+    raw = cast(PoseWaypoint, scenario.task.waypoints[i])
     pose = pin.SE3(turn, parent * np.array(waypoint.pose.position))
     form, position = _form(waypoint.pose), raw.pose.position
     yield Handle((*at, "pose"), shown.name, "waypoint", pose, (parent, axes), position, *form)

@@ -24,7 +24,7 @@ from knotwork.robot import Robot
 from knotwork.robot.kinematics import solve_pose_ik
 from knotwork.task import Task
 from knotwork.task.scenario import Scenario, resolve_task
-from knotwork.task.scenario.joint_requirements import read_joint_requirements
+from knotwork.task.scenario.scenario_joints import read_scenario_joints
 from knotwork.task.task_source import moved_paths
 from knotwork.view.editing.additions import box_at, waypoint_here
 from knotwork.view.editing.draft import Draft, as_javascript, structure_digest, units
@@ -68,7 +68,7 @@ class DraftReading:
         """
         revision, document = draft.revision, draft.document()
         scenario = resolve_task(validate(Task, document), document)
-        robot = read_joint_requirements(scenario).robot
+        robot = read_scenario_joints(scenario).robot
         all_handles = [] if robot is None else handles(scenario, robot)
         return cls(
             revision=revision,
@@ -208,7 +208,7 @@ class Session:
         }
         if not 0.99 < np.linalg.norm(values.get("quaternion", [1.0])) < 1.01:
             raise InputError("the quaternion of a handle must have norm 1")
-        changes = move_handle(handle, reading.scenario.given.units.in_si, **values)
+        changes = move_handle(handle, reading.scenario.task.units.in_si, **values)
         self.draft.apply(changes, str(request.get("gesture", "")))
         return {"structure": structure_digest(self.draft.document().data)}
 
@@ -235,7 +235,7 @@ class Session:
             raise InputError("nothing can be added before the task is planned")
         robot, q = self._arm(request)
         scenario, planned = reading.scenario, self.plan.scenario
-        task, count = scenario.given, len(scenario.given.waypoints)
+        task, count = scenario.task, len(scenario.task.waypoints)
         if request.get("what") == "box":
             point = robot.forward(q).translation
             changes = box_at(task, 1.3 * point, 0.1 * self.server.scene_size)

@@ -56,7 +56,7 @@ WARM_START_OPTIONS: dict[str, Any] = {
 """IPOPT options for a start from the solution of a problem with slightly different limits."""
 
 
-class SectionProgram:
+class TimingProgram:
     """The nonlinear program of a section; IPOPT solves it.
 
     Args:
@@ -162,7 +162,7 @@ class SectionProgram:
         a position limit, and of points that are constant because the waypoint is at rest.
         """
         problem, layout = self.problem, self.layout
-        shape = (4, layout.intervals, layout.interval_pieces, layout.joints)
+        shape = (4, layout.intervals, layout.interval_pieces, layout.joint_count)
         q = problem.position
         at_rest = ~problem.is_direction & (problem.velocity == 0.0).all(axis=1)
         still = at_rest & (problem.acceleration == 0.0).all(axis=1)
@@ -214,7 +214,7 @@ class SectionProgram:
         v = layout.v[layout.waypoints][self.directed]
         directions = self.problem.velocity[self.directed] / self.scale.unit(1)
         columns = np.concatenate((v, layout.factor[:, None]), axis=1).T
-        return Block(direction_kernel(layout.joints), columns, {"direction": directions.T})
+        return Block(direction_kernel(layout.joint_count), columns, {"direction": directions.T})
 
     def _piece_block(self) -> Block:
         """Equations, limits and costs of the pieces."""
@@ -223,7 +223,7 @@ class SectionProgram:
         span = layout.interval_pieces * self.guess.span / scale.time
         max_jerk = (1.0 - self.margin) * problem.limits.jerk / scale.unit(3)
         usual_acceleration = np.minimum(problem.limits.acceleration, scale.unit(2))
-        calmness = CALMNESS_WEIGHT * cost / (usual_acceleration**2 * total * layout.joints)
+        calmness = CALMNESS_WEIGHT * cost / (usual_acceleration**2 * total * layout.joint_count)
         weights = {
             "time_weight": objective.time * np.ones(1),
             "acceleration_weight": (objective.acceleration + calmness) * scale.unit(2) ** 2,
@@ -241,7 +241,7 @@ class SectionProgram:
         if self.tightening.position:
             bounds["position_points"] = self._positions_between()
         limits_jerk = bool(np.isfinite(problem.limits.jerk).any())
-        kernel = piece_kernel(layout.joints, limits_jerk, self.tightening.position)
+        kernel = piece_kernel(layout.joint_count, limits_jerk, self.tightening.position)
         return Block(kernel, layout.piece, parameters, bounds)
 
     def typical_cost(self) -> float:
@@ -260,7 +260,7 @@ class SectionProgram:
     def _max_velocities(self) -> FloatArray:
         """Maximum velocities at two Bézier points of each piece, scaled, shape (2 d, pieces)."""
         layout, limit = self.layout, self.problem.limits.velocity
-        shape = (2, layout.intervals, layout.interval_pieces, layout.joints)
+        shape = (2, layout.intervals, layout.interval_pieces, layout.joint_count)
         points = np.broadcast_to((1.0 - self.margin) * limit, shape).copy()
         # with zero acceleration, the point next to the waypoint has its velocity
         passed = np.where(self._passes_at_limit(), 1.001 * limit, 0.0)

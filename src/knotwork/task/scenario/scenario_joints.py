@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class JointRequirements:
+class ScenarioJoints:
     """The joints of a scenario and the requirements on them, in SI, by index of its waypoint.
 
     Planning and check read joint values only from here, never from the task, whose units differ.
@@ -72,7 +72,7 @@ class JointRequirements:
 
 
 def by_joint(
-    joints: JointRequirements | JointTrajectory, values: FloatArray, units: TaskUnits
+    joints: ScenarioJoints | JointTrajectory, values: FloatArray, units: TaskUnits
 ) -> dict[str, Any]:
     """Values by joint in the units of a task.
 
@@ -86,7 +86,7 @@ def by_joint(
     return dict(zip(joints.joint_names, (values / unit).T.tolist(), strict=True))
 
 
-def read_joint_requirements(scenario: Scenario) -> JointRequirements:
+def read_scenario_joints(scenario: Scenario) -> ScenarioJoints:
     """Load the joints or robot of a scenario, and resolve its joint values.
 
     Raises:
@@ -95,24 +95,24 @@ def read_joint_requirements(scenario: Scenario) -> JointRequirements:
 
     >>> ends = [{"joints": {"a": 0}}, {"joints": {"a": 90}, "after": 1}]
     >>> scenario = kw.load_scenario({"units": {"angle": "deg"}, "waypoints": ends})
-    >>> read_joint_requirements(scenario).targets[1].position
+    >>> read_scenario_joints(scenario).targets[1].position
     array([1.57079633])
     """
-    used_fraction = scenario.given.limits.used_fraction
+    used_fraction = scenario.task.limits.used_fraction
     robot = loaded_robots = None
-    if scenario.given.robot is None:
+    if scenario.task.robot is None:
         read = _bare_joints(scenario)
         limits = JointLimits.by_joint(read.names, read.limits()).scaled(used_fraction)
     else:
-        robot = _robot(scenario)
+        robot = _configured_robot(scenario)
         read = JointReader(scenario, robot.joint_names, robot.joint_units, robot.configurations)
         robot = robot.with_limits(**read.limits()).with_limits_scaled(used_fraction)
         limits = robot.limits
         if not robot.base_moves:
             loaded_robots = robots_with_loads(scenario, robot)
-    near = scenario.given.near
+    near = scenario.task.near
     targets = read.targets()
-    return JointRequirements(
+    return ScenarioJoints(
         read.names,
         read.units,
         limits,
@@ -130,10 +130,10 @@ def read_joint_requirements(scenario: Scenario) -> JointRequirements:
     )
 
 
-def _robot(scenario: Scenario) -> Robot:
-    """The robot of a scenario with its tool and options, as loaded."""
-    task = scenario.given
-    robot = _with_unplanned_joints(scenario, moved_robot(scenario))
+def _configured_robot(scenario: Scenario) -> Robot:
+    """The robot of a scenario with its tool, gravity, weights and unplanned joints."""
+    task = scenario.task
+    robot = _with_unplanned_joints(scenario, robot_with_tool(scenario))
     if task.gravity is not None:
         with scenario.locations.errors_at("gravity"):
             robot = robot.with_gravity(task.gravity)
@@ -148,7 +148,7 @@ def _robot(scenario: Scenario) -> Robot:
     return robot
 
 
-def moved_robot(scenario: Scenario) -> Robot:
+def robot_with_tool(scenario: Scenario) -> Robot:
     """The robot of a scenario with its tool; its base is the frame of the poses.
 
     Raises:
@@ -158,25 +158,25 @@ def moved_robot(scenario: Scenario) -> Robot:
     from knotwork.robot import load_robot
     from knotwork.task.scenario.geometry import read_placement
 
-    given = scenario.given
+    task = scenario.task
     file = scenario.locations.file
-    if given.robot is None:
+    if task.robot is None:
         raise InputError(f"{scenario.name} names no robot")
     with scenario.locations.errors_at("robot"):
         robot = load_robot(
-            scenario.locations.document(given.robot, ("robot",))
-            if isinstance(given.robot, dict)
-            else given.robot,
+            scenario.locations.document(task.robot, ("robot",))
+            if isinstance(task.robot, dict)
+            else task.robot,
             relative_to=file.parent if file is not None else None,
         )
-    tool = to_si(given.tool or Tool.model_construct(), given.units)
+    tool = to_si(task.tool or Tool.model_construct(), task.units)
     offset = None
     if tool.offset is not None:
         offset = read_placement(tool.offset, scenario.locations, ("tool", "offset"))
     payload = read_payload(tool, scenario.locations, ("tool",))
     with scenario.locations.errors_at("tool", "frame"):
         robot = robot.with_tool(frame=tool.frame, offset=offset, payload=payload)
-    for name, frame in given.frames.items():  # all links that carry frames exist
+    for name, frame in task.frames.items():  # all links that carry frames exist
         if frame.on is not None:
             with scenario.locations.errors_at("frames", name, "on"):
                 robot.frame_index(frame.on)
@@ -187,8 +187,8 @@ def moved_robot(scenario: Scenario) -> Robot:
 
 def _with_unplanned_joints(scenario: Scenario, robot: Robot) -> Robot:
     """The robot with its unplanned joints set from the task's named configurations."""
-    given: dict[Location, Any] = {("start",): scenario.given.start}
-    for i, waypoint in enumerate(scenario.given.waypoints):
+    given: dict[Location, Any] = {("start",): scenario.task.start}
+    for i, waypoint in enumerate(scenario.task.waypoints):
         given["waypoints", i, "joints"] = getattr(waypoint, "joints", None)
     for location, joints in given.items():
         if isinstance(joints, str) and joints in robot.configurations:
@@ -224,7 +224,7 @@ def _check_motion_limits(scenario: Scenario, robot: Robot) -> None:
 
 def _bare_joints(scenario: Scenario) -> JointReader:
     """The reader of the joints of a scenario without a robot."""
-    task = scenario.given
+    task = scenario.task
     first: Any = task.start or getattr(task.waypoints[0], "joints", ())
     names = tuple(first)
     for name in task.joint_units:

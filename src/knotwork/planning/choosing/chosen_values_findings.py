@@ -11,11 +11,11 @@ import numpy as np
 from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.joint_quantities import rate_unit
-from knotwork.planning.choosing.chosen_times import ChosenValues
+from knotwork.planning.choosing.chosen_values import ChosenValues
 from knotwork.planning.choosing.path_speed_problem import Reason
 from knotwork.task import ChosenSectionFields
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.joint_requirements import JointRequirements
+from knotwork.task.scenario.scenario_joints import ScenarioJoints
 from knotwork.verification import Finding, Motion
 from knotwork.verification.bounds.clearance import least_clearance
 from knotwork.verification.collisions import motion_model
@@ -36,8 +36,8 @@ _Shares = list[tuple[str, float | None]]
 """Texts of active limits, each with its share of the time."""
 
 
-def chosen_times_findings(
-    chosen_values: ChosenValues, joints: JointRequirements
+def chosen_values_findings(
+    chosen_values: ChosenValues, joints: ScenarioJoints
 ) -> Iterator[Finding]:
     """Report the duration, its gap to the lower bound, and the active limits.
 
@@ -110,7 +110,7 @@ def _conditions(chosen_values: ChosenValues) -> str:
     return f" with {', '.join(conditions)}" if conditions else ""
 
 
-def _unlimited_note(joints: JointRequirements) -> str:
+def _unlimited_note(joints: ScenarioJoints) -> str:
     """Text of the warning on joints without an acceleration limit; empty if all have one."""
     missing = np.isinf(joints.limits.acceleration)
     if joints.robot is None or not missing.any():
@@ -166,7 +166,7 @@ def _longest(limits: _Shares) -> str:
 def clear_motion_findings(
     clear_motions: Iterable[tuple[list[int], ChosenSectionFields]],
     scenario: Scenario,
-    joints: JointRequirements,
+    joints: ScenarioJoints,
     trajectory: JointTrajectory,
 ) -> Iterator[Finding]:
     """Report the tries and the minimum clearance of each collision-free motion.
@@ -182,7 +182,7 @@ def clear_motion_findings(
     motion = Motion(trajectory, joints)
     model = motion_model(motion, scenario, joints.robot)
     around = replace(model, pairs=tuple(pair for pair in model.pairs if pair.involves_scene))
-    length, _ = scenario.given.units.in_si
+    length, _ = scenario.task.units.in_si
     resolution = scenario.scene.collisions.resolution
     for indices, chosen in clear_motions:
         start, end = (scenario.waypoints[indices[k]] for k in (0, -1))
