@@ -19,7 +19,7 @@ ModelT = TypeVar("ModelT", bound=StrictModel)
 MAX_REPORTED_PROBLEMS = 1_000
 """Maximum number of problems that are reported."""
 MAX_HINT_LENGTH = 130
-"""A longer description of a field is no hint in an error."""
+"""Maximum length of a description of a field that errors quote as a hint, in characters."""
 
 _YAML_1_1_BOOLEANS = ("yes", "no", "on", "off", "y", "n")
 _ERROR_WORDS = {
