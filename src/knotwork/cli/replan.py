@@ -67,7 +67,7 @@ def replan(
     new_task = Task.load(task)
     motion, current = _motion(source, new_task)
     try:
-        scenario = planning.scenario_from(motion, at, new_task, current)
+        scenario = planning.continued_scenario(motion, at, new_task, current)
         with show_planning(task, as_json) as progress:
             plan = planning.plan(scenario, budget=budget, progress=progress)
     except DocumentError as error:

@@ -6,6 +6,6 @@ from .check_trajectory import clearance_between as clearance_between
 from .path_following import follow_path as follow_path
 from .planned_motion import Plan as Plan
 from .planning import plan as plan
-from .replanning import scenario_from as scenario_from
+from .replanning import continued_scenario as continued_scenario
 
 __all__: list[str]

@@ -19,8 +19,8 @@ from knotwork.task import OtherRobot, Task
 from knotwork.task.scenario import Scenario, load_scenario, resolve_task
 from knotwork.task.scenario.scenario_joints import (
     ScenarioJoints,
-    moved_robot,
     read_scenario_joints,
+    robot_with_tool,
 )
 from knotwork.task.task_source import read_document
 from knotwork.verification import Finding, check
@@ -94,7 +94,7 @@ def check_without_task(
     # the robot is needed before the ends of the motion can be read
     data["waypoints"] = [{"joints": "home"}, {"joints": "home", "after": 1}]
     task = validate(Task, replace(surroundings, data=data)).replace(name=Path(path).name)
-    moved = moved_robot(resolve_task(task, surroundings))
+    moved = robot_with_tool(resolve_task(task, surroundings))
     motion, defects = read_trajectory(
         path, moved.joint_names, moved.joint_units, owner=f"robot {moved.name!r}"
     )

@@ -22,7 +22,7 @@ from knotwork.task import Tolerances
 from knotwork.task.scenario import MIN_PATH_TOLERANCE
 from knotwork.waypoints import JointWaypoints
 
-START_TOLERANCE = 1e-6
+START_POSE_TOLERANCE = 1e-6
 """Tolerance of the tool's pose at the start of the path [m, rad]."""
 
 DEFAULT_TOLERANCES = Tolerances.model_construct()
@@ -158,7 +158,7 @@ def _check_start(robot: Robot, motion: TimedPath, start: FloatArray) -> None:
     wanted, actual = motion.path.pose(0.0), robot.forward(start)
     distance = float(np.linalg.norm(actual.translation - wanted.translation))
     angle = float(np.linalg.norm(pin.log3(wanted.rotation.T @ actual.rotation)))
-    if max(distance, angle) > START_TOLERANCE:
+    if max(distance, angle) > START_POSE_TOLERANCE:
         distance, degrees = round(distance, 9), round(float(np.degrees(angle)), 9)
         raise InputError(
             f"start puts the tool {distance:.4g} m and {degrees:.4g} deg from "

@@ -13,7 +13,7 @@ from knotwork.errors import InputError
 from knotwork.files import storage
 from knotwork.files.documents import resources
 from knotwork.planning.execution import scaled_motion, stopped_motion
-from knotwork.planning.replanning import scenario_from
+from knotwork.planning.replanning import continued_scenario
 from knotwork.planning.task_to_joint import TaskSolution
 from knotwork.task import Task
 from knotwork.verification.report import CheckedMotion
@@ -274,4 +274,4 @@ class Plan(CheckedMotion):
         """
         from knotwork.planning import plan
 
-        return plan(scenario_from(self.trajectory, at, scenario, self.scenario))
+        return plan(continued_scenario(self.trajectory, at, scenario, self.scenario))

@@ -17,7 +17,7 @@ from knotwork.task import Action, EndAcceleration, ExpandedTask, Placement, Scen
 from knotwork.task.scenario import PlacedHeldObject, Scenario, resolve_task
 from knotwork.task.scenario.event_reader import action_of
 from knotwork.task.scenario.repetitions import expand_repeats
-from knotwork.task.scenario.scenario_joints import by_joint, moved_robot
+from knotwork.task.scenario.scenario_joints import by_joint, robot_with_tool
 from knotwork.task.scenario.waypoint_reader import START
 from knotwork.task.task_part import plain
 from knotwork.verification.report import CheckedMotion
@@ -29,29 +29,29 @@ SETUP_KEYS = (
 """Keys of a scenario file that apply to a motion without its waypoints."""
 
 
-def scenario_from(
+def continued_scenario(
     motion: JointTrajectory,
     at: float,
-    scenario: str | Path | Mapping[str, Any] | Task,
+    task: str | Path | Mapping[str, Any] | Task,
     current: Scenario | None = None,
 ) -> Scenario:
-    """A task that starts from the state of a motion at a given time: see `Plan.replan`.
+    """The scenario of a task that continues a motion at a given time: see `Plan.replan`.
 
     Args:
         motion: The motion in execution.
         at: Its time that is time 0 of the task [s].
-        scenario: The new task.
+        task: The new task.
         current: The scenario of the motion, if known.
 
     Raises:
         InputError: The time is outside the motion, a held object is missing in the task, the task
             is for another robot, or it is wrong.
     """
-    task, _ = expand_repeats(scenario if isinstance(scenario, Task) else Task.load(scenario))
-    resolved = resolve_task(_task_from(motion, at, task, current))
+    expanded, _ = expand_repeats(task if isinstance(task, Task) else Task.load(task))
+    resolved = resolve_task(_continued_task(motion, at, expanded, current))
     if resolved.task.robot is not None:
         with resolved.locations.errors_at("robot"):
-            names = moved_robot(resolved).joint_names
+            names = robot_with_tool(resolved).joint_names
             if set(names) != set(motion.joint_names):
                 raise InputError(
                     f"has the joints {', '.join(names)}; the motion that it continues has "
@@ -60,7 +60,7 @@ def scenario_from(
     return replace(resolved, continued_motion=(motion, at))
 
 
-def _task_from(
+def _continued_task(
     motion: JointTrajectory, at: float, task: ExpandedTask, current: Scenario | None
 ) -> Task:
     """A task with the state of a motion at a time [s] as its first waypoint, at time 0."""

@@ -45,18 +45,18 @@ def check_tool_limits(motion: Motion, scenario: Scenario, joints: ScenarioJoints
         ("tool_acceleration", None, limits.tool_acceleration),
         *(("frame_speed", limit.link, limit.speed) for limit in limits.link_speeds),
     ]
-    for quantity, frame, limit in rows:
+    for quantity, link, limit in rows:
         if limit is None:
             continue
         order = TOOL_ORDERS[quantity]
         compute_bound = tool_speed_bound if order == 1 else tool_acceleration_bound
-        bound = compute_bound(robot, motion.trajectory, frame=frame, limit=float(add_slack(limit)))
+        bound = compute_bound(robot, motion.trajectory, frame=link, limit=float(add_slack(limit)))
         worst = LimitedValue.from_bound(bound, limit)
         jumps = lower_order_jumps(motion.curve, 2) if order == 2 else {}
         if jumps:
             worst = LimitedValue(np.inf, min(jumps.values())[0], limit)
-        topic = Topic(Group.TOOL_LIMITS, "tool" if frame is None else "link", frame or "")
-        label = "tool" if frame is None else f"link {frame!r}"
+        topic = Topic(Group.TOOL_LIMITS, "tool" if link is None else "link", link or "")
+        label = "tool" if link is None else f"link {link!r}"
         text = f"{label}: {quantity.partition('_')[2]}"
         finding = limit_finding(topic, quantity, text, worst, rate_unit("m", order), scenario.units)
         yield explain_excess(finding, order, scenario)

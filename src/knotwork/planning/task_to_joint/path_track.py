@@ -27,8 +27,8 @@ from knotwork.robot.kinematics.sequence.candidates import Candidates
 from knotwork.robot.kinematics.sequence.nearness import limit_nearness
 from knotwork.task.scenario import ScenarioPath
 
-START_TOLERANCE = 1e-9
-"""Starts within this distance belong to the same continuation [rad or m]."""
+SAME_START_DISTANCE = 1e-9
+"""Distance within which two starts belong to the same continuation [rad or m]."""
 GUIDED_SAMPLES_FACTOR = 4
 """Factor on the number of collision tests along planned self-motion."""
 
@@ -69,7 +69,7 @@ class PathTrack(NamedTuple):
         gaps = start - self.continuation.position[0]
         distance = np.abs(gaps - whole_turns(gaps)).max(axis=1)
         row = int(distance.argmin())
-        if distance[row] > START_TOLERANCE:
+        if distance[row] > SAME_START_DISTANCE:
             return None
         return self.continuation.select(row, whole_turns(gaps[row]))
 

@@ -13,11 +13,11 @@ from knotwork.planning.timing.long_intervals import guessed_states
 from knotwork.planning.timing.motion_curves import concatenate
 from knotwork.planning.timing.motion_states import States
 from knotwork.planning.timing.nonlinear_program import Solution
-from knotwork.planning.timing.section_program import SectionProgram
 from knotwork.planning.timing.stop_to_stop import SLOWDOWN_FACTORS, resting_intervals
 from knotwork.planning.timing.tightening import first_tightening, keeps_limits, tighten
 from knotwork.planning.timing.timed_motion import Status
 from knotwork.planning.timing.timing_problem import TimingProblem
+from knotwork.planning.timing.timing_program import TimingProgram
 
 MAX_TIGHTENINGS = 12
 """Maximum number of solutions from a start, each with more tightening."""
@@ -27,7 +27,7 @@ MAX_RESTING_RATIO = 1.001
 
 
 @dataclass(frozen=True, eq=False)
-class SectionMotion:
+class TimedCurve:
     """Motion of a section, which keeps every limit; `TimedMotion` is that of a whole problem.
 
     Attributes:
@@ -41,7 +41,7 @@ class SectionMotion:
     status: Status
 
 
-def solve_section(problem: TimingProblem, budget: Budget) -> SectionMotion | None:
+def solve_at_once(problem: TimingProblem, budget: Budget) -> TimedCurve | None:
     """Solve a section, or a window of one, from a plain guess.
 
     Args:
@@ -63,7 +63,7 @@ def solve_section(problem: TimingProblem, budget: Budget) -> SectionMotion | Non
     return resting_motion(problem, "budget" if budget.time_limit.is_over else "resting")
 
 
-def resting_motion(problem: TimingProblem, status: Status) -> SectionMotion | None:
+def resting_motion(problem: TimingProblem, status: Status) -> TimedCurve | None:
     """A motion that rests in every interval and keeps every limit, or `None`.
 
     It is the first of `SLOWDOWN_FACTORS` that does; a smaller factor between them may be enough.
@@ -78,11 +78,11 @@ def resting_motion(problem: TimingProblem, status: Status) -> SectionMotion | No
             curve = concatenate(*intervals)
             if keeps_limits(problem, curve):
                 time = np.cumsum([0.0, *(interval.x[-1] for interval in intervals)])
-                return SectionMotion(time, curve, status)
+                return TimedCurve(time, curve, status)
     return None
 
 
-def _optimised_motion(problem: TimingProblem, budget: Budget) -> SectionMotion | None:
+def _optimised_motion(problem: TimingProblem, budget: Budget) -> TimedCurve | None:
     """Solve a section with more tightening whenever the exact check finds an excess."""
     guess, tightening = plain_guess(problem), first_tightening(problem)
     last: Solution | None = None
@@ -90,7 +90,7 @@ def _optimised_motion(problem: TimingProblem, budget: Budget) -> SectionMotion |
         seconds = budget.time_limit.remaining
         if seconds <= 0.0:
             return None
-        program = SectionProgram(problem, guess, tightening)
+        program = TimingProgram(problem, guess, tightening)
         solution = program.solve(last, seconds)
         budget.step(solution.iterations)
         if not solution.solved:
@@ -101,7 +101,7 @@ def _optimised_motion(problem: TimingProblem, budget: Budget) -> SectionMotion |
         time, curve = program.motion_of(solution.x)
         more = tighten(problem, tightening, curve)
         if more is None:
-            return SectionMotion(time, curve, "optimal")
+            return TimedCurve(time, curve, "optimal")
         if more.margin >= 1.0:
             return None  # no margin is left
         # with further equations the solution is a poor start

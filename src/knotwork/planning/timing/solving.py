@@ -16,7 +16,7 @@ from knotwork.planning.timing.budget import Budget, Progress
 from knotwork.planning.timing.infeasible import infeasible_values, unsolved_errors
 from knotwork.planning.timing.minimum_durations import lower_bound
 from knotwork.planning.timing.motion_curves import concatenate
-from knotwork.planning.timing.section_motion import SectionMotion, solve_section
+from knotwork.planning.timing.section_motion import TimedCurve, solve_at_once
 from knotwork.planning.timing.state_limits import LimitedQuantity, limits_of
 from knotwork.planning.timing.timed_motion import ActiveLimit, TimedMotion, worst_status
 from knotwork.planning.timing.timing_problem import TimingProblem
@@ -70,10 +70,10 @@ def solve(
     >>> motion.status, motion.lower_bound < motion.duration < 1.3
     ('optimal', True)
     """
-    return solve_within(problem, Budget(progress, budget, len(problem.position) - 1))
+    return solve_with_budget(problem, Budget(progress, budget, len(problem.position) - 1))
 
 
-def solve_within(problem: TimingProblem, budget: Budget) -> TimedMotion:
+def solve_with_budget(problem: TimingProblem, budget: Budget) -> TimedMotion:
     """Solve one of several problems that share a budget, see `solve`.
 
     Args:
@@ -100,11 +100,11 @@ def solve_within(problem: TimingProblem, budget: Budget) -> TimedMotion:
     return replace(timed, iterations=budget.iterations - earlier_iterations)
 
 
-def _consecutive(motions: Sequence[SectionMotion]) -> SectionMotion:
+def _consecutive(motions: Sequence[TimedCurve]) -> TimedCurve:
     """Consecutive motions, each from time 0 on, as one."""
     starts = np.cumsum([0.0, *(motion.time[-1] for motion in motions)])
     times = [start + motion.time[:-1] for start, motion in zip(starts, motions, strict=False)]
-    return SectionMotion(
+    return TimedCurve(
         np.append(np.concatenate(times), starts[-1]),
         concatenate(*(motion.curve for motion in motions)),
         worst_status(motion.status for motion in motions),
@@ -112,7 +112,7 @@ def _consecutive(motions: Sequence[SectionMotion]) -> SectionMotion:
 
 
 def timed_motion(
-    problem: TimingProblem, motion: SectionMotion, bound: float, origin: str
+    problem: TimingProblem, motion: TimedCurve, bound: float, origin: str
 ) -> TimedMotion:
     """A motion that keeps the limits of a problem, with its figures; see `TimedMotion`.
 
@@ -141,7 +141,7 @@ def timed_motion(
     )
 
 
-def solve_windows(problem: TimingProblem, budget: Budget) -> SectionMotion | None:
+def solve_windows(problem: TimingProblem, budget: Budget) -> TimedCurve | None:
     """Solve a section, window by window if it is long.
 
     Args:
@@ -153,20 +153,20 @@ def solve_windows(problem: TimingProblem, budget: Budget) -> SectionMotion | Non
     """
     last = len(problem.position) - 1
     if last <= MAX_INTERVALS or problem.total is not None:
-        motion = solve_section(problem, budget)
+        motion = solve_at_once(problem, budget)
         budget.finish(last)
         return motion
-    windows: list[SectionMotion] = []
+    windows: list[TimedCurve] = []
     start_known = problem
     first = 0
     while first < last:
         is_last = last - first <= WINDOW_INTERVALS + 2 * INTERVALS_AHEAD
         end = last if is_last else first + WINDOW_INTERVALS + INTERVALS_AHEAD
         count = end - first if is_last else WINDOW_INTERVALS
-        motion = solve_section(start_known.between(first, end), budget)
+        motion = solve_at_once(start_known.between(first, end), budget)
         if motion is None or motion.status == "resting":  # the start state may be the reason
             budget.finish(last - first)
-            return solve_section(problem, budget)
+            return solve_at_once(problem, budget)
         budget.finish(count)
         first += count
         seam = motion.time[count]
@@ -175,12 +175,12 @@ def solve_windows(problem: TimingProblem, budget: Budget) -> SectionMotion | Non
     return _consecutive(windows)
 
 
-def _first_intervals(motion: SectionMotion, count: int) -> SectionMotion:
+def _first_intervals(motion: TimedCurve, count: int) -> TimedCurve:
     """The first intervals of a motion."""
     time, curve = motion.time[: count + 1], motion.curve
     pieces = int(np.searchsorted(curve.x, time[-1]))
     first = PiecewisePolynomial(curve.c[:, :pieces], curve.x[: pieces + 1])
-    return SectionMotion(time, first, motion.status)
+    return TimedCurve(time, first, motion.status)
 
 
 def _terms(problem: TimingProblem, motion: JointTrajectory) -> dict[str, float]:

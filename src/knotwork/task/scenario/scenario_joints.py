@@ -104,7 +104,7 @@ def read_scenario_joints(scenario: Scenario) -> ScenarioJoints:
         read = _bare_joints(scenario)
         limits = JointLimits.by_joint(read.names, read.limits()).scaled(used_fraction)
     else:
-        robot = _robot(scenario)
+        robot = _configured_robot(scenario)
         read = JointReader(scenario, robot.joint_names, robot.joint_units, robot.configurations)
         robot = robot.with_limits(**read.limits()).with_limits_scaled(used_fraction)
         limits = robot.limits
@@ -130,10 +130,10 @@ def read_scenario_joints(scenario: Scenario) -> ScenarioJoints:
     )
 
 
-def _robot(scenario: Scenario) -> Robot:
-    """The robot of a scenario with its tool and options, as loaded."""
+def _configured_robot(scenario: Scenario) -> Robot:
+    """The robot of a scenario with its tool, gravity, weights and unplanned joints."""
     task = scenario.task
-    robot = _with_unplanned_joints(scenario, moved_robot(scenario))
+    robot = _with_unplanned_joints(scenario, robot_with_tool(scenario))
     if task.gravity is not None:
         with scenario.locations.errors_at("gravity"):
             robot = robot.with_gravity(task.gravity)
@@ -148,7 +148,7 @@ def _robot(scenario: Scenario) -> Robot:
     return robot
 
 
-def moved_robot(scenario: Scenario) -> Robot:
+def robot_with_tool(scenario: Scenario) -> Robot:
     """The robot of a scenario with its tool; its base is the frame of the poses.
 
     Raises:

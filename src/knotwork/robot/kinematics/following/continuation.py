@@ -11,7 +11,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
@@ -210,10 +210,10 @@ def velocity_on_path(
     robot: Robot, path: TimedPath, q: FloatArray, time: float, pull: Pull = 0.0
 ) -> FloatArray:
     """Joint velocities that follow a path at a time [rad/s or m/s], shape (d,)."""
-    side = "left" if time >= path.end_time else "right"
+    field = JointField(robot, pull, path.full_speed)
     time = min(max(time, path.start_time), path.end_time)
-    v, _ = compute_rates_on_path(robot, path, q[None], np.array([time]), side, pull=pull)
-    return np.asarray(v[0])
+    motion = Stages.evaluate(field, path, np.array([time]), time)
+    return np.asarray(motion.velocities(field, q[None], 0)[0])
 
 
 def compute_rates_on_path(
@@ -221,7 +221,7 @@ def compute_rates_on_path(
     path: TimedPath,
     q: FloatArray,
     times: FloatArray,
-    side: str,
+    side: ArrayLike,
     *,
     pull: Pull = 0.0,
 ) -> tuple[FloatArray, FloatArray]:
@@ -237,7 +237,7 @@ def compute_rates_on_path(
         path: Poses of the tool over time.
         q: Joint positions at the times [rad or m], shape (k, d).
         times: Times [s], shape (k,).
-        side: `"right"` or `"left"`.
+        side: `"right"` or `"left"`, or one for each time, shape (k,).
         pull: See `JointField`.
     """
     field = JointField(robot, pull, path.full_speed)

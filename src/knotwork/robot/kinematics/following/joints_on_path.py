@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from knotwork.arrays import BoolArray, FloatArray
+from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.curves.tool_paths import TimedPath
@@ -75,7 +75,8 @@ class JointsOnPath:
         if np.isfinite(continuation.blocked_time[0]):
             self._refuse(continuation.obstruction(robot, 0, np.zeros(robot.dof)))
         time, q = continuation.time, continuation.position[:, 0]
-        _, a = self._one_sided_rates(time, q, np.append(np.diff(time) == 0.0, True))
+        sides = np.append(np.where(np.diff(time) == 0.0, "left", "right"), "left")
+        _, a = compute_rates_on_path(robot, path, q, time, sides, pull=pull)
         self.curve = interpolate_curve(time, q, continuation.velocity[:, 0], a)
 
     def _is_fine(self, continuation: Continuation) -> bool:
@@ -131,20 +132,11 @@ class JointsOnPath:
 
     def rates(self, times: FloatArray, q: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Velocities and accelerations; at a jump of the acceleration the mean of both sides."""
-        v, a = self._one_sided_rates(times, q, times == self.path.end_time)
-        inner = np.isin(times, self.path.breaks[1:-1])
-        _, before = self._one_sided_rates(times[inner], q[inner], np.ones(inner.sum(), dtype=bool))
-        a[inner] = 0.5 * (a[inner] + before)
-        return v, a
-
-    def _one_sided_rates(
-        self, times: FloatArray, q: FloatArray, at_end: BoolArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Velocities and accelerations, limits from the left at the ends of pieces of the path."""
-        v, a = np.empty(q.shape), np.empty(q.shape)
-        for side, rows in (("left", at_end), ("right", ~at_end)):
-            if rows.any():
-                v[rows], a[rows] = compute_rates_on_path(
-                    self.robot, self.path, q[rows], times[rows], side, pull=self.pull
-                )
-        return v, a
+        inner = np.flatnonzero(np.isin(times, self.path.breaks[1:-1]))
+        rows, n = np.append(np.arange(len(times)), inner), len(times)
+        sides = np.repeat(["right", "left"], [n, len(inner)])
+        v, a = compute_rates_on_path(
+            self.robot, self.path, q[rows], times[rows], sides, pull=self.pull
+        )
+        a[inner] = 0.5 * (a[inner] + a[n:])
+        return v[:n], a[:n]

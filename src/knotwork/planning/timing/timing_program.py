@@ -56,7 +56,7 @@ WARM_START_OPTIONS: dict[str, Any] = {
 """IPOPT options for a start from the solution of a problem with slightly different limits."""
 
 
-class SectionProgram:
+class TimingProgram:
     """The nonlinear program of a section; IPOPT solves it.
 
     Args:
