@@ -18,6 +18,7 @@ from knotwork.verification.brief import (
     highlights_by_group,
     kind_of,
     representatives,
+    requirement_counts,
     value_text,
 )
 from knotwork.verification.finding import TRIED
@@ -109,13 +110,12 @@ def _groups(report: Report) -> list[dict[str, Any]]:
         if not shown:
             continue
         numbers = [finding for finding in shown if finding.value is not None]
-        required = [finding for finding in shown if finding.is_decided]
         rows = [finding for finding in numbers if finding.limit is not None or finding.is_decided]
-        met = sum(finding.ok for finding in required)
+        met, required = requirement_counts(shown)
         group = {
             "title": title,
             "rows": rows,
-            "met": f"{met} of {len(required)} met" if required else "",
+            "met": f"{met} of {required} met" if required else "",
             "ok": all(finding.ok for finding in shown),
             "vectors": any(finding.requested is not None for finding in rows),
             "free": [value_text(item, report.units) for item in numbers if item not in rows],
