@@ -13,7 +13,7 @@ import numpy as np
 from knotwork.errors import FollowingError, InputError, PathError
 from knotwork.planning.choosing.free_sections import FreeSection
 from knotwork.planning.choosing.frozen_task import solutions_near
-from knotwork.planning.choosing.path_limit_utilisation import planned_utilisation, state_limits
+from knotwork.planning.choosing.path_limit_utilisation import path_state_limits, planned_utilisation
 from knotwork.planning.choosing.path_speed_problem import (
     ChosenSpeeds,
     NoSpeedsError,
@@ -168,7 +168,7 @@ def given_speeds_beyond_limits(speeds: PathSpeeds) -> list[InputError]:
     for number, path in enumerate(solved.scenario.paths):
         if number in chosen_paths:
             continue
-        limits = state_limits(solved, path)
+        limits = path_state_limits(solved, path)
         utilisations = planned_utilisation(solved, path, limits).max(axis=1)
         for stretch in np.flatnonzero((utilisations > 1.0 + LIMIT_SLACK).any(axis=1)).tolist():
             limit = limits.quantities[int(utilisations[stretch].argmax())]

@@ -22,8 +22,7 @@ from knotwork.planning.timing.minimum_durations import (
     slowest_text,
     sufficient_duration,
 )
-from knotwork.planning.timing.section_motion import resting_motion
-from knotwork.planning.timing.stop_to_stop import with_longer
+from knotwork.planning.timing.stop_to_stop import resting_motion, with_longer
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.units import rounded_down, rounded_up
 

@@ -13,6 +13,8 @@ from knotwork.curves.polynomial.from_accelerations import cubics_from_accelerati
 from knotwork.curves.retiming.stops import stop_joints
 from knotwork.joint_quantities import JointLimits
 from knotwork.planning.timing.motion_curves import concatenate, reverse, slow_down
+from knotwork.planning.timing.tightening import keeps_limits
+from knotwork.planning.timing.timed_motion import Status, TimedCurve
 from knotwork.planning.timing.timing_problem import Objective, TimingProblem
 
 MIN_RAMP_SHARE = 1e-3
@@ -33,7 +35,26 @@ SLOWDOWN_FACTORS = (1.0, 1.01, 1.1, 1.3, 1.6, 2.0, 3.0, 4.0, 6.0, 9.0)
 """Candidate factors by which a motion is slowed down for efforts and tool speed, in order."""
 
 
-def resting_intervals(
+def resting_motion(problem: TimingProblem, status: Status) -> TimedCurve | None:
+    """A motion that rests in every interval and keeps every limit, or `None`.
+
+    It is the first of `SLOWDOWN_FACTORS` that does; a smaller factor between them may be enough.
+    """
+    moving = bool(problem.velocity[problem.velocity_known].any())
+    for slower in SLOWDOWN_FACTORS:
+        # a moving arm may have to brake at once, and can move slowly after that
+        for braking in sorted({1.0, slower} if moving else {slower}):
+            intervals = _resting_intervals(problem, slower, braking)
+            if intervals is None:
+                return None
+            curve = concatenate(*intervals)
+            if keeps_limits(problem, curve):
+                time = np.cumsum([0.0, *(interval.x[-1] for interval in intervals)])
+                return TimedCurve(time, curve, status)
+    return None
+
+
+def _resting_intervals(
     problem: TimingProblem, slower: float, braking: float = 1.0
 ) -> list[PiecewisePolynomial] | None:
     """A motion with a stop at every waypoint, or if it moves there, after it and before the next.
@@ -78,7 +99,7 @@ def resting_intervals(
     if excess < 0.0 or not free.any():
         return None
     durations[free] *= 1.0 + excess / durations[free].sum()
-    return resting_intervals(replace(problem, duration=durations, total=None), slower, braking)
+    return _resting_intervals(replace(problem, duration=durations, total=None), slower, braking)
 
 
 def with_longer(problem: TimingProblem) -> TimingProblem:

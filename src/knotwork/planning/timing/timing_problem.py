@@ -19,7 +19,7 @@ from knotwork.arrays import (
 from knotwork.errors import InputError, WaypointDataError
 from knotwork.errors.arguments import require_number
 from knotwork.joint_quantities import JointLimits
-from knotwork.planning.timing.feasible_durations import feasible_durations
+from knotwork.planning.timing.feasible_durations import FeasibleDurations, feasible_durations
 from knotwork.units import SI, Units
 
 if TYPE_CHECKING:
@@ -213,8 +213,8 @@ class TimingProblem(ReadOnlyArrays):
         """Limits of effort, shape (d,), or of tool speed, shape (1,)."""
         return np.array([self.tool_speed]) if name == "tool_speed" else self.limits[name]
 
-    def feasible_durations(self, i: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Feasible durations of each joint for an interval; see `feasible_durations`."""
+    def feasible_durations(self, i: int) -> FeasibleDurations:
+        """Feasible durations of each joint for an interval."""
         return feasible_durations(
             self.position[i + 1] - self.position[i],
             self.velocity[i],
