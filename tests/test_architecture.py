@@ -347,7 +347,7 @@ def test_a_plan_loads_what_it_uses_and_nothing_more() -> None:
     unused = (
         "cli.export",
         "cli.sweep",
-        "files.storage.files",
+        "files.storage.atomic_files",
         "robot.kinematics.solutions.diagnosis",
     )
     unused += ("robot.kinematics.solutions.pose", "planning.choosing")

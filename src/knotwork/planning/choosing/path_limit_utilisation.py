@@ -121,8 +121,8 @@ class PathUtilisation:
         # at 1 m/s time is the arc length
         timing = speed_profile(lengths, np.ones(len(lengths)), acceleration=1.0)
         unit = TimedPath(path.motion.path, timing)
-        robot, start, pull = solved.solution.starts[path.first]
-        curve = JointsOnPath(robot, unit, start, pull).curve
+        robot, start, target = solved.solution.starts[path.first]
+        curve = JointsOnPath(robot, unit, start, target).curve
         joint_count = len(limits.joint_names)
         self._s = _sample_points(curve)
         q, d1, d2, d3 = (curve(self._s, order)[:, :joint_count] for order in range(4))
