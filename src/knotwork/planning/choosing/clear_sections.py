@@ -182,7 +182,7 @@ def _slowed(
 ) -> PiecewisePolynomial:
     """A motion slowed down to the given time, if there is one."""
     given_time = float(problem.total or problem.duration.sum())
-    least = float(problem.at_least.sum())
+    least = float(problem.min_duration.sum())
     duration = max(motion.duration, least) if np.isnan(given_time) else given_time
     if duration == motion.duration:
         return motion.curve

@@ -17,7 +17,7 @@ def plain_guess(problem: TimingProblem) -> States:
     """
     velocity = _first_velocities(problem)
     duration = _first_durations(problem, velocity)
-    duration = np.where(problem.free, np.maximum(duration, problem.at_least), duration)
+    duration = np.where(problem.free, np.maximum(duration, problem.min_duration), duration)
     short = _short_durations(problem)
     duration = np.where(np.isnan(short), duration, np.minimum(short, duration))
     if problem.total is not None:
@@ -38,7 +38,7 @@ def _first_durations(problem: TimingProblem, velocity: FloatArray) -> FloatArray
     typical = h.max(axis=1)
     mean = np.divide(D, np.maximum(v0, v1), out=np.zeros_like(D), where=np.maximum(v0, v1) > 0.0)
     typical = np.where(typical > 0.0, typical, mean.max(axis=1))
-    typical = np.maximum(typical, problem.at_least)
+    typical = np.maximum(typical, problem.min_duration)
     typical = np.where(typical > 0.0, typical, 1.0)
     return np.where(problem.free, 1.3 * typical, problem.duration)
 
@@ -54,7 +54,7 @@ def _short_durations(problem: TimingProblem) -> FloatArray:
     for i in np.flatnonzero(known[:-1] & known[1:] & problem.free).tolist():
         feasible = problem.feasible_durations(i)
         first, last = feasible.first.max(), feasible.gap_start.min()
-        if max(first, problem.at_least[i]) <= last < np.inf:
+        if max(first, problem.min_duration[i]) <= last < np.inf:
             durations[i] = 0.5 * (first + last)
     return durations
 

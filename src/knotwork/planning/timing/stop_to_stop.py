@@ -83,7 +83,7 @@ def _resting_intervals(
         shortest = float(straight.x[-1]) if moves else 0.0
         span = float(problem.duration[i]) - used
         if np.isnan(span):
-            span = max(slower * shortest, float(problem.at_least[i]) - used)
+            span = max(slower * shortest, float(problem.min_duration[i]) - used)
         if span < shortest:
             return None
         between = slow_down(straight, span / float(straight.x[-1])) if span > 0.0 else None
@@ -107,7 +107,7 @@ def with_longer(problem: TimingProblem) -> TimingProblem:
     return replace(
         problem,
         duration=np.full(problem.duration.shape, np.nan),
-        at_least=np.where(problem.free, problem.at_least, problem.duration),
+        min_duration=np.where(problem.free, problem.min_duration, problem.duration),
         total=None,
         objective=Objective(),
     )

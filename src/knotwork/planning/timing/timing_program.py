@@ -201,8 +201,8 @@ class TimingProgram:
     def _duration_block(self) -> Block:
         """Given durations of intervals, and lower bounds of free ones."""
         problem, layout = self.problem, self.layout
-        bounded = ~problem.free | (problem.at_least > 0.0)
-        lower = np.where(problem.free, problem.at_least, problem.duration)[bounded]
+        bounded = ~problem.free | (problem.min_duration > 0.0)
+        lower = np.where(problem.free, problem.min_duration, problem.duration)[bounded]
         lower = lower / self.scale.time
         upper = np.where(problem.free[bounded], np.inf, lower)
         pieces = layout.tau.reshape(layout.intervals, -1)[bounded].T
@@ -310,7 +310,7 @@ class TimingProgram:
         if problem.total is not None:
             free_time = problem.total - durations[~free].sum()
             durations[free] *= free_time / durations[free].sum()
-        return np.where(free, np.maximum(durations, problem.at_least), durations)
+        return np.where(free, np.maximum(durations, problem.min_duration), durations)
 
 
 def _scale(problem: TimingProblem, guess: States, time: float) -> Scale:
