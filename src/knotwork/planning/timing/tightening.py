@@ -92,7 +92,7 @@ def _allowed_utilisation(before: FloatArray | None, utilisation: FloatArray) -> 
     The first leaves a margin; later it is reduced in and around pieces that exceed the limit.
 
     Args:
-        before: That of the previous solution, if it had the limit.
+        before: Allowed utilisation in the previous solution, if it had the limit.
         utilisation: Utilisation of the limit in each piece, shape (pieces, d or 1).
     """
     pieces, width = utilisation.shape
