@@ -96,7 +96,7 @@ def _limit_text(
     """
     start, end = segment.start, segment.end
     for finding in findings:
-        span = finding.interval if finding.quantity == "binding_limits" else None
+        span = finding.interval if finding.quantity == "active_limits" else None
         if span is not None and span[0] <= start and end <= span[1]:
             return finding.short_fact
     within = (time >= start) & (time <= end)

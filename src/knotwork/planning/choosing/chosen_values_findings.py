@@ -73,12 +73,12 @@ def chosen_values_findings(
             group=group,
             subject="waypoint",
             name=end,
-            quantity="binding_limits",
+            quantity="active_limits",
             verdict="information",
             fact=f"{start} to {end}: {', '.join(parts)}",
             interval=(times[start], times[end]),
             short_fact=label,
-            highlight=f"{start} to {end}: bound by {label}",
+            highlight=f"{start} to {end}: limited by {label}",
         )
 
 
