@@ -29,8 +29,8 @@ REST_TOLERANCE = 1e-9
 """Tolerance of positions [rad or m] and velocities [rad/s or m/s] at the start."""
 
 
-class _Comparison(NamedTuple):
-    """A requested and an achieved value at a waypoint."""
+class _ComparedValue(NamedTuple):
+    """A requested and an achieved value at a waypoint, with the error."""
 
     quantity: str
     requested: FloatArray
@@ -99,14 +99,14 @@ def check_joints_at_waypoints(
     for row, (i, time) in enumerate(passed.items()):
         waypoint = scenario.waypoints[i]
         for order, requested in _scenario_joints(waypoint, joints.targets[i], joints):
-            comparison = _compare_joints(order, requested, achieved[order][row], joints)
-            yield comparison.finding(_joint_topic(waypoint), time, scenario.units)
+            value = _compare_joints(order, requested, achieved[order][row], joints)
+            yield value.finding(_joint_topic(waypoint), time, scenario.units)
     if joints.end_acceleration is not None:
         ends = (scenario.waypoints[0], scenario.waypoints[-1])
         end_times = (motion.start_time, motion.end_time)
         for end, time, requested in zip(ends, end_times, joints.end_acceleration, strict=True):
-            comparison = _compare_joints(2, requested, motion.curve(time, 2), joints)
-            yield comparison.finding(_joint_topic(end), time, scenario.units)
+            value = _compare_joints(2, requested, motion.curve(time, 2), joints)
+            yield value.finding(_joint_topic(end), time, scenario.units)
 
 
 def _scenario_joints(
@@ -167,17 +167,19 @@ def _tool_findings(
     reached = reached if quaternion @ reached >= 0 else -reached
     allowed = scenario.tolerances
     topic = Topic(Group.TOOL_AT_WAYPOINTS, "waypoint", waypoint.name)
-    for comparison in (
-        _Comparison("position", waypoint.position, pose.translation, offset, allowed.position, "m"),
-        _Comparison("orientation", quaternion, reached, turn, allowed.orientation, "rad"),
-        _Comparison(
+    for value in (
+        _ComparedValue(
+            "position", waypoint.position, pose.translation, offset, allowed.position, "m"
+        ),
+        _ComparedValue("orientation", quaternion, reached, turn, allowed.orientation, "rad"),
+        _ComparedValue(
             "linear_velocity", waypoint.linear, twist.linear, speed, allowed.linear_velocity, "m/s"
         ),
-        _Comparison(
+        _ComparedValue(
             "angular_velocity", waypoint.angular, spin, rate, allowed.angular_velocity, "rad/s"
         ),
     ):
-        yield comparison.finding(topic, waypoint.time, scenario.units)
+        yield value.finding(topic, waypoint.time, scenario.units)
 
 
 def _excess_rotation(freedom: PoseFreedom, requested: FloatArray, reached: FloatArray) -> float:
@@ -197,7 +199,7 @@ def _joint_topic(waypoint: ScenarioWaypoint) -> Topic:
 
 def _compare_joints(
     order: int, requested: FloatArray, achieved: FloatArray, joints: ScenarioJoints
-) -> _Comparison:
+) -> _ComparedValue:
     """Compare joint values, by the largest error relative to its tolerance."""
     quantity = f"joint_{MOTION_QUANTITIES[order]}"
     tolerances = joints.tolerances[quantity]
@@ -205,7 +207,7 @@ def _compare_joints(
     worst = worst_joint(errors, tolerances)
     unit = rate_unit(joints.joint_units[worst], order)
     error, tolerance = float(errors[worst]), float(tolerances[worst])
-    return _Comparison(quantity, requested, achieved, error, tolerance, unit)
+    return _ComparedValue(quantity, requested, achieved, error, tolerance, unit)
 
 
 def worst_joint(errors: FloatArray, tolerances: FloatArray) -> int:
