@@ -210,11 +210,11 @@ IMPORTED_BY_TESTS = {
         "robot.robot_file",
         "task.si_units",
     ),
-    "a path that can't be followed at first": ("planning.choosing.free_sections",),
+    "a path that can't be followed at first": ("planning.choosing.solved_scenario",),
     "what a page asks for, without the page: handles, plans that are overtaken": ("view.editing",),
     "a clock of the test's own": (
         "planning.planning",
-        "planning.choosing.chosen_times",
+        "planning.choosing.chosen_values",
         "planning.timing.budget",
     ),
     "a function that a test replaces by a wrong, a watched or a quick one": (
@@ -347,7 +347,7 @@ def test_a_plan_loads_what_it_uses_and_nothing_more() -> None:
     unused = (
         "cli.export",
         "cli.sweep",
-        "files.storage.files",
+        "files.storage.atomic_files",
         "robot.kinematics.solutions.diagnosis",
     )
     unused += ("robot.kinematics.solutions.pose", "planning.choosing")

@@ -12,7 +12,7 @@ from reaching import reach
 
 import knotwork as kw
 from knotwork.errors import InputError, PathError
-from knotwork.planning.choosing import chosen_times, free_sections
+from knotwork.planning.choosing import chosen_values, solved_scenario
 from knotwork.planning.task_to_joint import solve_task
 from knotwork.planning.timing.budget import Budget
 from knotwork.task.scenario.scenario_joints import read_scenario_joints
@@ -176,7 +176,7 @@ def test_slows_path_that_cannot_be_left_at_maximum_speed() -> None:
     task["waypoints"][0]["pose"]["position"][1] = -120
     plan = kw.plan(task)
     plan.report.raise_if_failed()
-    texts = [str(one) for one in plan.report.select(quantity="binding_limits")]
+    texts = [str(one) for one in plan.report.select(quantity="active_limits")]
     assert any("the motion before or after bounds the speed along the path" in one for one in texts)
     for end in ends:
         end["speed"] = 0.5 * speeds(plan)[-1]
@@ -188,7 +188,7 @@ def test_takes_first_speeds_with_motions_when_budget_ends(monkeypatch: pytest.Mo
     """Lower ones would give a shorter motion, but need more time."""
     task = passed(line("a", -117.9), line("b", -31.5), limits={"acceleration": 600, "jerk": 4000})
     task["waypoints"][0]["pose"]["position"][1] = -120
-    choose = chosen_times.maximum_path_speeds
+    choose = chosen_values.maximum_path_speeds
     tried: list[list[float]] = []
 
     def record(*given: Any) -> Any:
@@ -196,7 +196,7 @@ def test_takes_first_speeds_with_motions_when_budget_ends(monkeypatch: pytest.Mo
         tried.append([speed for choice in found.choices for speed, _ in choice.speeds.values()])
         return found
 
-    monkeypatch.setattr(chosen_times, "maximum_path_speeds", record)
+    monkeypatch.setattr(chosen_values, "maximum_path_speeds", record)
     plan = kw.plan(task, budget=1e-3)
     plan.report.raise_if_failed()
     assert plan.chosen_values.status == "budget"
@@ -206,17 +206,17 @@ def test_takes_first_speeds_with_motions_when_budget_ends(monkeypatch: pytest.Mo
 
 def test_tolerance_bounds_speed_if_path_cannot_be_followed(monkeypatch: pytest.MonkeyPatch) -> None:
     """The first motion along the path can't be made, so that lower speeds are tried."""
-    solve, calls = free_sections.solve_task, count()
+    solve, calls = solved_scenario.solve_task, count()
 
     def fail_at_first_speeds(*given: Any) -> Any:
         if next(calls) == 0:
             raise PathError("the steps would be too small")
         return solve(*given)
 
-    monkeypatch.setattr(free_sections, "solve_task", fail_at_first_speeds)
+    monkeypatch.setattr(solved_scenario, "solve_task", fail_at_first_speeds)
     plan = kw.plan(reach(line("a", 100), limits=LIMITS))
     plan.report.raise_if_failed()
-    (finding,) = plan.report.select(quantity="binding_limits")
+    (finding,) = plan.report.select(quantity="active_limits")
     assert "the tolerance of the path bounds the speed along the path" in str(finding)
 
 
@@ -224,7 +224,7 @@ def test_path_that_cannot_be_followed_slows_no_other(monkeypatch: pytest.MonkeyP
     task = reach(line("a", 100, stop=True), line("b", -100), limits=LIMITS)
     scenario = kw.load_scenario(task)
     fastest = speeds(kw.plan(scenario))
-    solve, calls = free_sections.solve_task, count()
+    solve, calls = solved_scenario.solve_task, count()
 
     def fail_on_second_path(*given: Any) -> Any:
         if next(calls) == 0:
@@ -232,7 +232,7 @@ def test_path_that_cannot_be_followed_slows_no_other(monkeypatch: pytest.MonkeyP
             raise PathError("the steps would be too small", path_start=start)
         return solve(*given)
 
-    monkeypatch.setattr(free_sections, "solve_task", fail_on_second_path)
+    monkeypatch.setattr(solved_scenario, "solve_task", fail_on_second_path)
     first, second = speeds(kw.plan(scenario))
     assert first == pytest.approx(fastest[0])
     assert 0.75 * fastest[1] < second < 0.85 * fastest[1]
@@ -243,18 +243,18 @@ def test_speeds_are_expected_for_the_given_solution(monkeypatch: pytest.MonkeyPa
     joints = read_scenario_joints(scenario)
     best = solve_task(scenario, joints)
     other = solve_task(scenario, joints, avoided=[(0, best.sequence[0], best.sequence[1])])
-    solved: list[Any] = []
-    solve = free_sections.solve_task
+    starts: list[Any] = []
+    solve = solved_scenario.solve_task
 
     def record(*given: Any) -> Any:
-        solved.append(solve(*given).waypoints.position[0])
+        starts.append(solve(*given).waypoints.position[0])
         return solve(*given)
 
-    monkeypatch.setattr(free_sections, "solve_task", record)
-    free_task = free_sections.FreeTask(scenario, scenario.required_free_values, joints, other)
-    chosen_times.choose_times(free_task, Budget())
+    monkeypatch.setattr(solved_scenario, "solve_task", record)
+    solved = solved_scenario.SolvedScenario(scenario, scenario.required_free_values, joints, other)
+    chosen_values.choose_values(solved, Budget())
     assert not np.allclose(other.waypoints.position[0], best.waypoints.position[0])
-    assert np.allclose(solved, other.waypoints.position[0])
+    assert np.allclose(starts, other.waypoints.position[0])
 
 
 JOINT_LIMITS = {"velocity": 1, "acceleration": 2, "jerk": 20}

@@ -158,7 +158,7 @@ def test_scene_is_shown_in_world_frame() -> None:
         assert post == pytest.approx([0.3, 0.35, 0.25], abs=1e-5)
         (path,) = middles(shown, "given path", frame)
         assert path == pytest.approx(part.act(np.array([0.06, 0.05, 0.1])), abs=6e-3)
-        (tip,) = (one for one in shown["things"] if one["name"] == "tool")
+        (tip,) = (one for one in shown["meshes"] if one["name"] == "tool")
         points = drawn.vertices(tip["mesh"])
         here = placed(shown, frame)[tip["carrier"]]
         nearest = np.linalg.norm(

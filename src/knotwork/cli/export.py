@@ -43,12 +43,13 @@ q = ppval(pp, linspace(s.breaks(1), s.breaks(end), 1000));
 _EXIT_CODES = exit_codes("the motion is exported", "a check fails, and nothing is exported")
 
 
-# Maximum number of kinds of failures that are listed.
 MAX_EXPORT_FAILURES = 10
-# Quantities that fail if cubics join points of a smoother motion, at any density of points.
-#
-# The acceleration jumps, so the jerk is unbounded.
+"""Maximum number of kinds of failures that are listed."""
 UNMET_BY_CUBIC_FITS = ("acceleration_jump", "acceleration_change", "joint_acceleration", "jerk")
+"""Quantities that fail if cubics join points of a smoother motion, at any density of points.
+
+The acceleration jumps, so the jerk is unbounded.
+"""
 
 
 def _parse_joint_numbers(

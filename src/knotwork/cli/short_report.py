@@ -13,10 +13,9 @@ if TYPE_CHECKING:
     from knotwork.planning import Plan
     from knotwork.verification import Report
 
-# Width of lines of text, on wider terminals too.
 TEXT_WIDTH = 100
+"""Width of lines of text, on wider terminals too."""
 
-# Styles of the words at the start of a line.
 _WORD_STYLES: dict[str, dict[str, Any]] = {
     "PASSED": {"fg": "green", "bold": True},
     "FAILED": {"fg": "red", "bold": True},
@@ -24,6 +23,7 @@ _WORD_STYLES: dict[str, dict[str, Any]] = {
     "not proved:": {"fg": "yellow"},
     "warning:": {"fg": "yellow"},
 }
+"""Styles of the words at the start of a line."""
 
 
 def describe_left_out(plan: Plan) -> str:

@@ -30,8 +30,8 @@ from knotwork.robot import Robot
 from knotwork.verification.brief import finding_lines
 from knotwork.verification.report import AnyMotion, CheckedMotion
 
-# Maximum number of kinds of failures that are listed; the others are counted.
 MAX_NOTED_FAILURES = 3
+"""Maximum number of kinds of failures that are listed; the others are counted."""
 
 
 def read_motions(

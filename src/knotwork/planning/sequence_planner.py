@@ -93,8 +93,8 @@ class SequencePlanner:
         free_values = self.scenario.free_values
         if free_values is None and self.requested is None:
             return self._interpolate(solution)
-        from knotwork.planning.choosing import ChosenValues, choose_times
-        from knotwork.planning.choosing.free_sections import FreeTask
+        from knotwork.planning.choosing import ChosenValues, choose_values
+        from knotwork.planning.choosing.solved_scenario import SolvedScenario
 
         requested, arrivals = self.requested or self.scenario, self.fixed_arrivals
         if free_values is None:  # the times at moving frames were all
@@ -102,20 +102,20 @@ class SequencePlanner:
                 requested, self.scenario, solution, fixed_arrivals=arrivals
             )
             return self._interpolate(solution, chosen_values)
-        free_task = FreeTask(self.scenario, free_values, self.joints, solution)
-        chosen_values = choose_times(free_task, self.budget)
+        solved = SolvedScenario(self.scenario, free_values, self.joints, solution)
+        chosen_values = choose_values(solved, self.budget)
         chosen_values = replace(chosen_values, requested=requested, fixed_arrivals=arrivals)
         self.budget.finish_all(chosen_values.duration)
         # The scenario with numbers is solved again, for the joint velocities. Its keys `near` lead
         # to the same sequence, so the alternatives are those of the scenario with free values.
-        planner = self.with_scenario(chosen_values.scenario)
-        solved = planner.solve()
+        timed = self.with_scenario(chosen_values.scenario)
+        timed_solution = timed.solve()
         solution = replace(
             chosen_values.solution,
-            waypoints=solved.waypoints,
-            infeasibilities=solved.infeasibilities,
+            waypoints=timed_solution.waypoints,
+            infeasibilities=timed_solution.infeasibilities,
         )
-        return planner._interpolate(solution, chosen_values)
+        return timed._interpolate(solution, chosen_values)
 
     def _interpolate(
         self, solution: TaskSolution, chosen_values: ChosenValues | None = None
@@ -133,11 +133,11 @@ class SequencePlanner:
         )
         findings = [*solution.infeasibilities]
         if chosen_values is not None:
-            from knotwork.planning.choosing.chosen_times_findings import chosen_times_findings
+            from knotwork.planning.choosing.chosen_values_findings import chosen_values_findings
 
-            findings += chosen_times_findings(chosen_values, joints)
+            findings += chosen_values_findings(chosen_values, joints)
         if clear_motions:
-            from knotwork.planning.choosing.chosen_times_findings import clear_motion_findings
+            from knotwork.planning.choosing.chosen_values_findings import clear_motion_findings
 
             findings += clear_motion_findings(clear_motions, scenario, joints, trajectory)
         report = check(trajectory, scenario, joints=joints, known=findings)

@@ -40,13 +40,13 @@ def group_lines(
     rows: dict[str, list[str]] = {}
     listed = []
     for name, findings in groups.items():
-        texts, required = highlights(findings), sum(finding.is_decided for finding in findings)
+        texts, (_, required) = highlights(findings), requirement_counts(findings)
         if not texts and all(finding.value is None for finding in findings):
             continue
         heading = f"{name} ({required})" if required else name
         if is_listed(findings):
             listed.append(heading)
-        elif ok or (texts and not required):
+        elif ok or (texts and not any(finding.is_decided for finding in findings)):
             rows[heading] = texts or _group_texts(findings, units)
     max_texts = min(MAX_GROUP_TEXTS, max(MAX_TEXTS // max(len(rows), 1), 1))
     indent = max(map(len, rows), default=0) + len(BRIEF_INDENT) + 2
@@ -78,6 +78,13 @@ def worst_lines(mark: str, findings: Sequence[Finding], max_kinds: int, width: i
     for i, text in enumerate(finding_lines(findings, max_kinds)):
         lines += wrap(text, width, indent, mark if i < max_kinds else indent)
     return lines
+
+
+def requirement_counts(findings: Sequence[Finding]) -> tuple[int, int]:
+    """Number of requirements met, and number of all requirements, with undecided ones."""
+    verdicts = [finding.verdict for finding in findings]
+    met = verdicts.count("met")
+    return met, met + verdicts.count("failed") + verdicts.count("undecided")
 
 
 def highlights(findings: Sequence[Finding]) -> list[str]:

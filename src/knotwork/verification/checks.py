@@ -29,7 +29,7 @@ from knotwork.verification.waypoint_checks import (
     check_time_span,
     check_tool_at_waypoints,
     check_waits,
-    report_no_start,
+    report_missing_approach,
 )
 
 Check = Callable[[Motion, Scenario, ScenarioJoints], Iterable[Finding]]
@@ -69,7 +69,7 @@ CHECKS: dict[str, Check] = {
     "acceleration_spike": check_acceleration_spike,
     "resolution": check_resolution,
     "singularity": check_singularity,
-    "no_start": OfWaypoints(report_no_start),
+    "no_start": OfWaypoints(report_missing_approach),
 }
 """Checks by name, in the order of the report. The name only adds, replaces or leaves out a check.
 

@@ -24,6 +24,7 @@ from knotwork.verification.brief import (
     NOTABLE_UTILISATION,
     group_alike,
     group_lines,
+    requirement_counts,
     utilisation_text,
     worst_lines,
     wrap,
@@ -173,9 +174,7 @@ class Report:
     @property
     def counts(self) -> tuple[int, int]:
         """Number of requirements met, and number of all requirements, with undecided ones."""
-        verdicts = [finding.verdict for finding in self.findings]
-        met = verdicts.count("met")
-        return met, met + verdicts.count("failed") + verdicts.count("undecided")
+        return requirement_counts(self.findings)
 
     @property
     def tightest(self) -> tuple[Finding, ...]:

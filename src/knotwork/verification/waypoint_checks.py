@@ -69,7 +69,7 @@ def check_time_span(motion: Motion, scenario: Scenario, joints: ScenarioJoints) 
     yield Topic(Group.MOTION).finding("time_span", message, verdict_on(same))
 
 
-def report_no_start(motion: Motion, scenario: Scenario, joints: ScenarioJoints) -> Findings:
+def report_missing_approach(motion: Motion, scenario: Scenario, joints: ScenarioJoints) -> Findings:
     """Report that a motion without a start begins at its first waypoint, so has no approach."""
     if joints.robot is None or scenario.task.start is not None:
         return

@@ -27,12 +27,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Numbers of marks above which knots are left out, and others are small, not to hide the curve.
 MAX_KNOT_TICKS, MAX_LARGE_MARKS = 400, 60
-# Maximum number of motions whose knots are drawn, each in its own row.
+"""Numbers of marks above which knots are left out, and others are small, not to hide the curve."""
 MAX_KNOT_ROWS = 3
-# Maximum number of joints in a picture of several motions.
+"""Maximum number of motions whose knots are drawn, each in its own row."""
 MAX_COLUMNS = 8
+"""Maximum number of joints in a picture of several motions."""
 
 
 @dataclass(frozen=True)

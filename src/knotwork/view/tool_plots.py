@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Fraction of a tolerance below which a value is not written in digits.
 ZERO_SHARE = 1e-3
+"""Fraction of a tolerance below which a value is not written in digits."""
 
 
 def plot_tool(

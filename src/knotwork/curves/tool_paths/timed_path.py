@@ -97,14 +97,15 @@ class TimedPath:
             )
 
     def _pieces(
-        self, t: FloatArray, at: ArrayLike | None, side: str
+        self, t: FloatArray, at: ArrayLike | None, side: ArrayLike
     ) -> tuple[FloatArray, FloatArray]:
         """Find the times since the start, and the intervals in which they are evaluated."""
         chosen = t if at is None else np.broadcast_to(np.asarray(at, dtype=float), t.shape)
         outside = ~((chosen >= self.start_time) & (chosen <= self.end_time))
         if outside.any():
             raise TimeRangeError(float(chosen[outside][0]), self.start_time, self.end_time)
-        index = np.searchsorted(self.breaks, chosen, "left" if side == "left" else "right") - 1
+        before, after = (np.searchsorted(self.breaks, chosen, end) for end in ("left", "right"))
+        index = np.where(np.asarray(side) == "left", before, after) - 1
         return t - self.start_time, np.clip(index, 0, len(self._middle) - 1)
 
     def arc_length(self, t: ArrayLike) -> FloatArray:
@@ -122,14 +123,16 @@ class TimedPath:
         position, rotation, _, _ = self.state(np.array([t]))
         return pin.SE3(rotation[0], position[0])
 
-    def state(self, t: ArrayLike, at: ArrayLike | None = None, side: str = "right") -> ToolMotion:
+    def state(
+        self, t: ArrayLike, at: ArrayLike | None = None, side: ArrayLike = "right"
+    ) -> ToolMotion:
         """Pose, velocity and acceleration of the tool, in base axes.
 
         Args:
             t: Times [s], shape (k,).
             at: Times that choose the pieces of path and timing, by default t [s], shape (k,): a
                 piece is extended smoothly beyond its ends.
-            side: Side of a break that is evaluated: `"right"` or `"left"`.
+            side: Side of a break that is evaluated, `"right"` or `"left"`; or shape (k,).
 
         Raises:
             TimeRangeError: A time that chooses a piece is outside the path's.

@@ -21,11 +21,12 @@ from pydantic.fields import FieldInfo
 
 from knotwork.units import readable
 
-# No length, angle, time or limit of a real task is larger, and no result computed from numbers of
-# this size leaves the range of floats.
 MAX_NUMBER = 1e12
-# No quantity of a real task is smaller. A change of units or division could round it to zero.
+"""Maximum size of numbers: those of real tasks are smaller, and results computed from numbers of
+this size stay in the range of floats.
+"""
 MIN_NUMBER = 1e-100
+"""Minimum of positive numbers: a change of units or a division could round smaller ones to zero."""
 
 
 def _above_rounding(value: float) -> float:

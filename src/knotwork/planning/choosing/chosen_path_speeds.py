@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from knotwork.errors import FollowingError, InputError, PathError
-from knotwork.planning.choosing.chosen_values import solutions_near
-from knotwork.planning.choosing.free_sections import FreeSection, FreeTask
-from knotwork.planning.choosing.path_limit_utilisation import planned_utilisation, state_limits
+from knotwork.planning.choosing.free_sections import FreeSection
+from knotwork.planning.choosing.frozen_task import solutions_near
+from knotwork.planning.choosing.path_limit_utilisation import path_state_limits, planned_utilisation
 from knotwork.planning.choosing.path_speed_problem import (
     ChosenSpeeds,
     NoSpeedsError,
@@ -22,6 +22,7 @@ from knotwork.planning.choosing.path_speed_problem import (
     SpeedFault,
     round_speed,
 )
+from knotwork.planning.choosing.solved_scenario import SolvedScenario
 from knotwork.planning.timing import ActiveLimit
 from knotwork.planning.timing.budget import Budget
 from knotwork.task.scenario.resolve import change_task
@@ -43,17 +44,17 @@ class PathSpeeds:
     """Speeds along all paths of a task with chosen ones, and what the motion along them shows.
 
     Attributes:
-        free_task: The task with these speeds, or without them where a path can't be followed.
+        solved: The task with these speeds, or without them where a path can't be followed.
         choices: The speeds along each of these paths.
     """
 
-    free_task: FreeTask
+    solved: SolvedScenario
     choices: Sequence[ChosenSpeeds]
 
     @property
     def active_limits(self) -> tuple[ActiveLimit, ...]:
         """Bounds of the chosen speeds."""
-        names = [waypoint.name for waypoint in self.free_task.scenario.waypoints]
+        names = [waypoint.name for waypoint in self.solved.scenario.waypoints]
         limits = []
         for choice in self.choices:
             for stretch, (_, bound) in choice.speeds.items():
@@ -83,7 +84,7 @@ class PathSpeeds:
 
 
 def maximum_path_speeds(
-    free_task: FreeTask, problems: Sequence[PathSpeedProblem], budget: Budget
+    solved: SolvedScenario, problems: Sequence[PathSpeedProblem], budget: Budget
 ) -> PathSpeeds:
     """Find the maximum speeds with which the motion along the paths keeps all limits.
 
@@ -91,7 +92,7 @@ def maximum_path_speeds(
     the expected gain is large and the budget lasts.
 
     Args:
-        free_task: The scenario, in which these speeds are free.
+        solved: The scenario, in which these speeds are free.
         problems: The problems of its paths.
         budget: Budget of all motions.
 
@@ -110,7 +111,7 @@ def maximum_path_speeds(
         duration = sum(choice.timing.duration for choice in choices)
         if feasible and (duration >= longest or budget.time_limit.is_over):
             break
-        speeds = _follow(free_task, choices)
+        speeds = _follow(solved, choices)
         problems = [choice.problem for choice in speeds.choices]
         if exceeded := [choice.fault for choice in speeds.choices if choice.fault is not None]:
             faults = exceeded
@@ -118,41 +119,40 @@ def maximum_path_speeds(
             feasible.append(speeds)
             longest = (1.0 - MIN_GAIN) * duration
     if not feasible:
-        raise path_speed_error(free_task, faults[0])
+        raise path_speed_error(solved, faults[0])
     return feasible[-1]
 
 
-def _follow(free_task: FreeTask, choices: Sequence[ChosenSpeeds]) -> PathSpeeds:
+def _follow(solved: SolvedScenario, choices: Sequence[ChosenSpeeds]) -> PathSpeeds:
     """Plan the motion along the paths with chosen speeds, and correct their problems."""
     try:
-        timed = _with_speeds(free_task, choices)
+        timed = _with_speeds(solved, choices)
     except (PathError, FollowingError) as blocked:
         start = blocked.path_start
         faulty = [choice for choice in choices if choice.problem.path.first == start] or choices
         return PathSpeeds(
-            free_task,
+            solved,
             [choice.blocked() if choice in faulty else choice for choice in choices],
         )
     return PathSpeeds(timed, [choice.corrected(timed) for choice in choices])
 
 
-def _with_speeds(free_task: FreeTask, choices: Sequence[ChosenSpeeds]) -> FreeTask:
+def _with_speeds(solved: SolvedScenario, choices: Sequence[ChosenSpeeds]) -> SolvedScenario:
     """The task with chosen speeds along its paths, solved."""
     if not choices:
-        return free_task
-    scenario = free_task.scenario
-    unit = scenario.units.per_metre
-    changes: defaultdict[int, dict[str, Any]] = defaultdict(dict, solutions_near(free_task))
+        return solved
+    scenario = solved.scenario
+    changes: defaultdict[int, dict[str, Any]] = defaultdict(dict, solutions_near(solved))
     for choice in choices:
         for stretch, (speed, _) in choice.speeds.items():
             end = scenario.task_index[choice.problem.path.first + 1 + stretch]
-            changes[end]["speed"] = round_speed(unit * speed)
+            changes[end]["speed"] = round_speed(scenario.units.per_metre * speed)
     scenario = change_task(scenario, scenario.task.with_waypoints(changes))
     given = tuple(
-        replace(waypoint, path_speed_is_free=False) for waypoint in free_task.free_values.waypoints
+        replace(waypoint, path_speed_is_free=False) for waypoint in solved.free_values.waypoints
     )
-    free = scenario.free_values or replace(free_task.free_values, waypoints=given)
-    return FreeTask.solve(scenario, free)
+    free = scenario.free_values or replace(solved.free_values, waypoints=given)
+    return SolvedScenario.solve(scenario, free)
 
 
 def given_speeds_beyond_limits(speeds: PathSpeeds) -> list[InputError]:
@@ -162,27 +162,27 @@ def given_speeds_beyond_limits(speeds: PathSpeeds) -> list[InputError]:
         speeds: The chosen speeds. Along the same path given speeds are feasible.
     """
     errors: list[InputError] = []
-    free_task = speeds.free_task
+    solved = speeds.solved
     chosen_paths = {choice.problem.number for choice in speeds.choices}
-    for number, path in enumerate(free_task.scenario.paths):
+    for number, path in enumerate(solved.scenario.paths):
         if number in chosen_paths:
             continue
-        limits = state_limits(free_task, path)
-        utilisations = planned_utilisation(free_task, path, limits).max(axis=1)
+        limits = path_state_limits(solved, path)
+        utilisations = planned_utilisation(solved, path, limits).max(axis=1)
         for stretch in np.flatnonzero((utilisations > 1.0 + LIMIT_SLACK).any(axis=1)).tolist():
             limit = limits.quantities[int(utilisations[stretch].argmax())]
             worst = float(utilisations[stretch].max())
-            errors.append(path_speed_error(free_task, SpeedFault(path, stretch, limit), worst))
+            errors.append(path_speed_error(solved, SpeedFault(path, stretch, limit), worst))
     return errors
 
 
 def path_speed_error(
-    free_task: FreeTask, fault: SpeedFault, utilisation: float | None = None
+    solved: SolvedScenario, fault: SpeedFault, utilisation: float | None = None
 ) -> InputError:
     """The error for a stretch of a path without feasible speeds, with accepted changes.
 
     Args:
-        free_task: The scenario and its IK solutions.
+        solved: The scenario and its IK solutions.
         fault: The stretch and the exceeded limit.
         utilisation: Utilisation of the limit, if known.
     """
@@ -191,15 +191,15 @@ def path_speed_error(
     if bound is Reason.NOTHING:
         return InputError(
             "nothing bounds the speed along it; accepted: speed: {at_most: a speed}, or limits",
-            where=free_task.where(i, "speed"),
+            where=solved.where(i, "speed"),
         )
-    text = free_task.scenario.units.text
-    start, end = (waypoint.name for waypoint in free_task.scenario.waypoints[i - 1 : i + 1])
+    text = solved.scenario.units.text
+    start, end = (waypoint.name for waypoint in solved.scenario.waypoints[i - 1 : i + 1])
     requested = path.requested
-    is_chosen = stretch in requested.at_most
+    is_chosen = stretch in requested.max_speeds
     duration = requested.durations[stretch]
     given = requested.speeds[stretch] or path.stretches[stretch].speed
-    if requested.at_most and duration:  # the stretches still have the nominal speed
+    if requested.max_speeds and duration:  # the stretches still have the nominal speed
         given = requested.lengths[stretch] / duration
     speed = "no speed keeps the limits" if is_chosen else f"at {text(given, 'm/s')}"
     if path.motion.has_own_clock:
@@ -222,11 +222,11 @@ def path_speed_error(
     return InputError(
         f"{speed} along the path from {start!r} to {end!r}: {reason}; accepted: {accepted}, or a "
         "higher limit",
-        where=free_task.where(i, _key(free_task, i)),
+        where=solved.where(i, _key(solved, i)),
     )
 
 
-def _key(free_task: FreeTask, i: int) -> str:
+def _key(solved: SolvedScenario, i: int) -> str:
     """The key that gives the speed to waypoint i, on a path."""
-    given = free_task.scenario.task.waypoints[free_task.scenario.task_index[i]]
+    given = solved.scenario.task.waypoints[solved.scenario.task_index[i]]
     return next(key for key in ("speed", "after", "time") if getattr(given, key) is not None)

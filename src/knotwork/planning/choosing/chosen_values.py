@@ -1,175 +1,208 @@
-"""Tasks with chosen values in place of free ones, and the text of their files."""
+"""Numbers for the free values of a scenario, chosen section by section."""
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Mapping
-from dataclasses import replace
-from pathlib import Path
-from typing import Any
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from knotwork.arrays import FloatArray
-from knotwork.errors import InputError
-from knotwork.files.documents import read, read_text, with_values
-from knotwork.files.documents.edits import differences
-from knotwork.files.documents.yaml_text import to_block_yaml
-from knotwork.planning.choosing.free_sections import FreeSection, FreeTask
-from knotwork.planning.timing import TimedMotion
-from knotwork.task import ChosenSectionFields, Task, Velocity
-from knotwork.task.scenario import JointTarget, Scenario
-from knotwork.task.scenario.resolve import change_task
-from knotwork.task.scenario.scenario_joints import by_joint
-from knotwork.task.task_source import with_moved_paths
-from knotwork.waypoints import CartesianWaypoint
+from knotwork.errors import InputError, merge_errors
+from knotwork.planning.choosing.chosen_path_speeds import (
+    PathSpeeds,
+    given_speeds_beyond_limits,
+    maximum_path_speeds,
+)
+from knotwork.planning.choosing.free_section_motions import SectionsUnsolvedError, solve_sections
+from knotwork.planning.choosing.free_sections import FreeSection, assumed_jerk, find_sections
+from knotwork.planning.choosing.frozen_task import with_chosen_values
+from knotwork.planning.choosing.path_speed_problem import PathSpeedProblem, path_speed_problems
+from knotwork.planning.choosing.solved_scenario import SolvedScenario
+from knotwork.planning.task_to_joint import TaskSolution
+from knotwork.planning.timing import ActiveLimit, Objective, TimedMotion
+from knotwork.planning.timing.budget import Budget
+from knotwork.planning.timing.infeasible import infeasible_values
+from knotwork.planning.timing.timed_motion import Status, worst_status
+from knotwork.task.scenario import Scenario
 
-CHOSEN_STOP_SPEED = 1e-9
-"""Chosen speeds below this are stops [m/s]."""
-
-
-def with_chosen_values(free_task: FreeTask, motions: Mapping[FreeSection, TimedMotion]) -> Scenario:
-    """The scenario with numbers in place of its free values, from the motions of all sections."""
-    scenario, free = free_task.scenario, free_task.free_values.waypoints
-    waypoints: defaultdict[int, dict[str, Any]] = defaultdict(dict)
-    positions = np.array(free_task.waypoints.position)
-    for section, motion in motions.items():
-        if section.way is not None:  # its end was chosen
-            positions[section.rows] = motion.trajectory.position(motion.time)
-    waypoints.update(solutions_near(free_task, positions))
-    for i, waypoint in enumerate(free):
-        if waypoint.way is not None:
-            waypoints[scenario.task_index[i]]["way"] = None
-    for section, motion in motions.items():
-        for k, i in enumerate(section.waypoints):
-            changes = waypoints[scenario.task_index[i]]
-            if k and free[i].duration_is_free:
-                after = float(motion.time[k] - motion.time[k - 1])
-                changes |= {"time": None, "after": after}
-            q = positions[section.rows[k]]
-            changes |= _chosen_speed(free_task, i, q, motion.velocity[k])
-    optimal = scenario.task.knots == "optimal"
-    numbers = scenario.task.with_waypoints(waypoints).replace(
-        times=None, duration=None, objective=None, ways=None, **({"knots": None} if optimal else {})
-    )
-    timed = change_task(scenario, numbers)
-    if not motions:
-        return timed
-    sections = [_chosen_section(timed, *pair) for pair in motions.items()]
-    return replace(timed, task=numbers.replace(chosen=sections))
+MAX_SLOWDOWNS = 9
+"""Maximum number of times that paths are slowed down until they can be reached and left."""
 
 
-def solutions_near(
-    free_task: FreeTask, positions: FloatArray | None = None
-) -> dict[int, dict[str, Any]]:
-    """Keys `near` of the waypoints, with which planning chooses the same IK solutions again.
+@dataclass(frozen=True, eq=False)
+class ChosenValues:
+    """Values chosen by `choose_values` in place of free ones, and their quality.
 
-    Args:
-        free_task: The scenario and its IK solutions.
-        positions: Joint positions of all rows [rad or m], by default those of its solution.
+    Attributes:
+        requested: The scenario with free values.
+        scenario: The scenario with numbers in place of them.
+        solution: IK solutions, chosen before the times, which are valid only for them.
+        sections: Motion of each free section.
+        path_limits: Bounds of speeds chosen along tool paths.
+        assumed_jerk: Jerk limits assumed for joints without one, by joint
+            [rad/s³ or m/s³].
+        fixed_arrivals: Names of waypoints in moving frames, whose times were chosen first.
     """
-    positions = free_task.waypoints.position if positions is None else positions
-    index, paths = free_task.scenario.task_index, free_task.scenario.paths
-    units = free_task.scenario.task.units
-    # In the task, the end of a path and the end of the wait there are one waypoint. A wait on a
-    # moving frame is a path as well. A pose without another path to it has its own solution.
-    along = ((path.first, i) for path in paths for i in range(path.first + 1, path.last + 1))
-    followed = {index[i] for first, i in along if index[i] != index[first]}
-    poses: dict[int, int] = {}
-    for i, waypoint in enumerate(free_task.scenario.waypoints):
-        if isinstance(waypoint, CartesianWaypoint) and index[i] not in followed:
-            poses.setdefault(index[i], i)
-    return {
-        task_i: {"near": by_joint(free_task.joints, positions[free_task.rows[i]], units)}
-        for task_i, i in poses.items()
-    }
+
+    requested: Scenario
+    scenario: Scenario
+    solution: TaskSolution
+    sections: tuple[TimedMotion, ...] = ()
+    path_limits: tuple[ActiveLimit, ...] = ()
+    assumed_jerk: Mapping[str, float] = field(default_factory=dict)
+    fixed_arrivals: tuple[str, ...] = ()
+
+    @property
+    def duration(self) -> float:
+        """Duration of the whole motion [s]."""
+        return float(np.ptp(self.scenario.times))
+
+    @property
+    def lower_bound(self) -> float:
+        """Lower bound of the duration of any motion within the limits [s].
+
+        It holds for the chosen speeds along tool paths; other speeds could be faster.
+        """
+        return self.duration - sum(motion.duration - motion.lower_bound for motion in self.sections)
+
+    @property
+    def status(self) -> Status:
+        """`"optimal"`, `"budget"` or `"resting"`, the worst of the sections; see `TimedMotion`."""
+        return worst_status(motion.status for motion in self.sections)
+
+    @property
+    def active_limits(self) -> tuple[ActiveLimit, ...]:
+        """Active limits by interval."""
+        of_sections = (limit for motion in self.sections for limit in motion.active_limits)
+        return (*self.path_limits, *of_sections)
+
+    @property
+    def objective_values(self) -> dict[str, float]:
+        """Value of each term of the objective, without its weight, by name."""
+        values = Counter[str]()
+        for motion in self.sections:
+            values.update(motion.objective_values)
+        return dict(values)
+
+    @property
+    def gap(self) -> float:
+        """Duration above the lower bound, as a fraction of it."""
+        return self.duration / self.lower_bound - 1.0
+
+    def to_dict(self) -> dict[str, Any]:
+        """Convert to plain data, ready for JSON."""
+        names = [waypoint.name for waypoint in self.scenario.waypoints]
+        return {
+            "duration": self.duration,
+            "lower_bound": self.lower_bound,
+            "gap": self.gap,
+            "status": self.status,
+            "objective": self.objective_values,
+            "assumed_jerk": dict(self.assumed_jerk),
+            "times": dict(zip(names, self.scenario.times.tolist(), strict=True)),
+            "binding": [asdict(limit) for limit in self.active_limits],
+        }
 
 
-def _chosen_speed(free_task: FreeTask, i: int, q: FloatArray, v: FloatArray) -> dict[str, Any]:
-    """Keys for the speed or velocity of a waypoint where it is chosen."""
-    kind, robot = free_task.free_values.waypoints[i].speed_kind, free_task.joints.robot
-    waypoint = free_task.scenario.waypoints[i]
-    units = free_task.scenario.task.units
-    length, angle = units.in_si
-    if kind == "given":
-        return {}
-    if robot is None or isinstance(waypoint, JointTarget):
-        return {"velocity": by_joint(free_task.joints, v, units)}
-    robot, columns = robot.in_frame(in_world_frame=waypoint.in_world_frame)
-    twist = robot.twist(q[columns], v[columns])
-    if kind == "free":
-        twist -= waypoint.twist  # the file gives relative velocities
-        scenario = free_task.scenario
-        axes = "base"
-        turn = np.eye(3)
-        if scenario.pose_frame_link and not waypoint.in_world_frame:
-            # the base of the file moves relative to it
-            axes = scenario.task.frame_of(scenario.task.waypoints[scenario.task_index[i]])
-            turn = scenario.frame_placements[axes].rotation.T
-        linear, angular = turn @ twist.linear / length, turn @ twist.angular / angle
-        return {"velocity": Velocity(linear=linear, angular=angular, axes=axes)}
-    speed = float(np.linalg.norm(twist.linear))
-    return {"speed": None, "stop": True} if speed < CHOSEN_STOP_SPEED else {"speed": speed / length}
+def choose_values(solved: SolvedScenario, budget: Budget) -> ChosenValues:
+    """Choose the times, speeds and knots that a task leaves free.
 
-
-def _chosen_section(
-    timed: Scenario, section: FreeSection, motion: TimedMotion
-) -> ChosenSectionFields:
-    """Knots and velocities of a section, with which the task defines its motion.
-
-    Args:
-        timed: The scenario with numbers in place of free values.
-        section: A section.
-        motion: Its motion.
-    """
-    units, joints = timed.task.units, section.free_task.joints
-    x = motion.trajectory.breaks
-    times = np.interp(x, motion.time, timed.times[section.waypoints])
-    velocities = {
-        timed.waypoints[i].name: by_joint(joints, motion.velocity[k], units)
-        for k, (i, free) in enumerate(zip(section.waypoints, section.free, strict=True))
-        if free.speed_kind != "given"
-    }
-    extra: dict[str, Any] = {"velocities": velocities, "tries": motion.tries}
-    if motion.extra_clearance is not None:
-        extra["room"] = motion.extra_clearance / units.in_si[0]
-    return ChosenSectionFields(
-        times=times.tolist(),
-        accelerations=by_joint(joints, motion.trajectory.acceleration(x), units),
-        **{key: value for key, value in extra.items() if value},
-    )
-
-
-def frozen_text(scenario: Scenario, folder: Path) -> str:
-    """YAML of a task that keeps the comments of its file, if there is one.
+    Constant speeds along tool paths come first: each is the maximum within the limits. Then the
+    sections between tool paths and waits are solved independently, because position, velocity
+    and acceleration are known at their ends. Where a path can't be reached or left at its speeds,
+    they are lowered until the motions exist, and then while the total duration decreases and the
+    budget lasts.
 
     Args:
-        scenario: The scenario.
-        folder: Folder of the new file, for relative paths.
+        solved: A scenario with free values, and solutions of its poses.
+        budget: Computing time after which the best motion so far is taken, and progress.
 
     Raises:
-        InputError: The file can't be read any more, or the values can't be written into its text.
+        InputError: No motion within the limits was found.
     """
-    content = _task_data(scenario, folder)
-    if scenario.source is None:
-        return to_block_yaml(content)
-    file = read(scenario.source)
-    return with_values(read_text(scenario.source), differences(file.data, content))
+    motions = _find_motions(solved, path_speed_problems(solved), budget)
+    while (shorter := _find_shorter(solved, motions, budget)) is not None:
+        motions = shorter
+    return motions.values
 
 
-def saved_text(scenario: Scenario, folder: Path) -> str:
-    """YAML of a task, without the comments of its file if these can't be kept."""
+class _Motions(NamedTuple):
+    """The chosen values of a task, and the speeds along its paths."""
+
+    values: ChosenValues
+    speeds: PathSpeeds
+
+
+def _find_motions(
+    solved: SolvedScenario,
+    problems: Sequence[PathSpeedProblem],
+    budget: Budget,
+    slowdowns: int = MAX_SLOWDOWNS,
+) -> _Motions:
+    """Find motions at the maximum speeds along paths, or the next lower ones that have motions.
+
+    Raises:
+        InputError: There are none.
+    """
+    speeds = maximum_path_speeds(solved, problems, budget)
     try:
-        return frozen_text(scenario, folder)
-    except InputError as error:
-        why = str(error).replace("\n", " ")
-        text = to_block_yaml(_task_data(scenario, folder))
-        return f"# Written anew, without the comments of the original file: {why}\n{text}"
+        return _Motions(_choose_values(solved.scenario, speeds, budget), speeds)
+    except SectionsUnsolvedError as unsolved:
+        slower = speeds.slowed_down(unsolved.errors)
+        if not slower or not slowdowns:
+            raise unsolved.combined_error() from None
+    return _find_motions(solved, slower, budget, slowdowns - 1)
 
 
-def _task_data(scenario: Scenario, folder: Path) -> dict[str, object]:
-    source = Path.cwd() if scenario.source is None else scenario.source.parent
-    data: dict[str, object] = with_moved_paths(
-        Task, scenario.task.to_dict(), source, folder.resolve()
+def _find_shorter(solved: SolvedScenario, motions: _Motions, budget: Budget) -> _Motions | None:
+    """Find motions of shorter total duration, along slowed paths at still lower speeds."""
+    slower = motions.speeds.slowed_down()
+    if not slower or budget.time_limit.is_over:
+        return None
+    try:
+        other = _find_motions(solved, slower, budget)
+    except InputError:
+        return None
+    return other if other.values.duration < motions.values.duration else None
+
+
+def _choose_values(scenario: Scenario, speeds: PathSpeeds, budget: Budget) -> ChosenValues:
+    """Choose the motions of all sections, with known speeds along paths.
+
+    Raises:
+        SectionsUnsolvedError: Some sections have no motion.
+        InputError: A given value is beyond a limit.
+    """
+    solved = speeds.solved
+    sections = find_sections(solved)
+    _check_given(speeds, sections)
+    motions = solve_sections(solved, sections, budget)
+    return ChosenValues(
+        requested=scenario,
+        scenario=with_chosen_values(solved, motions),
+        solution=solved.solution,
+        sections=tuple(motions.values()),
+        path_limits=speeds.active_limits,
+        assumed_jerk=assumed_jerk(solved.joints),
     )
-    return data
+
+
+def _check_given(speeds: PathSpeeds, sections: Sequence[FreeSection]) -> None:
+    """Refuse given values beyond a limit, and too short times.
+
+    Speeds along paths come first, because sections begin and end with them.
+
+    Raises:
+        InputError: A given value is infeasible.
+    """
+    if errors := given_speeds_beyond_limits(speeds):
+        raise merge_errors(errors)
+    for section in sections:
+        problem = section.timing_problem(Objective())
+        infeasible = infeasible_values(problem, direct=section.way is None)
+        section.add_locations(infeasible)
+        errors += infeasible
+    if errors:
+        raise merge_errors(errors)

@@ -21,8 +21,7 @@ from knotwork.planning.clear_motions.clear_search import find_clear_motion, slow
 from knotwork.planning.timing import TimedMotion, TimingProblem
 from knotwork.planning.timing.budget import Budget
 from knotwork.planning.timing.minimum_durations import lower_bound, sufficient_duration
-from knotwork.planning.timing.section_motion import SectionMotion
-from knotwork.planning.timing.solving import timed_motion
+from knotwork.planning.timing.timed_motion import TimedCurve
 from knotwork.robot import Robot
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.task import PoseWaypoint
@@ -53,7 +52,7 @@ def plan_clear_section(
     Raises:
         NoWayFoundError: No motion was found, or an end is not clear.
     """
-    free_task, options, robot = section.free_task, section.way, section.free_task.joints.robot
+    solved, options, robot = section.solved, section.way, section.solved.joints.robot
     if options is None or robot is None:
         raise TypeError("the section has no way: clear")
     if start is not None:
@@ -64,15 +63,16 @@ def plan_clear_section(
         goals=_solutions(section, problem, robot, -1),
         arm_model=robot.model,
         collision_model=_bodies(section),
-        resolution=free_task.scenario.scene.collisions.resolution,
+        resolution=solved.scenario.scene.collisions.resolution,
         stop=lambda: _stop(section, problem),
     )
     tries = 0
 
     def report(number: int, best: ClearMotion | None) -> None:
         nonlocal tries
-        tries, seconds = number, best.duration if best is not None else None
-        budget.step(1, seconds, f"way {number} of {options.tries}", (number - 1) / options.tries)
+        tries, best_duration = number, None if best is None else best.duration
+        share = (number - 1) / options.tries
+        budget.step(1, best_duration, f"way {number} of {options.tries}", share)
 
     try:
         motion = find_clear_motion(
@@ -87,31 +87,26 @@ def plan_clear_section(
         raise _located_error(fault, section, single=single) from None
     budget.finish(1)
     curve = _slowed(motion, problem, section)
-    timed = _timed_motion(motion, curve, problem, clear_problem)
+    time = motion.time * (float(curve.x[-1]) / motion.duration)
+    slowed = TimedCurve(time, curve, "resting" if motion.rests else "optimal")
+    timed = TimedMotion.of(problem, slowed, _lower_bound(clear_problem), "way")
     extra = motion.extra_clearance if options.room else None
     return replace(timed, line=motion.line, tries=tries, extra_clearance=extra)
 
 
-def _timed_motion(
-    motion: ClearMotion,
-    curve: PiecewisePolynomial,
-    problem: TimingProblem,
-    ends: ClearMotionProblem,
-) -> TimedMotion:
-    """Convert a collision-free motion to the result that every section has."""
-    least = min(
-        lower_bound(replace(problem, position=np.stack((first, *problem.position[1:-1], last))))
-        for first in ends.starts
-        for last in ends.goals
+def _lower_bound(clear_problem: ClearMotionProblem) -> float:
+    """Lower bound on the duration between any two solutions of the ends [s]."""
+    timing = clear_problem.timing
+    return min(
+        lower_bound(replace(timing, position=np.stack((start, *timing.position[1:-1], goal))))
+        for start in clear_problem.starts
+        for goal in clear_problem.goals
     )
-    time = motion.time * (float(curve.x[-1]) / motion.duration)
-    part = SectionMotion(time, curve, "resting" if motion.rests else "optimal")
-    return timed_motion(problem, part, least, "way")
 
 
 def _stop(section: FreeSection, problem: TimingProblem) -> PiecewisePolynomial | None:
     """The motion that the task continues, stopped on its path or at its end; `None` without one."""
-    continued = section.free_task.scenario.continued_motion
+    continued = section.solved.scenario.continued_motion
     if continued is None or section.waypoints[0]:
         return None
     motion, start_time = continued
@@ -131,22 +126,22 @@ def _bodies(section: FreeSection) -> CollisionModel:
     Raises:
         InputError: The bodies change during the section, or an obstacle moves.
     """
-    free_task = section.free_task
-    first, *later = (free_task.bodies_in_interval(i) for i in section.waypoints[:-1])
+    solved = section.solved
+    first, *later = (solved.bodies_in_interval(i) for i in section.waypoints[:-1])
     for model, i in zip(later, section.waypoints[1:-1], strict=True):
         if model.pairs != first.pairs:
             raise InputError(
                 "the velocity is chosen, but a body comes or goes here; accepted: stop, or a "
                 "velocity",
-                where=free_task.where(i),
+                where=solved.where(i),
             )
-    joints = free_task.joints.robot.model.njoints if free_task.joints.robot is not None else 0
+    joints = solved.joints.robot.model.njoints if solved.joints.robot is not None else 0
     bodies = (first.bodies[k] for pair in first.pairs for k in (pair.first, pair.second))
     if moving := dict.fromkeys(body.name.split("/")[0] for body in bodies if body.joint >= joints):
         raise InputError(
             f"does not support moving obstacles ({', '.join(moving)}); "
             "accepted: no way here, and waypoints around them with times or after: fastest",
-            where=free_task.where(section.waypoints[-1], "way"),
+            where=solved.where(section.waypoints[-1], "way"),
         )
     return first
 
@@ -158,12 +153,12 @@ def _solutions(section: FreeSection, problem: TimingProblem, robot: Robot, end: 
     on the choice. This is so if the arm stops there, no motion precedes the start, and a motion
     after the end is planned collision-free as well.
     """
-    scenario, i = section.free_task.scenario, section.waypoints[end]
+    scenario, i = section.solved.scenario, section.waypoints[end]
     chosen, waypoint = problem.position[end], scenario.waypoints[i]
     task_waypoint = scenario.task.waypoints[scenario.task_index[i]]
     if not isinstance(waypoint, CartesianWaypoint) or not isinstance(task_waypoint, PoseWaypoint):
         return np.array(chosen[None])
-    following = section.free_task.free_values.waypoints[i + 1 : i + 2]
+    following = section.solved.free_values.waypoints[i + 1 : i + 2]
     tied = any(free.way is None for free in following) if end else i > 0
     fixed = (
         task_waypoint.near is not None
@@ -187,7 +182,7 @@ def _slowed(
 ) -> PiecewisePolynomial:
     """A motion slowed down to the given time, if there is one."""
     given_time = float(problem.total or problem.duration.sum())
-    least = float(problem.at_least.sum())
+    least = float(problem.min_duration.sum())
     duration = max(motion.duration, least) if np.isnan(given_time) else given_time
     if duration == motion.duration:
         return motion.curve
@@ -204,7 +199,7 @@ def _slowed(
             f"a motion of {duration:g} s is infeasible with the velocities at its ends; "
             "accepted: no time, or a stop at both ends"
         )
-    raise InputError(message, where=section.free_task.where(section.waypoints[-1]))
+    raise InputError(message, where=section.solved.where(section.waypoints[-1]))
 
 
 def _located_error(
@@ -217,9 +212,9 @@ def _located_error(
         section: The section without a motion.
         single: Whether only one solution of each end was a candidate.
     """
-    free_task = section.free_task
-    names = [free_task.scenario.waypoints[i].name for i in section.waypoints]
-    text = free_task.scenario.units.text
+    solved = section.solved
+    names = [solved.scenario.waypoints[i].name for i in section.waypoints]
+    text = solved.scenario.units.text
     k = fault.waypoint_index
     bodies: tuple[str, ...] = ()
     if k is None:
@@ -231,7 +226,7 @@ def _located_error(
             phase = "stopping after" if k == 0 else "coming from rest to"
             where = f"{phase} {names[k]!r}"
         if fault.limit:
-            joints = free_task.joints
+            joints = solved.joints
             joint, unit = joints.joint_names[fault.joint], joints.joint_units[fault.joint]
             excess = f"exceeds its {fault.limit} limit"
             if fault.limit == "position":
@@ -255,5 +250,5 @@ def _located_error(
         bodies=bodies,
         shortfall=fault.shortfall,
         between=(section.waypoints[0], section.waypoints[-1]) if single else None,
-        where=free_task.where(section.waypoints[-1 if k is None else k]),
+        where=solved.where(section.waypoints[-1 if k is None else k]),
     )

@@ -9,11 +9,12 @@ from types import MappingProxyType
 from knotwork.arrays import FloatArray
 from knotwork.errors import InputError, TimingError, merge_errors
 from knotwork.planning.choosing.clear_sections import plan_clear_section
-from knotwork.planning.choosing.free_sections import FreeSection, FreeTask
+from knotwork.planning.choosing.free_sections import FreeSection
+from knotwork.planning.choosing.solved_scenario import SolvedScenario
 from knotwork.planning.timing import Objective, TimedMotion
 from knotwork.planning.timing.budget import Budget
 from knotwork.planning.timing.minimum_durations import sufficient_duration
-from knotwork.planning.timing.solving import solve_within
+from knotwork.planning.timing.solving import solve_with_budget
 from knotwork.units import rounded_up
 
 SMOOTHEST = Objective(time=0.0, jerk=1.0)
@@ -48,12 +49,12 @@ class SectionsUnsolvedError(Exception):
 
 
 def solve_sections(
-    free_task: FreeTask, sections: list[FreeSection], budget: Budget
+    solved: SolvedScenario, sections: list[FreeSection], budget: Budget
 ) -> dict[FreeSection, TimedMotion]:
     """Solve all sections, with the given total duration if there is one.
 
     Args:
-        free_task: The scenario and its IK solutions.
+        solved: The scenario and its IK solutions.
         sections: Its free sections.
         budget: Budget and progress of all of them.
 
@@ -61,7 +62,7 @@ def solve_sections(
         SectionsUnsolvedError: Some sections have no motion.
         TimingError: The total is too short.
     """
-    free = free_task.free_values
+    free = solved.free_values
     objective = Objective(**dict(free.objective))
     with_free_times = [section for section in sections if section.has_free_durations]
     solved_twice = with_free_times if free.total_duration is not None else []
@@ -69,14 +70,14 @@ def solve_sections(
     if free.total_duration is None:
         return _motions(sections, objective, budget)
     fastest = _motions(with_free_times, Objective(), budget)
-    durations = free_task.scenario.durations
+    durations = solved.scenario.durations
     for section in with_free_times:
         durations[section.waypoints[:-1]] = 0.0
     outside = float(durations.sum())
     shortest = outside + sum(motion.duration for motion in fastest.values())
     if free.total_duration < shortest:
         budget_ended = any(motion.status == "budget" for motion in fastest.values())
-        raise _total_too_short(free_task, shortest, budget_ended=budget_ended)
+        raise _total_too_short(solved, shortest, budget_ended=budget_ended)
     factor = (free.total_duration - outside) / (shortest - outside)
     totals = {section: factor * motion.duration for section, motion in fastest.items()}
     try:
@@ -103,7 +104,7 @@ def _motions(
             problem = replace(problem, objective=SMOOTHEST if single else CALMEST)
         try:
             if section.way is None:
-                motions[section] = solve_within(problem, budget)
+                motions[section] = solve_with_budget(problem, budget)
             else:
                 first, *_, last = section.waypoints
                 motion = plan_clear_section(section, problem, budget, ends.get(first))
@@ -115,19 +116,19 @@ def _motions(
     return motions
 
 
-def _total_too_short(free_task: FreeTask, shortest: float, *, budget_ended: bool) -> TimingError:
+def _total_too_short(solved: SolvedScenario, shortest: float, *, budget_ended: bool) -> TimingError:
     """The error for a duration below that of the shortest motion found [s].
 
     Args:
-        free_task: The scenario and its IK solutions.
+        solved: The scenario and its IK solutions.
         shortest: Duration of that motion [s].
         budget_ended: Whether the budget ended before a shorter one could be found.
     """
     return TimingError(
-        f"{free_task.free_values.total_duration:g} s is shorter than the minimum time found within "
+        f"{solved.free_values.total_duration:g} s is shorter than the minimum time found within "
         f"the limits, {rounded_up(shortest):.6g} s; accepted: "
         f"{sufficient_duration(shortest):.6g} s or more"
         f"{', or a larger budget' if budget_ended else ''}",
         cause="budget" if budget_ended else "duration",
-        where=free_task.scenario.where("duration"),
+        where=solved.scenario.where("duration"),
     )

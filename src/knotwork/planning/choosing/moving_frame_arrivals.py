@@ -18,8 +18,8 @@ import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.errors import FollowingError, InputError, OutOfReachError, TimingError
-from knotwork.planning.choosing.chosen_times import ChosenValues, choose_times
-from knotwork.planning.choosing.free_sections import FreeTask
+from knotwork.planning.choosing.chosen_values import ChosenValues, choose_values
+from knotwork.planning.choosing.solved_scenario import SolvedScenario
 from knotwork.planning.timing.budget import Budget
 from knotwork.task import ExpandedTask
 from knotwork.task.scenario import Scenario
@@ -90,7 +90,7 @@ def fix_arrival_times(scenario: Scenario, budget: Budget) -> Scenario:
 
 def _choose(scenario: Scenario, budget: Budget) -> ChosenValues:
     """Minimum times for the best solutions of the poses at the expected times."""
-    return choose_times(FreeTask.solve(scenario, scenario.required_free_values), budget)
+    return choose_values(SolvedScenario.solve(scenario, scenario.required_free_values), budget)
 
 
 def _first_choice(

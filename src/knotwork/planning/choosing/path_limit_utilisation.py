@@ -12,7 +12,7 @@ from knotwork.arrays import FloatArray
 from knotwork.curves.interpolation import ModifiedHermiteSpline
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.tool_paths import TimedPath, Timing, speed_profile
-from knotwork.planning.choosing.free_sections import FreeTask
+from knotwork.planning.choosing.solved_scenario import SolvedScenario
 from knotwork.planning.task_to_joint import knots_of
 from knotwork.planning.timing.state_limits import TOOL_SPEED, LimitedQuantity, StateLimits
 from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
@@ -36,9 +36,9 @@ CONSTANT_SPEED_PART = 1
 """Index of the part of a stretch with its own speed."""
 
 
-def state_limits(free_task: FreeTask, path: ScenarioPath) -> StateLimits:
+def path_state_limits(solved: SolvedScenario, path: ScenarioPath) -> StateLimits:
     """The limits of joint states on a path, whose load the efforts depend on."""
-    joints, motion = free_task.joints, free_task.scenario.motion_limits
+    joints, motion = solved.joints, solved.scenario.motion_limits
     frames = {
         LimitedQuantity(limit.link, "frame_speed", 1): limit.speed for limit in motion.link_speeds
     }
@@ -46,26 +46,28 @@ def state_limits(free_task: FreeTask, path: ScenarioPath) -> StateLimits:
         frames[TOOL_SPEED] = (1.0 - TOOL_MARGIN) * motion.tool_speed
     if motion.tool_acceleration is not None:
         frames[LimitedQuantity("", "tool_acceleration", 2)] = motion.tool_acceleration
-    dynamics = free_task.dynamics(path.first)
+    dynamics = solved.dynamics(path.first)
     robot = joints.robot if dynamics is None else dynamics.robot
     return StateLimits(joints.joint_names, joints.limits, robot, frames)
 
 
-def planned_utilisation(free_task: FreeTask, path: ScenarioPath, limits: StateLimits) -> FloatArray:
+def planned_utilisation(
+    solved: SolvedScenario, path: ScenarioPath, limits: StateLimits
+) -> FloatArray:
     """Largest utilisation by the planned motion on each part of a path, shape (n, 3, m).
 
     Args:
-        free_task: A scenario with known speeds along its paths.
+        solved: A scenario with known speeds along its paths.
         path: The path in this scenario.
         limits: Its limits.
     """
-    rows, points = free_task.rows, free_task.waypoints
+    rows, points = solved.rows, solved.waypoints
     inserted = slice(rows[path.first], rows[path.last] + 1)
     time, q, v, a = (
         np.asarray(values)[inserted]
         for values in (points.time, points.position, points.velocity, points.acceleration)
     )
-    curve = ModifiedHermiteSpline(time, q, v, knots=knots_of(free_task.scenario), acceleration=a)
+    curve = ModifiedHermiteSpline(time, q, v, knots=knots_of(solved.scenario), acceleration=a)
     t = _sample_points(curve)
     ends = path.motion.start_time + _parts(path.motion.timing)
     return _largest_by_part(limits.utilisation(curve, t), t, ends)
@@ -104,7 +106,7 @@ class PathUtilisation:
     """Utilisation of each limit along a path, at any speeds and without another solution.
 
     Args:
-        free_task: The scenario and its IK solutions.
+        solved: The scenario and its IK solutions.
         path: One of its paths.
 
     Attributes:
@@ -112,23 +114,23 @@ class PathUtilisation:
         orders: Powers of the speed with which the limited quantities grow, shape (m,).
     """
 
-    def __init__(self, free_task: FreeTask, path: ScenarioPath) -> None:
-        self.limits = limits = state_limits(free_task, path)
+    def __init__(self, solved: SolvedScenario, path: ScenarioPath) -> None:
+        self.limits = limits = path_state_limits(solved, path)
         self.orders = np.array([limited.order for limited in limits.quantities])
         lengths = path.requested.lengths
         # at 1 m/s time is the arc length
         timing = speed_profile(lengths, np.ones(len(lengths)), acceleration=1.0)
         unit = TimedPath(path.motion.path, timing)
-        robot, start, pull = free_task.solution.starts[path.first]
-        curve = JointsOnPath(robot, unit, start, pull).curve
+        robot, start, target = solved.solution.starts[path.first]
+        curve = JointsOnPath(robot, unit, start, target).curve
         joint_count = len(limits.joint_names)
         self._s = _sample_points(curve)
         q, d1, d2, d3 = (curve(self._s, order)[:, :joint_count] for order in range(4))
         zero = np.zeros_like(q)
-        at_rest = limits.fractions(q, zero, zero, zero)
+        at_rest = limits.ratios(q, zero, zero, zero)
         # the factors of 1, ṡ to the power of the order, s̈, ṡ s̈ and s⃛
         factors = ((d1, d2, d3), (zero, d1, zero), (zero, zero, 3.0 * d2), (zero, zero, d1))
-        terms = [limits.fractions(q, *factor) - at_rest for factor in factors]
+        terms = [limits.ratios(q, *factor) - at_rest for factor in factors]
         self._terms = np.stack([at_rest, *terms], axis=1)
         self._ends = timing.times
 
@@ -143,9 +145,9 @@ class PathUtilisation:
         low, high = self._s[after - 1], self._s[after]
         weight = np.clip((s - low) / (high - low), 0.0, 1.0)[:, None, None, None]
         terms = (1.0 - weight) * self._terms[after - 1] + weight * self._terms[after]
-        fractions = terms[:, 0] + terms[:, 1] * v ** self.orders[:, None]
-        fractions += terms[:, 2] * a + terms[:, 3] * v * a + terms[:, 4] * j
-        return _largest_by_part(np.linalg.norm(fractions, axis=-1), t, _parts(timing))
+        ratios = terms[:, 0] + terms[:, 1] * v ** self.orders[:, None]
+        ratios += terms[:, 2] * a + terms[:, 3] * v * a + terms[:, 4] * j
+        return _largest_by_part(np.linalg.norm(ratios, axis=-1), t, _parts(timing))
 
     def max_speeds(self, allowed: FloatArray) -> FloatArray:
         """Maximum constant speeds in the middle of each stretch [m/s], in closed form.

@@ -18,12 +18,12 @@ import numpy as np
 from knotwork.arrays import FloatArray
 from knotwork.curves.tool_paths import Timing
 from knotwork.errors import PathError, RampError, StretchTimeError
-from knotwork.planning.choosing.free_sections import FreeTask
 from knotwork.planning.choosing.path_limit_utilisation import (
     CONSTANT_SPEED_PART,
     PathUtilisation,
     planned_utilisation,
 )
+from knotwork.planning.choosing.solved_scenario import SolvedScenario
 from knotwork.planning.timing.state_limits import LimitedQuantity
 from knotwork.task.scenario import ScenarioPath
 
@@ -110,7 +110,7 @@ class PathSpeedProblem:
     Attributes:
         number: Index of the path among those of the task.
         path: The path at its nominal speed.
-        unit: Number of the file's units of length per metre; speeds are round numbers of them.
+        per_metre: Number of the file's units of length per metre; speeds are round numbers of them.
         utilisation: Utilisation of the limits along it, at any speeds.
         caps: Upper bounds of the free speeds, by index of the stretch.
         correction: Ratio of the planned to the expected utilisation, shape (n, 3, m).
@@ -118,7 +118,7 @@ class PathSpeedProblem:
 
     number: int
     path: ScenarioPath
-    unit: float
+    per_metre: float
     utilisation: PathUtilisation
     caps: Mapping[int, BoundedSpeed]
     correction: FloatArray
@@ -168,7 +168,7 @@ class PathSpeedProblem:
         """
         while True:
             speeds = {
-                k: BoundedSpeed(round_speed(self.unit * speed) / self.unit, bound)
+                k: BoundedSpeed(round_speed(self.per_metre * speed) / self.per_metre, bound)
                 for k, (speed, bound) in speeds.items()
             }
             try:
@@ -255,7 +255,7 @@ class ChosenSpeeds:
         slower = self.slowed_down(MIN_SPEED_FACTOR, Reason.TOLERANCES)
         return replace(self, problem=slower, fault=fault)
 
-    def corrected(self, timed: FreeTask) -> ChosenSpeeds:
+    def corrected(self, timed: SolvedScenario) -> ChosenSpeeds:
         """The speeds, with their fault and a problem corrected by the planned motion.
 
         The problem caps the speeds with which this motion exceeds a limit.
@@ -284,16 +284,18 @@ class ChosenSpeeds:
         return replace(self, problem=problem, fault=fault)
 
 
-def path_speed_problems(free_task: FreeTask) -> list[PathSpeedProblem]:
+def path_speed_problems(solved: SolvedScenario) -> list[PathSpeedProblem]:
     """The problems of all paths with chosen speeds, before anything is planned."""
-    unit = free_task.scenario.units.per_metre
+    per_metre = solved.scenario.units.per_metre
     problems = []
-    for number, path in enumerate(free_task.scenario.paths):
-        if bounds := path.requested.at_most:
-            utilisation = PathUtilisation(free_task, path)
+    for number, path in enumerate(solved.scenario.paths):
+        if bounds := path.requested.max_speeds:
+            utilisation = PathUtilisation(solved, path)
             caps = {k: BoundedSpeed(speed, Reason.AT_MOST) for k, speed in bounds.items()}
             correction = np.ones((len(path.stretches), 3, len(utilisation.limits.quantities)))
-            problems.append(PathSpeedProblem(number, path, unit, utilisation, caps, correction))
+            problems.append(
+                PathSpeedProblem(number, path, per_metre, utilisation, caps, correction)
+            )
     return problems
 
 

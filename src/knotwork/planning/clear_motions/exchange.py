@@ -20,9 +20,9 @@ from knotwork.planning.clear_motions.configuration_space import ConfigurationSpa
 from knotwork.planning.timing.motion_states import States, states_of
 from knotwork.planning.timing.nonlinear_program import Block, Kernel, solve_program, symbols
 from knotwork.planning.timing.robot_limits import state_inside
-from knotwork.planning.timing.section_program import SectionProgram
 from knotwork.planning.timing.tightening import Tightening, tighten
 from knotwork.planning.timing.timing_problem import TimingProblem
+from knotwork.planning.timing.timing_program import TimingProgram
 from knotwork.verification.bounds.clearance import Clearance
 
 PLANE_FRACTIONS = (0.0, 1 / 3, 2 / 3)
@@ -175,7 +175,7 @@ class ExchangeSearch:
             options: IPOPT options.
         """
         near = self._reference
-        program = SectionProgram(self.problem, near, self.tightening)
+        program = TimingProgram(self.problem, near, self.tightening)
         scale, layout, d = program.scale, program.layout, program.layout.joint_count
         low, high = program.bounds()
         nearest = (near.q - radius) / scale.unit(0), (near.q + radius) / scale.unit(0)

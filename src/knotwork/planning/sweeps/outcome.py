@@ -11,14 +11,13 @@ from knotwork.planning import Plan, plan
 from knotwork.planning.sweeps.field_path import scenario_with
 from knotwork.planning.sweeps.figures import FIGURES
 
-# verdicts of rows
 ROW_PASSED = "passed"
+"""verdicts of rows"""
 ROW_FAILED = "failed"  # a check fails
 ROW_REFUSED = "refused"  # there is no motion
 ROW_TIME_LIMIT = "time limit"
 ROW_CRASHED = "crashed"  # the process ended
 ROW_WRONG_INPUT = "wrong input"  # a reason
-# The first matching class decides.
 _REASONS: tuple[tuple[type[Exception], str], ...] = (
     (errors.OutOfReachError, "out of reach"),
     (errors.BranchError, "branch"),
@@ -30,6 +29,7 @@ _REASONS: tuple[tuple[type[Exception], str], ...] = (
     (errors.TaskError, "task"),
     (errors.InputError, ROW_WRONG_INPUT),
 )
+"""The first matching class decides."""
 
 
 @dataclass(frozen=True)

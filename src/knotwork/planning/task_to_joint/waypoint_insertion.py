@@ -92,19 +92,20 @@ def with_waypoints_inserted(
         PathError: The tolerances need too many waypoints, or are too fine to be proved.
     """
     insertion, path = _Insertion(joints_on_path, tolerance, knots), joints_on_path.path
-    followed = insertion.divide_evenly(_waypoint_times(path, [] if times is None else times))
+    ends = _waypoint_times(path, [] if times is None else times)
+    followed, utilisation = insertion.divide_evenly(ends)
     # not earlier, because rounding errors near a singularity are far larger with fewer waypoints
     _check_tolerance(joints_on_path.robot, insertion.curve(followed), path, tolerance)
     while True:
-        utilisation = insertion.utilisation(followed)
         if (utilisation <= 1.0).all():
             curve = insertion.curve(followed)
             utilisation = _proved_utilisation(
                 joints_on_path.robot, curve, path, tolerance, followed.time
             )
-        if (utilisation <= 1.0).all():
-            return followed
+            if (utilisation <= 1.0).all():
+                return followed
         followed = insertion.divide(followed, utilisation)
+        utilisation = insertion.utilisation(followed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,12 +129,12 @@ class _Insertion:
             acceleration=followed.acceleration,
         )
 
-    def divide_evenly(self, ends: FloatArray) -> FollowedPath:
-        """Equal intervals between given times: the fewest waypoints on a smooth path."""
+    def divide_evenly(self, ends: FloatArray) -> tuple[FollowedPath, FloatArray]:
+        """Equal intervals between given times, the fewest on a smooth path, and `utilisation`."""
         count = np.ones(len(ends) - 1, dtype=int)
         followed = self.waypoints_at(ends)
+        utilisation = self.utilisation(followed)
         for _ in range(EVEN_ROUNDS):
-            utilisation = self.utilisation(followed)
             worst = np.maximum.reduceat(utilisation, np.concatenate(([0], np.cumsum(count)[:-1])))
             if (worst <= 1.0).all():
                 break
@@ -143,7 +144,8 @@ class _Insertion:
             pieces = zip(ends[:-1], ends[1:], count, strict=True)
             wanted = [np.linspace(a, b, n + 1)[:-1] for a, b, n in pieces]
             followed = self.waypoints_at(np.append(np.concatenate(wanted), ends[-1]))
-        return followed
+            utilisation = self.utilisation(followed)
+        return followed, utilisation
 
     def divide(self, followed: FollowedPath, utilisation: FloatArray) -> FollowedPath:
         """Divide the intervals that exceed the tolerances."""

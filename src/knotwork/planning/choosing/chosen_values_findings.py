@@ -11,7 +11,7 @@ import numpy as np
 from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.joint_quantities import rate_unit
-from knotwork.planning.choosing.chosen_times import ChosenValues
+from knotwork.planning.choosing.chosen_values import ChosenValues
 from knotwork.planning.choosing.path_speed_problem import Reason
 from knotwork.task import ChosenSectionFields
 from knotwork.task.scenario import Scenario
@@ -36,7 +36,9 @@ _Shares = list[tuple[str, float | None]]
 """Texts of active limits, each with its share of the time."""
 
 
-def chosen_times_findings(chosen_values: ChosenValues, joints: ScenarioJoints) -> Iterator[Finding]:
+def chosen_values_findings(
+    chosen_values: ChosenValues, joints: ScenarioJoints
+) -> Iterator[Finding]:
     """Report the duration, its gap to the lower bound, and the active limits.
 
     Args:
@@ -71,12 +73,12 @@ def chosen_times_findings(chosen_values: ChosenValues, joints: ScenarioJoints) -
             group=group,
             subject="waypoint",
             name=end,
-            quantity="binding_limits",
+            quantity="active_limits",
             verdict="information",
             fact=f"{start} to {end}: {', '.join(parts)}",
             interval=(times[start], times[end]),
             short_fact=label,
-            highlight=f"{start} to {end}: bound by {label}",
+            highlight=f"{start} to {end}: limited by {label}",
         )
 
 

@@ -1,0 +1,114 @@
+"""`SolvedScenario`: a scenario with its joints and the IK solutions of its poses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from knotwork.arrays import IndexArray
+from knotwork.planning.task_to_joint import TaskSolution, knots_of, solve_task
+from knotwork.task.scenario import FreeValues, Scenario
+from knotwork.task.scenario.scenario_joints import ScenarioJoints, read_scenario_joints
+from knotwork.waypoints import JointWaypoints
+
+if TYPE_CHECKING:
+    from knotwork.planning.timing import Dynamics
+    from knotwork.scene.collision_model import CollisionModel
+
+
+@dataclass(frozen=True, eq=False)
+class SolvedScenario:
+    """A scenario with free values, its joints and the IK solutions of its poses.
+
+    Timing problems need joint positions, loads and bodies, which the scenario alone does not have.
+
+    Attributes:
+        scenario: The scenario.
+        free_values: Its free values.
+        joints: Its joints.
+        solution: Its waypoints at the joints, free times as expected.
+    """
+
+    scenario: Scenario
+    free_values: FreeValues
+    joints: ScenarioJoints
+    solution: TaskSolution
+
+    @classmethod
+    def solve(cls, scenario: Scenario, free_values: FreeValues) -> SolvedScenario:
+        """A scenario with its joints and the best solutions of its poses."""
+        joints = read_scenario_joints(scenario)
+        return cls(scenario, free_values, joints, solve_task(scenario, joints, knots_of(scenario)))
+
+    @property
+    def waypoints(self) -> JointWaypoints:
+        """All waypoints at the joints, including inserted ones along paths."""
+        return self.solution.waypoints
+
+    @property
+    def rows(self) -> IndexArray:
+        """Rows of the scenario's waypoints, shape (n,)."""
+        return np.array(self.waypoints.waypoint_rows)
+
+    @cached_property
+    def _dynamics(self) -> tuple[Dynamics, ...]:
+        """Dynamics from each waypoint to the next, one object for equal loads."""
+        from knotwork.planning.timing import Dynamics
+
+        loaded_robots = self.joints.loaded_robots
+        robots = () if loaded_robots is None else loaded_robots.by_interval
+        models = {id(robot): Dynamics(robot) for robot in robots}
+        return tuple(models[id(robot)] for robot in robots)
+
+    def dynamics(self, i: int) -> Dynamics | None:
+        """Dynamics of its robot, if there is one, with the load from waypoint i on."""
+        return self._dynamics[i] if self._dynamics else None
+
+    @cached_property
+    def zero_acceleration_points(self) -> Mapping[int, str]:
+        """Reason for each waypoint with zero acceleration, by index.
+
+        Sections are split there. Two collision-free motions are one if only a position is given
+        between them.
+        """
+        waypoints = self.free_values.waypoints
+        loads = enumerate(pairwise(self._dynamics), start=1)
+        points = {i: "the load changes" for i, (before, after) in loads if before is not after}
+        return points | {
+            i: "a collision-free motion begins or ends"
+            for end, free in enumerate(waypoints)
+            if free.way
+            for i in (end - 1, end)
+            if not (
+                waypoints[i].speed_kind == "free"
+                and waypoints[i].way == waypoints[i + 1].way
+                and all(w.duration_is_free and not w.min_duration for w in waypoints[i : i + 2])
+            )
+        }
+
+    def bodies_in_interval(self, i: int) -> CollisionModel:
+        """Bodies of the robot and the scene that are present from waypoint i to the next one."""
+        from knotwork.planning.clear_motions.configuration_space import bodies_at
+
+        return bodies_at(self._collision_model, i + 0.5)
+
+    @cached_property
+    def _collision_model(self) -> CollisionModel:
+        """Bodies of the robot and the scene; the index of a waypoint replaces its unknown time."""
+        from knotwork.planning.task_to_joint.candidate_collisions import unsolved_collision_model
+
+        if self.joints.robot is None:
+            raise TypeError("without a robot there are no bodies")
+        times = np.arange(len(self.scenario.waypoints), dtype=float)
+        return unsolved_collision_model(self.scenario, self.joints, self.joints.robot, times)
+
+    def where(self, i: int, *key: str) -> str:
+        """Location of a key of waypoint i of the scenario, for messages."""
+        k = self.scenario.task_index[i]
+        location: tuple[str | int, ...] = ("waypoints", k) if k >= 0 else ("start",)
+        return self.scenario.where(*location, *key)
