@@ -91,10 +91,15 @@ def test_poses_velocities_and_paths_are_relative_to_part(knotwork: Command, tmp_
         assert all(name in text for name in ("plate", "tilt", "elbow_joint"))
     moved = np.ptp([plan.trajectory.position(t) for t in np.linspace(0, 3, 20)], axis=0)
     assert moved[:2].min() > 0.01
+    axes = plan.report.select(quantity="external_axes")
+    motion = plan.scenario.paths[0].motion
+    q = plan.trajectory.position(np.linspace(motion.start_time, motion.end_time, 2000))
+    travel = np.abs(np.diff(q, axis=0)).sum(axis=0)[:2]
+    assert {axis.name for axis in axes} == {"plate", "tilt"}
+    assert [axis.value for axis in axes] == pytest.approx(travel, rel=1e-3)
     pose, velocity = relative(plan, 2.0)
     assert pose.translation == pytest.approx([0, -0.1, 0.2], abs=1e-8)
     assert velocity == pytest.approx([0, 0.05, -0.1], abs=1e-5)
-    motion = plan.scenario.paths[0].motion
     along = np.array([0.12, 0.1, 0]) / np.hypot(0.12, 0.1)
     for t in np.linspace(motion.start_time + 1e-4, motion.end_time - 1e-4, 40).tolist():
         pose, velocity = relative(plan, t)
