@@ -48,8 +48,8 @@ def print_next(words: Sequence[str], *, with_robot: bool) -> None:
     """
     arguments = shlex.join(words)
     line = f"next: knotwork {'view' if with_robot else 'plot'} {arguments}"
-    forms = [f"{line} | report {text} --html FILE | --full" for text in (arguments, "…")]
-    echo(next((form for form in forms if len(form) <= _width()), line))
+    lines = [f"{line} | report {text} --html FILE | --full" for text in (arguments, "…")]
+    echo(next((full for full in lines if len(full) <= _width()), line))
 
 
 def _width() -> int:

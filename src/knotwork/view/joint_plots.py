@@ -14,7 +14,7 @@ from knotwork.joint_quantities import MOTION_QUANTITIES, rate_unit
 from knotwork.task.scenario import Scenario
 from knotwork.units import Units
 from knotwork.verification import Finding
-from knotwork.verification.limits import LIMIT_SLACK
+from knotwork.verification.limits import limit_slack
 from knotwork.verification.report import AnyMotion
 from knotwork.view.curves import strokes
 from knotwork.view.panel import LimitLine, Panel
@@ -188,7 +188,7 @@ def _draw_curve(panel: Panel, series: Series, count: int) -> None:
     finding = series.finding(quantity)
     if finding is not None and not finding.ok:
         lower, upper = (
-            factor * (bound + sign * LIMIT_SLACK * max(1.0, abs(bound)))
+            factor * (bound + sign * limit_slack(bound))
             for bound, sign in zip(motion.bounds(series.joint, quantity), (-1, 1), strict=True)
         )
         panel.mark("exceeded", name, *drawn.beyond(lower, upper))
