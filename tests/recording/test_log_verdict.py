@@ -52,6 +52,8 @@ def test_good_motion_passes_with_noisy_log(
     assert str(report).splitlines()[0].endswith(f"requirements met, {count} undecided; 13 s")
     assert "undecided: within 4 standard errors of the limit" in str(report)
     assert "not judged" not in str(report)
+    at_waypoints = len(report.select(group="Tool at the waypoints"))
+    assert f"Tool at the waypoints ({at_waypoints})" in str(report)
 
 
 def test_fault_beyond_noise_fails(tmp_path: Path, deburring: Plan) -> None:

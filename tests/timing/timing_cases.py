@@ -39,6 +39,6 @@ def assert_kept(problem: TimingProblem, motion: TimedMotion) -> None:
     h = np.diff(motion.time)
     given = ~problem.free
     np.testing.assert_allclose(h[given], problem.duration[given], rtol=1e-12)
-    assert (h >= problem.at_least * (1 - 1e-12)).all()
+    assert (h >= problem.min_duration * (1 - 1e-12)).all()
     assert motion.lower_bound <= motion.duration * (1 + 1e-12)
     assert motion.status == "optimal"

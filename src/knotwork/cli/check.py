@@ -46,8 +46,8 @@ from knotwork.verification.report import CheckedMotion
 
 LOG_HINT = "for a recording of a robot, which has noise, use --log"
 
-# Robot, scene and limits for the check of a trajectory without a scenario.
 SceneOptions = dict[str, str | None]
+"""Robot, scene and limits for the check of a trajectory without a scenario."""
 
 
 def _scene_options(robot: str | None, scene: str | None, limits: str | None) -> SceneOptions | None:

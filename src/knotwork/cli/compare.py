@@ -24,7 +24,6 @@ from knotwork.planning.comparison import compare as compare_planners
 from knotwork.units import readable
 from knotwork.verification.metrics import Peak
 
-# Headings by figure.
 _COLUMNS = {
     "position_miss": "pos.\nmiss",
     "velocity_miss": "vel.\nmiss",
@@ -34,8 +33,9 @@ _COLUMNS = {
     "peak_jerk": "peak\njerk",
     "tool_path_deviation": "off path\n[{length}]",
 }
-# Figures below the first are rounding errors; those below the second are shown with two digits.
+"""Headings by figure."""
 FIGURE_ROUNDING, SMALL_FIGURE = 1e-9, 0.01
+"""Figures below the first are rounding errors; those below the second are shown with two digits."""
 
 
 @click.command()

@@ -30,7 +30,6 @@ os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
 # NumPy starts threads in each process; matrices here are too small for them.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-# Module and summary by command.
 _COMMANDS = {
     "plan": ("plan", "Plan scenarios, check the result, print the verdict."),
     "replan": ("replan", "Plan another task from a time of a running motion."),
@@ -47,6 +46,7 @@ _COMMANDS = {
     "planners": ("compare", "List the planners: guarantees, limitations, options."),
     "schema": ("listing", "Print the JSON Schema of scenario files."),
 }
+"""Module and summary by command."""
 
 
 class _Commands(click.Group):

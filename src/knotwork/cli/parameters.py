@@ -14,10 +14,10 @@ from typing import Any, ClassVar, TypeVar
 
 import click
 
-# Exit codes; out of memory counts as wrong input.
 PASSED, FAILED, WRONG_INPUT, INTERNAL_ERROR = 0, 1, 2, 3
-# Exit codes after Ctrl-C, and if the reader of the output has closed its pipe.
+"""Exit codes; out of memory counts as wrong input."""
 INTERRUPTED, UNREAD = 130, 141
+"""Exit codes after Ctrl-C, and if the reader of the output has closed its pipe."""
 
 
 def exit_codes(passed: str = "every check passes", failed: str = "a check fails") -> str:

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from knotwork.planning.task_to_joint import Choice, TaskSolution
 
 REPORT_INDENT = " " * len("FAIL ")
-# Mark of a finding in a table, by its verdict.
 MARKS = {
     "met": "[green]ok[/]",
     "failed": "[bold red]FAIL[/]",
@@ -29,6 +28,7 @@ MARKS = {
     "warning": "[yellow]warning[/]",
     "information": "-",
 }
+"""Mark of a finding in a table, by its verdict."""
 
 
 def print_plan(plan: Plan) -> None:

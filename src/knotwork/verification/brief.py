@@ -22,7 +22,7 @@ BRIEF_INDENT = "  "
 """Indentation of the rows of a short report."""
 _NO_BREAK = "\N{NO-BREAK SPACE}"
 _SPACE_BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:%|mm|m|s|deg|rad|N)(?![\w'-]))|(?<=\d N) (?=m\b)")
-"""A number and its unit are on one line."""
+"""The space between a number and its unit, at which lines must not break."""
 
 
 def group_lines(
@@ -40,13 +40,13 @@ def group_lines(
     rows: dict[str, list[str]] = {}
     listed = []
     for name, findings in groups.items():
-        texts, required = highlights(findings), sum(finding.is_decided for finding in findings)
+        texts, (_, required) = highlights(findings), requirement_counts(findings)
         if not texts and all(finding.value is None for finding in findings):
             continue
         heading = f"{name} ({required})" if required else name
         if is_listed(findings):
             listed.append(heading)
-        elif ok or (texts and not required):
+        elif ok or (texts and not any(finding.is_decided for finding in findings)):
             rows[heading] = texts or _group_texts(findings, units)
     max_texts = min(MAX_GROUP_TEXTS, max(MAX_TEXTS // max(len(rows), 1), 1))
     indent = max(map(len, rows), default=0) + len(BRIEF_INDENT) + 2
@@ -78,6 +78,13 @@ def worst_lines(mark: str, findings: Sequence[Finding], max_kinds: int, width: i
     for i, text in enumerate(finding_lines(findings, max_kinds)):
         lines += wrap(text, width, indent, mark if i < max_kinds else indent)
     return lines
+
+
+def requirement_counts(findings: Sequence[Finding]) -> tuple[int, int]:
+    """Number of requirements met, and number of all requirements, with undecided ones."""
+    verdicts = [finding.verdict for finding in findings]
+    met = verdicts.count("met")
+    return met, met + verdicts.count("failed") + verdicts.count("undecided")
 
 
 def highlights(findings: Sequence[Finding]) -> list[str]:
@@ -224,7 +231,7 @@ def group_alike(findings: Sequence[Finding]) -> list[list[Finding]]:
 
 
 def representatives(findings: Sequence[Finding]) -> list[Finding]:
-    """Findings that represent a group in which no utilisation is defined.
+    """Select the findings to print for a group without utilisations.
 
     If limits are zero, it is the finding nearest its limit. Without limits, it is the largest value
     of each quantity. Otherwise there is none.

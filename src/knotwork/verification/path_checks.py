@@ -285,7 +285,7 @@ def _angle_ranges_text(freedom: PoseFreedom, units: Units) -> str:
     )
 
 
-def _speed_range_text(errors: PathErrors, units: Units, form: str) -> str:
+def _speed_range_text(errors: PathErrors, units: Units, spec: str) -> str:
     """Text of the proved minimum and maximum speed where full speed is required."""
-    slowest = units.number(errors.slowest, "m/s", form)
-    return f"{slowest} to {units.text(errors.fastest, 'm/s', form)}"
+    slowest = units.number(errors.slowest, "m/s", spec)
+    return f"{slowest} to {units.text(errors.fastest, 'm/s', spec)}"

@@ -1,8 +1,8 @@
 """The check of a trajectory against its scenario.
 
-The check is independent of planning. From the trajectory and the scenario alone it recomputes the
-tool's pose and velocity at each waypoint, limits of joints, tool and links over all time, and
-continuity.
+The check is independent of planning: it needs only the trajectory and the scenario. It recomputes
+joints and tool at the waypoints, during waits and at events; the tool along its paths; the limits
+of joints, tool and links; collisions; and continuity.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from knotwork.verification.brief import (
     NOTABLE_UTILISATION,
     group_alike,
     group_lines,
+    requirement_counts,
     utilisation_text,
     worst_lines,
     wrap,
@@ -82,7 +83,7 @@ def check(
         )
     joints = joints if joints is not None else read_scenario_joints(scenario)
     motion = Motion(trajectory, joints)
-    faults = [Topic(Group.MOTION).finding("defect", message, "failed") for message in defects]
+    defect_findings = [Topic(Group.MOTION).finding("defect", text, "failed") for text in defects]
     checks = [check_of for name, check_of in CHECKS.items() if name not in without]
     by_check = (check_of(motion, scenario, joints) for check_of in checks)
     return Report(
@@ -91,7 +92,7 @@ def check(
         origin=trajectory.origin,
         start_time=trajectory.start_time,
         end_time=trajectory.end_time,
-        findings=(*faults, *known, *itertools.chain.from_iterable(by_check)),
+        findings=(*defect_findings, *known, *itertools.chain.from_iterable(by_check)),
         units=scenario.units,
     )
 
@@ -173,9 +174,7 @@ class Report:
     @property
     def counts(self) -> tuple[int, int]:
         """Number of requirements met, and number of all requirements, with undecided ones."""
-        verdicts = [finding.verdict for finding in self.findings]
-        met = verdicts.count("met")
-        return met, met + verdicts.count("failed") + verdicts.count("undecided")
+        return requirement_counts(self.findings)
 
     @property
     def tightest(self) -> tuple[Finding, ...]:

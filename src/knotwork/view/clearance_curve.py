@@ -15,9 +15,10 @@ from knotwork.verification.collisions import motion_model
 from knotwork.view.shown_motion import ShownMotion, nearest_around
 
 CLEARANCE_SAMPLES = 200
-# Interval, in samples, at which a pair is tested for motion, and the change of its distance below
-# which it is at rest [m].
 STEP_OF_TEST, AT_REST = 8, 1e-6
+"""Interval, in samples, at which a pair is tested for motion, and the change of its distance below
+which it is at rest [m].
+"""
 
 
 class ClearanceCurve(NamedTuple):

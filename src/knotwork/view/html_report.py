@@ -18,6 +18,7 @@ from knotwork.verification.brief import (
     highlights_by_group,
     kind_of,
     representatives,
+    requirement_counts,
     value_text,
 )
 from knotwork.verification.finding import TRIED
@@ -37,12 +38,12 @@ NO_ROBOT = (
     "the scenario names no robot, so there is no arm to show: this report has only joint plots"
     "; name a robot in the scenario to see it move"
 )
-# Maximum number of rows with failures, and with the tightest other findings.
 MAX_ROWS = 6
-# Utilisation of a limit above which it is not printed in percent.
+"""Maximum number of rows with failures, and with the tightest other findings."""
 MAX_USE = 100.0
-# Words for verdicts on the page; others are printed as they are.
+"""Utilisation of a limit above which it is not printed in percent."""
 _VERDICTS = {"met": "ok", "failed": "FAIL", "information": "not required"}
+"""Words for verdicts on the page; others are printed as they are."""
 
 
 def report_page(plan: CheckedMotion) -> Page:
@@ -109,13 +110,12 @@ def _groups(report: Report) -> list[dict[str, Any]]:
         if not shown:
             continue
         numbers = [finding for finding in shown if finding.value is not None]
-        required = [finding for finding in shown if finding.is_decided]
         rows = [finding for finding in numbers if finding.limit is not None or finding.is_decided]
-        met = sum(finding.ok for finding in required)
+        met, required = requirement_counts(shown)
         group = {
             "title": title,
             "rows": rows,
-            "met": f"{met} of {len(required)} met" if required else "",
+            "met": f"{met} of {required} met" if required else "",
             "ok": all(finding.ok for finding in shown),
             "vectors": any(finding.requested is not None for finding in rows),
             "free": [value_text(item, report.units) for item in numbers if item not in rows],

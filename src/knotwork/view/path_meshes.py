@@ -19,22 +19,25 @@ from knotwork.view.task_marks import RED
 from knotwork.view.tool_curves import full_speeds
 from knotwork.view.tool_trace import ToolTrace, tool_trace
 
-# Slow to fast: dark violet, blue, green, yellow. The lightness increases evenly, so that the scale
-# is readable in grey.
 SPEED_COLOURS = (
     np.array([(68, 1, 84), (59, 82, 139), (33, 145, 140), (94, 201, 98), (217, 222, 31)]) / 255.0
 )
-# Maximum number of given speeds that are marked on the scale.
+"""Slow to fast: dark violet, blue, green, yellow.
+
+The lightness increases evenly, so that the scale is readable in grey.
+"""
 MAX_MARKS = 3
+"""Maximum number of given speeds that are marked on the scale."""
 STEEL = (0.35, 0.36, 0.4, 1.0)
 GIVEN, WAY = (0.1, 0.1, 0.12), (0.82, 0.1, 0.5)
-# Half the period of the dashes along a path, relative to the scene's size; number of points of a
-# dash, and largest number of dashes of a path.
 DASH, DASH_POINTS, MAX_DASHES = 0.016, 5, 3000
-# Length of a dash in half periods: the path's colours must be visible between dashes.
+"""Half the period of the dashes along a path, relative to the scene's size; number of points of a
+dash, and largest number of dashes of a path.
+"""
 DASHED = 0.3
-# Radius of dashes relative to the scene's size.
+"""Length of a dash in half periods: the path's colours must be visible between dashes."""
 WIDTH = 0.0045
+"""Radius of dashes relative to the scene's size."""
 
 
 def speed_colours(

@@ -32,8 +32,8 @@ from knotwork.verification.report import CheckedMotion
 from knotwork.view.links import LinkShapes, link_shapes
 from knotwork.waypoints import JointWaypoints
 
-# Number of motions whose tool trace is cached: two side by side, before and after a change.
 CACHED_MOTIONS = 4
+"""Number of motions whose tool trace is cached: two side by side, before and after a change."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,19 +15,21 @@ import yaml
 from knotwork.errors import DocumentError, Problem, format_value
 from knotwork.files.documents.document import Document, Location, Locations, field_path
 
-# Deeper than any real document, and shallow enough for the parser, which is recursive.
 MAX_YAML_DEPTH = 100
-# Aliases of aliases can expand a short file beyond any memory. Only repeated values count,
-# not the values of the file itself.
+"""Deeper than any real document, and shallow enough for the parser, which is recursive."""
 MAX_REPEATED = 1_000_000
-# A hundred thousand waypoints have a tenth of this.
+"""Aliases of aliases can expand a short file beyond any memory.
+
+Only repeated values count, not the values of the file itself.
+"""
 MAX_YAML_BYTES = 100_000_000
-# The report of a wrong value takes some 1,400 bytes, and each value may be wrong.
+"""A hundred thousand waypoints have a tenth of this."""
 MAX_YAML_VALUES = 1_500_000
-# New values are written in lines of at most this number of characters.
+"""The report of a wrong value takes some 1,400 bytes, and each value may be wrong."""
 LINE_WIDTH = 100
-# Reserve for the last value of a line, before which PyYAML does not break.
+"""New values are written in lines of at most this number of characters."""
 LAST_VALUE_WIDTH = 20
+"""Reserve for the last value of a line, before which PyYAML does not break."""
 
 
 class _Loader(yaml.CSafeLoader if hasattr(yaml, "CSafeLoader") else yaml.SafeLoader):  # type: ignore[misc]

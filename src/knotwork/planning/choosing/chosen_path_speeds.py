@@ -13,7 +13,7 @@ import numpy as np
 from knotwork.errors import FollowingError, InputError, PathError
 from knotwork.planning.choosing.free_sections import FreeSection
 from knotwork.planning.choosing.frozen_task import solutions_near
-from knotwork.planning.choosing.path_limit_utilisation import planned_utilisation, state_limits
+from knotwork.planning.choosing.path_limit_utilisation import path_state_limits, planned_utilisation
 from knotwork.planning.choosing.path_speed_problem import (
     ChosenSpeeds,
     NoSpeedsError,
@@ -142,12 +142,11 @@ def _with_speeds(solved: SolvedScenario, choices: Sequence[ChosenSpeeds]) -> Sol
     if not choices:
         return solved
     scenario = solved.scenario
-    unit = scenario.units.per_metre
     changes: defaultdict[int, dict[str, Any]] = defaultdict(dict, solutions_near(solved))
     for choice in choices:
         for stretch, (speed, _) in choice.speeds.items():
             end = scenario.task_index[choice.problem.path.first + 1 + stretch]
-            changes[end]["speed"] = round_speed(unit * speed)
+            changes[end]["speed"] = round_speed(scenario.units.per_metre * speed)
     scenario = change_task(scenario, scenario.task.with_waypoints(changes))
     given = tuple(
         replace(waypoint, path_speed_is_free=False) for waypoint in solved.free_values.waypoints
@@ -168,7 +167,7 @@ def given_speeds_beyond_limits(speeds: PathSpeeds) -> list[InputError]:
     for number, path in enumerate(solved.scenario.paths):
         if number in chosen_paths:
             continue
-        limits = state_limits(solved, path)
+        limits = path_state_limits(solved, path)
         utilisations = planned_utilisation(solved, path, limits).max(axis=1)
         for stretch in np.flatnonzero((utilisations > 1.0 + LIMIT_SLACK).any(axis=1)).tolist():
             limit = limits.quantities[int(utilisations[stretch].argmax())]
@@ -197,10 +196,10 @@ def path_speed_error(
     text = solved.scenario.units.text
     start, end = (waypoint.name for waypoint in solved.scenario.waypoints[i - 1 : i + 1])
     requested = path.requested
-    is_chosen = stretch in requested.at_most
+    is_chosen = stretch in requested.max_speeds
     duration = requested.durations[stretch]
     given = requested.speeds[stretch] or path.stretches[stretch].speed
-    if requested.at_most and duration:  # the stretches still have the nominal speed
+    if requested.max_speeds and duration:  # the stretches still have the nominal speed
         given = requested.lengths[stretch] / duration
     speed = "no speed keeps the limits" if is_chosen else f"at {text(given, 'm/s')}"
     if path.motion.has_own_clock:

@@ -116,7 +116,7 @@ class FreeSection:
             max_factor=np.array([free.max_speed for free in self.free]),
             acceleration=self._accelerations(),
             duration=scenario.durations[self.waypoints[:-1]],
-            at_least=np.array([free.min_duration for free in self.free[1:]]),
+            min_duration=np.array([free.min_duration for free in self.free[1:]]),
             total=total,
             tool_speed=tool_speed,
             objective=objective,

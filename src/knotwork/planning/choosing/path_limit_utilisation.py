@@ -36,7 +36,7 @@ CONSTANT_SPEED_PART = 1
 """Index of the part of a stretch with its own speed."""
 
 
-def state_limits(solved: SolvedScenario, path: ScenarioPath) -> StateLimits:
+def path_state_limits(solved: SolvedScenario, path: ScenarioPath) -> StateLimits:
     """The limits of joint states on a path, whose load the efforts depend on."""
     joints, motion = solved.joints, solved.scenario.motion_limits
     frames = {
@@ -115,22 +115,22 @@ class PathUtilisation:
     """
 
     def __init__(self, solved: SolvedScenario, path: ScenarioPath) -> None:
-        self.limits = limits = state_limits(solved, path)
+        self.limits = limits = path_state_limits(solved, path)
         self.orders = np.array([limited.order for limited in limits.quantities])
         lengths = path.requested.lengths
         # at 1 m/s time is the arc length
         timing = speed_profile(lengths, np.ones(len(lengths)), acceleration=1.0)
         unit = TimedPath(path.motion.path, timing)
-        robot, start, pull = solved.solution.starts[path.first]
-        curve = JointsOnPath(robot, unit, start, pull).curve
+        robot, start, target = solved.solution.starts[path.first]
+        curve = JointsOnPath(robot, unit, start, target).curve
         joint_count = len(limits.joint_names)
         self._s = _sample_points(curve)
         q, d1, d2, d3 = (curve(self._s, order)[:, :joint_count] for order in range(4))
         zero = np.zeros_like(q)
-        at_rest = limits.fractions(q, zero, zero, zero)
+        at_rest = limits.ratios(q, zero, zero, zero)
         # the factors of 1, ṡ to the power of the order, s̈, ṡ s̈ and s⃛
         factors = ((d1, d2, d3), (zero, d1, zero), (zero, zero, 3.0 * d2), (zero, zero, d1))
-        terms = [limits.fractions(q, *factor) - at_rest for factor in factors]
+        terms = [limits.ratios(q, *factor) - at_rest for factor in factors]
         self._terms = np.stack([at_rest, *terms], axis=1)
         self._ends = timing.times
 
@@ -145,9 +145,9 @@ class PathUtilisation:
         low, high = self._s[after - 1], self._s[after]
         weight = np.clip((s - low) / (high - low), 0.0, 1.0)[:, None, None, None]
         terms = (1.0 - weight) * self._terms[after - 1] + weight * self._terms[after]
-        fractions = terms[:, 0] + terms[:, 1] * v ** self.orders[:, None]
-        fractions += terms[:, 2] * a + terms[:, 3] * v * a + terms[:, 4] * j
-        return _largest_by_part(np.linalg.norm(fractions, axis=-1), t, _parts(timing))
+        ratios = terms[:, 0] + terms[:, 1] * v ** self.orders[:, None]
+        ratios += terms[:, 2] * a + terms[:, 3] * v * a + terms[:, 4] * j
+        return _largest_by_part(np.linalg.norm(ratios, axis=-1), t, _parts(timing))
 
     def max_speeds(self, allowed: FloatArray) -> FloatArray:
         """Maximum constant speeds in the middle of each stretch [m/s], in closed form.

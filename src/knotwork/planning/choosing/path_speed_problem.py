@@ -110,7 +110,7 @@ class PathSpeedProblem:
     Attributes:
         number: Index of the path among those of the task.
         path: The path at its nominal speed.
-        unit: Number of the file's units of length per metre; speeds are round numbers of them.
+        per_metre: Number of the file's units of length per metre; speeds are round numbers of them.
         utilisation: Utilisation of the limits along it, at any speeds.
         caps: Upper bounds of the free speeds, by index of the stretch.
         correction: Ratio of the planned to the expected utilisation, shape (n, 3, m).
@@ -118,7 +118,7 @@ class PathSpeedProblem:
 
     number: int
     path: ScenarioPath
-    unit: float
+    per_metre: float
     utilisation: PathUtilisation
     caps: Mapping[int, BoundedSpeed]
     correction: FloatArray
@@ -168,7 +168,7 @@ class PathSpeedProblem:
         """
         while True:
             speeds = {
-                k: BoundedSpeed(round_speed(self.unit * speed) / self.unit, bound)
+                k: BoundedSpeed(round_speed(self.per_metre * speed) / self.per_metre, bound)
                 for k, (speed, bound) in speeds.items()
             }
             try:
@@ -286,14 +286,16 @@ class ChosenSpeeds:
 
 def path_speed_problems(solved: SolvedScenario) -> list[PathSpeedProblem]:
     """The problems of all paths with chosen speeds, before anything is planned."""
-    unit = solved.scenario.units.per_metre
+    per_metre = solved.scenario.units.per_metre
     problems = []
     for number, path in enumerate(solved.scenario.paths):
-        if bounds := path.requested.at_most:
+        if bounds := path.requested.max_speeds:
             utilisation = PathUtilisation(solved, path)
             caps = {k: BoundedSpeed(speed, Reason.AT_MOST) for k, speed in bounds.items()}
             correction = np.ones((len(path.stretches), 3, len(utilisation.limits.quantities)))
-            problems.append(PathSpeedProblem(number, path, unit, utilisation, caps, correction))
+            problems.append(
+                PathSpeedProblem(number, path, per_metre, utilisation, caps, correction)
+            )
     return problems
 
 

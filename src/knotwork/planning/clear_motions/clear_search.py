@@ -21,7 +21,7 @@ from knotwork.planning.clear_motions.configuration_space import ConfigurationSpa
 from knotwork.planning.clear_motions.exchange import ExchangeSearch
 from knotwork.planning.clear_motions.rrt import connect, polyline_curve, shorten_polyline
 from knotwork.planning.timing.motion_curves import concatenate, reverse, slow_down
-from knotwork.planning.timing.section_motion import resting_motion
+from knotwork.planning.timing.stop_to_stop import resting_motion
 from knotwork.planning.timing.tightening import exceeded_limit, keeps_limits
 from knotwork.planning.timing.timing_problem import TimingProblem
 

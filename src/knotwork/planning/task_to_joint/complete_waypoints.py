@@ -135,7 +135,9 @@ def _insert_waypoints(
     begin = track.start(start)
     continuation = track.continuation_from(begin.q)
     try:
-        joints_on_path = JointsOnPath(begin.robot, path.motion, begin.q, begin.pull, continuation)
+        joints_on_path = JointsOnPath(
+            begin.robot, path.motion, begin.q, begin.self_motion_target, continuation
+        )
         followed = with_waypoints_inserted(
             joints_on_path, tolerances, times=path.times, knots=knots
         )

@@ -26,12 +26,15 @@ from knotwork.robot.kinematics.chain.levenberg_marquardt import (
     SearchBudget,
 )
 
-# Enumerations need every solution, so a search may halve its error in more steps than a single one:
-# with twelve, one of three solutions of an arm without a closed form was missed.
 BATCH_BUDGET = SearchBudget(patience=16)
-# Most successful searches are within `STRAGGLER_ERROR` after `STRAGGLER_ITERATIONS` iterations. The
-# others take as long as two new starts, so they are stopped.
+"""Enumerations need every solution, so a search may halve its error in more steps than a single
+one: with twelve, one of three solutions of an arm without a closed form was missed.
+"""
 STRAGGLER_ITERATIONS = 20
+"""Most successful searches are within `STRAGGLER_ERROR` after `STRAGGLER_ITERATIONS` iterations.
+
+The others take as long as two new starts, so they are stopped.
+"""
 STRAGGLER_ERROR = 0.03
 
 

@@ -28,16 +28,21 @@ from knotwork.robot.kinematics.chain.levenberg_marquardt import (
 )
 from knotwork.units import SI, Units
 
-# Weight of a metre relative to a radian: the closest pose is at the nearest point, and there turned
-# as little as possible.
 POINT_FIRST = 1e3
-# Searches in one batch. They stop near a minimum; `MAX_REFINED` of the best, with at least this
-# distance between them [rad or m], are refined.
+"""Weight of a metre relative to a radian: the closest pose is at the nearest point, and there
+turned as little as possible.
+"""
 CLOSEST_SEARCHES = 120
+"""Searches in one batch.
+
+They stop near a minimum; `MAX_REFINED` of the best, with at least this distance between them [rad
+or m], are refined.
+"""
 MAX_REFINED = 8
 MIN_SEPARATION = 0.1
-# Maximum steps of the minimisation, and the gradient at which it ends [m or rad per joint unit].
 MINIMISER_STEPS = 500
+"""Maximum steps of the minimisation, and the gradient at which it ends [m or rad per joint unit].
+"""
 FLAT_GRADIENT = 1e-10
 
 

@@ -16,8 +16,8 @@ from knotwork.robot.kinematics.chain.joint_ranges import (
 
 SELF_MOTION_STARTS = 96
 SAMPLE_ITERATIONS = 18
-# Additional starts near a configuration, within this distance of a joint [rad or m].
 NEARBY_STARTS = 16
+"""Additional starts near a configuration, within this distance of a joint [rad or m]."""
 NEARBY_DISTANCE = 0.25
 
 
