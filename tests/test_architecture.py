@@ -206,7 +206,6 @@ IMPORTED_BY_TESTS = {
         "scene.meshes.mesh_files",
     ),
     "keys of files: each has its test and its line in the docs": (
-        "planning.execution",
         "robot.robot_file",
         "task.si_units",
     ),

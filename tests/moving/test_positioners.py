@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import coal
@@ -11,6 +12,7 @@ import pytest
 
 import drawn
 import knotwork as kw
+from command_line import Command
 from moving.moving_truth import OfArm, down, links, seen
 from moving.test_moving_things import check_pairs, middles, placed, scene_of, times
 from sweeps import first_of
@@ -81,7 +83,7 @@ def relative(plan: kw.Plan, t: float) -> tuple[pin.SE3, np.ndarray]:
     return seen(lambda s: pin.SE3.actInv(*part_and_tool(plan, s)), t)
 
 
-def test_poses_velocities_and_paths_are_relative_to_part() -> None:
+def test_poses_velocities_and_paths_are_relative_to_part(knotwork: Command, tmp_path: Path) -> None:
     plan = kw.plan(on_table())
     assert plan.report.ok, plan.report
     assert plan.joints.joint_names[:2] == ("plate", "tilt")
@@ -109,6 +111,9 @@ def test_poses_velocities_and_paths_are_relative_to_part() -> None:
     assert speed.proof == "bounded"
     (efforts,) = plan.report.select(quantity="efforts")
     assert efforts.verdict == "warning"
+    plan.save(tmp_path)
+    # the frame of its poses is known without its waypoints
+    assert knotwork("check", tmp_path, "--scene", tmp_path / "scenario.yaml").code == 0
 
 
 def lump_and_post(height: float) -> dict[str, Any]:

@@ -87,9 +87,9 @@ def read_checked(path: str | Path, reference: str, log: LogOptions | None = None
     """
     if log is not None:
         return checked_log(path, reference, log)
-    checked, note = check_with_task(path, reference)
-    print_note(note)
-    return checked
+    if fault := changed_since_report(Path(path)):
+        print_note(f"{path} {fault}")
+    return check_with_task(path, reference)
 
 
 def _is_trajectory(source: str, reference: str | None) -> bool:

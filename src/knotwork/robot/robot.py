@@ -233,6 +233,8 @@ class Robot(ChainModel):
             for kind, table in {"position": position, **magnitudes}.items()
             if table is not None and (not isinstance(table, Mapping) or table)
         }
+        if not given:
+            return self
         description = self._description
         tables = list_limits(validate(JointLimitFields, Document(given)), description.urdf)
         for kind, table in given.items():
@@ -244,6 +246,8 @@ class Robot(ChainModel):
 
     def with_limits_scaled(self, fraction: float) -> Robot:
         """Use only a fraction of every limit, except those of position."""
+        if fraction == self._description.used_fraction:
+            return self
         return Robot(replace(self._description, used_fraction=fraction))
 
     def with_tool(

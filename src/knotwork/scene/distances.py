@@ -126,7 +126,7 @@ class DistanceMeter:
     ) -> tuple[float, FloatArray]:
         """As `distance`, with the unit vector from the second solid to the first, shape (3,)."""
         distance = self.distance(first, second, max_distance)
-        return distance, -np.array(self._result.normal)
+        return distance, -self._result.normal
 
     def nearest(self, first: Placed, second: Placed) -> Nearest:
         """Nearest points of two solids; arguments as for `distance`."""

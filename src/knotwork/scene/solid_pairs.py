@@ -171,9 +171,9 @@ class SolidPairs:
         self, pair: int, rotation: FloatArray, origin: FloatArray
     ) -> tuple[Placed, Placed]:
         """Place the two solids of a pair; arguments as in `measure`."""
-        ends = int(self.first[pair]), int(self.second[pair])
-        first, second = (Placed(self.solids[s], rotation[s], origin[s]) for s in ends)
-        return first, second
+        a, b = int(self.first[pair]), int(self.second[pair])
+        first = Placed(self.solids[a], rotation[a], origin[a])
+        return first, Placed(self.solids[b], rotation[b], origin[b])
 
     def min_gaps(self, q: FloatArray, time: float, max_gap: float = 0.0) -> FloatArray:
         """The minimum distance beyond the required margin at configurations [m], shape (m,).

@@ -81,6 +81,8 @@ class TurnBounds:
         self, piece: NDArray[np.intp], u0: FloatArray, u1: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Bounds of |ω| and |dω/du| on [u0, u1] of pieces, shape (k,)."""
+        if not self.rate.any():  # a constant orientation
+            return np.zeros(len(piece)), np.zeros(len(piece))
         rate, steps, products = (
             restrict_to_interval(coefficients[:, piece], u0, u1).max(axis=0)
             for coefficients in (self.rate, self.steps, self.products)

@@ -109,6 +109,7 @@ def optional(
     path: bool = False,
     names_frame: bool = False,
     needs_robot: bool = False,
+    defines_motion: bool = False,
     si_default: float | None = None,
 ) -> Any:
     """An optional field.
@@ -122,11 +123,14 @@ def optional(
         path: Whether a text in the field is a path relative to the file.
         names_frame: Whether the field is the name of a frame.
         needs_robot: Whether a value other than the default needs a robot.
+        defines_motion: Whether the field defines the motion, its times or its signals. A motion
+            that is executed, or read from a file, has its own; it keeps all other fields.
         si_default: Default in SI, whatever the units of the file. The schema has no default then,
             but the description states it.
     """
     marks = {
         "unit": unit, "path": path, "names_frame": names_frame, "needs_robot": needs_robot,
+        "defines_motion": defines_motion,
     }  # fmt: skip
     given = {name: mark for name, mark in marks.items() if mark}
     if unit:
@@ -146,9 +150,14 @@ def optional(
 
 
 def is_marked(field: FieldInfo | None, mark: str) -> bool:
-    """Whether a field has a mark of `optional`: `"path"`, `"names_frame"` or `"needs_robot"`."""
+    """Whether a field has a mark of `optional`, such as `"path"` or `"needs_robot"`."""
     about = None if field is None else field.json_schema_extra
     return isinstance(about, dict) and mark in about
+
+
+def marked(model: type[BaseModel], mark: str) -> set[str]:
+    """Names of the fields of a model that have a mark; see `is_marked`."""
+    return {name for name, field in model.model_fields.items() if is_marked(field, mark)}
 
 
 def unit_of(field: FieldInfo | None) -> str:

@@ -177,6 +177,8 @@ class _ClearanceSearch:
         self.relative_precision = RELATIVE_PRECISION if precision is None else 0.0
         self.distance = np.full(len(self.body_pair), np.inf)
         self.time = np.full(len(self.body_pair), curve.x[0])
+        # Bound at which an interval is closed, for the minimum distance found so far [m].
+        self.goal = np.full(len(self.body_pair), np.inf)
         self.bound = np.full(len(self.body_pair), np.inf)
         self.measurements = 0
         self.unproved_from = np.full(len(self.body_pair), np.inf)
@@ -212,7 +214,7 @@ class _ClearanceSearch:
         self._measure(tests, time, placed, distance_bound - motion, motion)
         is_measured = ~np.isnan(tests.distance)
         distance_bound[is_measured] = tests.distance[is_measured] - DISTANCE_ERROR
-        goal = self._goal(self.distance, self.margin)[tests.solid_pair]
+        goal = self.goal[tests.solid_pair]
         lower = self._bounds_by_planes(tests, motions, placed, distance_bound - motion, goal)
         is_closed = (lower >= goal) | (motion <= self.resolution)
         is_closed |= self.measurements >= DISTANCE_BUDGET
@@ -253,13 +255,6 @@ class _ClearanceSearch:
         by_planes[rows] = distance - motions.approach(*where)
         return np.maximum(lower, by_planes)
 
-    def _goal(self, distance: FloatArray, margin: FloatArray) -> FloatArray:
-        """Bound at which an interval is closed, for the minimum distance found so far [m]."""
-        with np.errstate(invalid="ignore"):  # inf - inf, of pairs that are not measured yet
-            tolerance = np.maximum(self.precision, self.relative_precision * np.abs(distance))
-            goal = np.where(np.isinf(distance), np.inf, distance - tolerance)
-        return np.where(distance > margin, np.maximum(goal, margin), goal)
-
     def _measure(
         self,
         tests: _PairTests,
@@ -280,10 +275,9 @@ class _ClearanceSearch:
             lower: Lower bound from boxes over each interval [m].
             motion: Upper bound on the relative motion of the two solids [m].
         """
-        first_goal = self._goal(self.distance, self.margin)
-        waiting = np.flatnonzero(np.isnan(tests.distance) & (lower < first_goal[tests.solid_pair]))
+        waiting = np.flatnonzero(np.isnan(tests.distance) & (lower < self.goal[tests.solid_pair]))
         waiting = waiting[np.argsort(np.round(lower[waiting], LENGTH_DIGITS), kind="stable")]
-        goal, smallest = first_goal.tolist(), self.distance.tolist()  # faster than arrays
+        goal, smallest = self.goal.tolist(), self.distance.tolist()  # faster than arrays
         columns = (tests.solid_pair, tests.interval, lower, motion)
         listed = (column[waiting].tolist() for column in columns)
         for test, c, interval, bound, moved in zip(waiting.tolist(), *listed, strict=True):
@@ -295,8 +289,9 @@ class _ClearanceSearch:
             self.measurements += 1
             if d < smallest[c] - 10.0**-LENGTH_DIGITS:
                 smallest[c] = self.distance[c] = d
-                self.time[c] = time[interval]
-                goal[c] = float(self._goal(np.array(d), self.margin[c]))
+                self.time[c], margin = time[interval], float(self.margin[c])
+                wanted = d - max(self.precision, self.relative_precision * abs(d))
+                goal[c] = self.goal[c] = max(wanted, margin) if d > margin else wanted
 
     def _find_enclosed(self) -> None:
         """Find solids inside meshes. If the surfaces never touch, one test decides for all time."""
