@@ -133,8 +133,12 @@ def _follow(solved: SolvedScenario, by_path: Sequence[PathSpeeds]) -> AllPathSpe
     try:
         timed = _with_speeds(solved, by_path)
     except (PathError, FollowingError) as blocked:
-        faulty = [one for one in by_path if one.problem.path.first == blocked.path_start]
-        slower = [one.blocked() if one in (faulty or by_path) else one for one in by_path]
+        starts = {path_speeds.problem.path.first for path_speeds in by_path}
+        blocked_starts = starts & {blocked.path_start} or starts
+        slower = [
+            speeds.blocked() if speeds.problem.path.first in blocked_starts else speeds
+            for speeds in by_path
+        ]
         return AllPathSpeeds(solved, slower)
     return AllPathSpeeds(timed, [path_speeds.corrected(timed) for path_speeds in by_path])
 
