@@ -6,12 +6,15 @@ q⃛ = q''' ṡ³ + 3 q'' ṡ s̈ + q' s⃛ every utilisation then follows from 
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.curves.interpolation import ModifiedHermiteSpline
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.tool_paths import TimedPath, Timing, speed_profile
+from knotwork.joint_quantities import MOTION_QUANTITIES
 from knotwork.planning.choosing.solved_scenario import SolvedScenario
 from knotwork.planning.task_to_joint import knots_of
 from knotwork.planning.timing.state_limits import TOOL_SPEED, LimitedQuantity, StateLimits
@@ -34,6 +37,15 @@ MIDDLE_HALF_WIDTH = 0.25
 
 CONSTANT_SPEED_PART = 1
 """Index of the part of a stretch with its own speed."""
+
+SPEED_CHANGES: tuple[tuple[int, int, Callable[..., FloatArray]], ...] = (
+    (1, 2, lambda v, a, j: a),
+    (2, 3, lambda v, a, j: 3.0 * v * a),
+    (1, 3, lambda v, a, j: j),
+)
+"""Terms that a change of speed adds to joint rates: order of the derivative of q(s), order of the
+rate, and the factor as a function of ṡ, s̈ and s⃛.
+"""
 
 
 def path_state_limits(solved: SolvedScenario, path: ScenarioPath) -> StateLimits:
@@ -125,13 +137,17 @@ class PathUtilisation:
         curve = JointsOnPath(robot, unit, start, target).curve
         joint_count = len(limits.joint_names)
         self._s = _sample_points(curve)
-        q, d1, d2, d3 = (curve(self._s, order)[:, :joint_count] for order in range(4))
-        zero = np.zeros_like(q)
-        at_rest = limits.ratios(q, zero, zero, zero)
-        # the factors of 1, ṡ to the power of the order, s̈, ṡ s̈ and s⃛
-        factors = ((d1, d2, d3), (zero, d1, zero), (zero, zero, 3.0 * d2), (zero, zero, d1))
-        terms = [limits.ratios(q, *factor) - at_rest for factor in factors]
-        self._terms = np.stack([at_rest, *terms], axis=1)
+        q, *derivatives = (
+            curve(self._s, order)[:, :joint_count] for order in range(len(MOTION_QUANTITIES))
+        )
+        at_rest = limits.ratios(q, *np.zeros_like(derivatives))
+        # the factors of 1, of ṡ to the power of the order, and of each of `SPEED_CHANGES`
+        terms = [at_rest, limits.ratios(q, *derivatives) - at_rest]
+        for order, rate, _ in SPEED_CHANGES:
+            rates = np.zeros_like(derivatives)
+            rates[rate - 1] = derivatives[order - 1]
+            terms.append(limits.ratios(q, *rates) - at_rest)
+        self._terms = np.stack(terms, axis=1)
         self._ends = timing.times
 
     def with_timing(self, timing: Timing) -> FloatArray:
@@ -146,7 +162,8 @@ class PathUtilisation:
         weight = np.clip((s - low) / (high - low), 0.0, 1.0)[:, None, None, None]
         terms = (1.0 - weight) * self._terms[after - 1] + weight * self._terms[after]
         ratios = terms[:, 0] + terms[:, 1] * v ** self.orders[:, None]
-        ratios += terms[:, 2] * a + terms[:, 3] * v * a + terms[:, 4] * j
+        for k, (_, _, factor) in enumerate(SPEED_CHANGES, start=2):
+            ratios += terms[:, k] * factor(v, a, j)
         return _largest_by_part(np.linalg.norm(ratios, axis=-1), t, _parts(timing))
 
     def max_speeds(self, allowed: FloatArray) -> FloatArray:
