@@ -35,7 +35,7 @@ _COLUMNS = {
 }
 """Headings by figure."""
 FIGURE_ROUNDING, SMALL_FIGURE = 1e-9, 0.01
-"""Figures below the first are rounding errors; those below the second are shown with two digits."""
+"""Size below which figures are rounding errors, and below which they are shown with two digits."""
 
 
 @click.command()

@@ -21,7 +21,7 @@ _NICE_SECONDS = [mantissa * 10.0**power for power in range(3, -5, -1) for mantis
 ASIDE_DISTANCE = 0.014
 """Distance of arrows from the path, relative to the scene, so that they do not hide its colours."""
 MIN_DRAWN_SPEED = 1e-9
-"""Velocities below this are stops [m/s]."""
+"""Speed below which a waypoint is a stop [m/s]."""
 
 
 @lru_cache(CACHED_MOTIONS)
