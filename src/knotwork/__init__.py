@@ -30,7 +30,7 @@ _PACKAGES = {
     "verification",
     "view",
 }
-"""Packages can be had as attributes, too, but are names of their own."""
+"""Packages that are attributes of `knotwork`, too, but are left out of `__all__`."""
 __all__ = [name for name in _offered if name not in _PACKAGES]
 
 _RENAMED = {

@@ -193,7 +193,7 @@ def test_takes_first_speeds_with_motions_when_budget_ends(monkeypatch: pytest.Mo
 
     def record(*given: Any) -> Any:
         found = choose(*given)
-        tried.append([speed for choice in found.choices for speed, _ in choice.speeds.values()])
+        tried.append([speed for path in found.by_path for speed, _ in path.by_stretch.values()])
         return found
 
     monkeypatch.setattr(chosen_values, "maximum_path_speeds", record)
@@ -251,7 +251,7 @@ def test_speeds_are_expected_for_the_given_solution(monkeypatch: pytest.MonkeyPa
         return solve(*given)
 
     monkeypatch.setattr(solved_scenario, "solve_task", record)
-    solved = solved_scenario.SolvedScenario(scenario, scenario.required_free_values, joints, other)
+    solved = solved_scenario.SolvedScenario(scenario, joints, other)
     chosen_values.choose_values(solved, Budget())
     assert not np.allclose(other.waypoints.position[0], best.waypoints.position[0])
     assert np.allclose(starts, other.waypoints.position[0])

@@ -118,10 +118,10 @@ _UNWRAPPED = "\n".join(f"\b\n{part}\n" for part in _EXPORT_EPILOG.strip().split(
     "tolerance",
     metavar="TOLERANCE",
     type=float,
-    help="Insert points until the interpolated motion is within this of the true one at all "
-    "times [rad or m]; for krl, rapid and ls with straight lines, 0.001 by default. Without "
-    "--accelerations the acceleration then jumps at the points, and their check fails if the "
-    "scenario requires continuity: 2, the default.",
+    help="Insert points until the interpolated motion is within this distance of the true one at "
+    "all times [rad or m]. For krl, rapid and ls, which have straight lines, it is 0.001 by "
+    "default. Without --accelerations the acceleration jumps at the points, and they fail the "
+    "check of a scenario with continuity: 2, the default.",
 )
 @click.option("--goal", is_flag=True, help="ros2: a FollowJointTrajectory goal, not a message.")
 @click.option("--degrees", is_flag=True, help="pvt: revolute joints in deg; prismatic stay in m.")
@@ -143,8 +143,8 @@ _UNWRAPPED = "\n".join(f"\b\n{part}\n" for part in _EXPORT_EPILOG.strip().split(
 @click.option(
     "--labels",
     is_flag=True,
-    help="Names of segments: text columns in tables, a separate file for other formats. Included "
-    "if there are events.",
+    help="Include the names of segments: as columns of text in tables, else in a second file. "
+    "They are always included if there are events.",
 )
 @click.option("--without-events", is_flag=True, help="Leave out the switched signals.")
 @package_path_option
@@ -167,8 +167,8 @@ def export(
 
     TRAJECTORY is a trajectory.json or its folder, SCENARIO a shipped scenario's name
     or the path of a file. Samples have a fixed rate; with a robot they include the tool's pose and
-    twist. Nothing is written if the motion fails its check, or if the points of --tolerance, as
-    interpolated by a receiver, fail it in more than their acceleration.
+    twist. Nothing is written if the motion fails its check, or if a receiver's motion through the
+    points of --tolerance fails it in more than acceleration and jerk.
     """
     file_format = get_format(name)
     chosen = {
@@ -260,9 +260,9 @@ def read_motion(
     """
     if is_foreign(source):
         raise InputError(
-            f"{source!r} has samples or points, which export does not convert: it "
-            "takes a scenario, or the trajectory.json that plan writes; such files can be "
-            f"checked, with knotwork check {source} --scenario SCENARIO"
+            f"{source!r} has samples or points, which export does not convert; accepted: a "
+            "scenario, or the trajectory.json that plan writes. Samples and points can be checked: "
+            f"knotwork check {source} --scenario SCENARIO"
         )
     motion = read_motions(source, reference, PlanOptions(planner))[0]
     return (motion, None) if isinstance(motion, JointTrajectory) else (motion.trajectory, motion)

@@ -100,7 +100,10 @@ def main() -> NoReturn:
         echo("error: out of memory; use a lower rate or fewer scenarios", err=True)
         code = WRONG_INPUT
     except ModuleNotFoundError as error:  # an environment with a part of the dependencies
-        echo(f"error: needs the package {error.name!r}; install it, or knotwork by pip", err=True)
+        echo(
+            f"error: the package {error.name!r} is missing; install it, or knotwork by pip",
+            err=True,
+        )
         code = WRONG_INPUT
     except OSError as error:
         if error.filename is not None:  # should have been reported with the file

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from knotwork.planning.timing import Progress
 
 SHOWN_AFTER = 0.5
-"""Nothing is shown on a terminal before this time [s]."""
+"""Time after which progress is shown on a terminal [s]."""
 BAR_PERIOD = 0.1
 """Interval between updates of a bar [s]."""
 PLAN_INTERVAL, SWEEP_INTERVAL, LOG_SHARE = 5.0, 30.0, 0.1

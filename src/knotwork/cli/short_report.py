@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from knotwork.verification import Report
 
 TEXT_WIDTH = 100
-"""Width of lines of text, on wider terminals too."""
+"""Maximum width of lines of text, in characters."""
 
 _WORD_STYLES: dict[str, dict[str, Any]] = {
     "PASSED": {"fg": "green", "bold": True},

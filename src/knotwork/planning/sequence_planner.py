@@ -93,12 +93,11 @@ class SequencePlanner:
             return self._interpolate(solution)
         from knotwork.planning.choosing import ChosenValues, SolvedScenario, choose_values
 
-        free = self.scenario.free_values
-        if free is None:  # the arrivals at moving frames were all
+        if self.scenario.free_values is None:  # the arrivals at moving frames were all
             return self._interpolate(
                 solution, ChosenValues(self.requested, self.scenario, solution)
             )
-        solved = SolvedScenario(self.scenario, free, self.joints, solution)
+        solved = SolvedScenario(self.scenario, self.joints, solution)
         chosen_values = replace(choose_values(solved, self.budget), requested=self.requested)
         self.budget.finish_all(chosen_values.duration)
         # The keys `near` of the scenario with numbers lead to the same sequence of solutions. Its

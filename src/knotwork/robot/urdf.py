@@ -33,7 +33,9 @@ from knotwork.robot.urdf_rules import (
 _WIDE_LIMIT = "1e9"
 """Limit of unbounded joints while the URDF is parsed; arrays have infinity instead."""
 MAX_URDF_BYTES = 32_000_000
+"""Maximum size of a file."""
 MAX_URDF_ELEMENTS = 100_000
+"""Maximum number of elements of a file."""
 _OTHER_FORMATS = {"sdf": "SDF", "mujoco": "MJCF (MuJoCo)", "COLLADA": "COLLADA"}
 """Other XML formats of robots, by their root element."""
 

@@ -23,7 +23,7 @@ DISTANCE_ERROR = 1e-6
 120 000 random pairs, plus the rounding of corners and placements."""
 
 SURFACE_TOLERANCE = 1e-7
-"""Points within this distance of a mesh [m] are on it."""
+"""Distance within which points are on a mesh [m]."""
 
 
 def _settle_boxes() -> None:

@@ -211,10 +211,10 @@ class Task(TaskPart):
         defines_motion=True,
     )
     times: Literal["fastest"] | None = optional(
-        "fastest: equal to after: fastest at every waypoint without a time", defines_motion=True
+        "fastest: the default of after, for waypoints without a time", defines_motion=True
     )
     ways: Way | None = optional(
-        "way of every waypoint that does not end a tool path", needs_robot=True, defines_motion=True
+        "Default of way, for waypoints that end no tool path", needs_robot=True, defines_motion=True
     )
     duration: Positive | None = optional(
         "Total duration, where times are free; the smoothest motion of that duration is planned",

@@ -32,7 +32,7 @@ def check_events(motion: Motion, scenario: Scenario, joints: ScenarioJoints) -> 
         inside = motion.start_time - slack <= event.time <= motion.end_time + slack
         fact = f"{event.text} at {event.time:.3f} s: {_location_text(request, scenario)}"
         if not inside:
-            fact += f", but the motion is from {motion.start_time:.3f} to {motion.end_time:.3f} s"
+            fact += f", but the motion runs from {motion.start_time:.3f} to {motion.end_time:.3f} s"
         yield _event_finding(
             event, "information" if inside else "failed", fact, highlight=highlight
         )
@@ -65,7 +65,7 @@ def _repeated_or_left_on(requested: Sequence[Event]) -> Findings:
     for event in requested:
         before = last.get(event.signal)
         if isinstance(event.value, bool) and before is not None and before.value is event.value:
-            faults.append((event, f"it has this value since {before.time:.3f} s"))
+            faults.append((event, f"it has had this value since {before.time:.3f} s"))
         last[event.signal] = event
     faults += [
         (event, "the motion ends with it on") for event in last.values() if event.value is True

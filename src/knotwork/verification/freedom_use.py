@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 PATH_TIMES = 400
 """Number of times at which each path is sampled."""
 UNUSED = 1e-6
-"""Angles and distances below this size count as zero [rad or m]."""
+"""Size below which angles and distances count as zero [rad or m]."""
 
 
 class FreedomUse(NamedTuple):

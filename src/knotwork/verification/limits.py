@@ -48,7 +48,7 @@ def check_joint_limits(motion: Motion, scenario: Scenario, joints: ScenarioJoint
 
 
 def explain_excess(finding: Finding, order: int, scenario: Scenario) -> Finding:
-    """State where a limit is exceeded most, and how many times the duration would keep it.
+    """State where a limit is exceeded most, and which multiple of the duration would keep it.
 
     In k times the duration, a derivative of order n decreases by the factor kⁿ. There is no remedy
     for positions and jumps, where slowing does not help. A finding without a failure is unchanged.

@@ -11,7 +11,7 @@ from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.scenario_joints import ScenarioJoints
 
 AT_WAYPOINT = 1e-6
-"""A time within this distance of a waypoint's [s] is at the waypoint."""
+"""Difference of times within which a time is at a waypoint [s]."""
 
 OUTSIDE = "outside the waypoints"
 TIME_ROUNDING = 1e-9

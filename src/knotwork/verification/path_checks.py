@@ -32,7 +32,7 @@ CRITERION_UNITS = {
 LENGTH_DIGITS = 9
 """Decimals of lengths along a path in texts [m]."""
 POSE_TOLERANCE = 1e-9
-"""Poses are equal if they differ by less than this, relative to their numbers."""
+"""Difference below which poses are equal, relative to their numbers."""
 MAX_BULGE = 0.2
 """Maximum distance of a plausible curve from the line between two points, relative to the line.
 

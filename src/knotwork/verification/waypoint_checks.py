@@ -66,7 +66,7 @@ def check_time_span(motion: Motion, scenario: Scenario, joints: ScenarioJoints) 
 
 
 def report_missing_approach(motion: Motion, scenario: Scenario, joints: ScenarioJoints) -> Findings:
-    """Report that a motion without a start begins at its first waypoint, so has no approach."""
+    """Report that a motion has no approach, because it begins at its first waypoint."""
     if joints.robot is None or scenario.task.start is not None:
         return
     home = joints.robot.configurations.get("home")
@@ -200,7 +200,7 @@ def _joint_topic(waypoint: ScenarioWaypoint) -> Topic:
 def _compare_joints(
     order: int, requested: FloatArray, achieved: FloatArray, joints: ScenarioJoints
 ) -> _ComparedValue:
-    """Compare joint values, by the largest error relative to its tolerance."""
+    """Compare the values of all joints, by the largest error relative to its tolerance."""
     quantity = f"joint_{MOTION_QUANTITIES[order]}"
     tolerances = joints.tolerances[quantity]
     errors = np.abs(achieved - requested)

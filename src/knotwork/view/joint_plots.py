@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MAX_KNOT_TICKS, MAX_LARGE_MARKS = 400, 60
-"""Numbers of marks above which knots are left out, and others are small, not to hide the curve."""
+"""Numbers of marks above which knots are left out, and other marks are small to show the curve."""
 MAX_KNOT_ROWS = 3
 """Maximum number of motions whose knots are drawn, each in its own row."""
 MAX_COLUMNS = 8

@@ -25,8 +25,7 @@ SCRIPTS = (
     *("shapes", "arm", "surroundings", "fit", "camera", "labels", "player", "strip"),
     *("joints", "video", "live", "scene"),
 )
-"""The script of the page is made of these files in `assets/scene/`; each may use the previous ones.
-"""
+"""Files in `assets/scene/` that make the script of the page; each may use the previous ones."""
 EDITING = ("gizmo", "form", "edit")
 """Scripts of the editor."""
 

@@ -59,7 +59,7 @@ def speed_colours(
 
 
 def max_speed(shown: ShownMotion) -> float:
-    """Largest speed of the tool, or largest given one, which a failing tool may not reach [m/s]."""
+    """Largest speed of the tool or in the task, which a tool that fails may not reach [m/s]."""
     trace = tool_trace(shown)
     speeds = () if trace is None else trace.speed
     return float(max([0.0, *speeds, *_given_speeds(shown)]))
@@ -152,7 +152,7 @@ def given_path_points(
     """
     for path in shown.scenario.paths:
         curve, dashes = path.motion.path, []
-        carrier, base = shown.root if at_rest else shown.carrier_of(path.motion.frame)
+        carrier, base = shown.root_carrier if at_rest else shown.carrier_of(path.motion.frame)
         count = int(min(max(np.ceil(curve.length / (2 * DASH * size)), 4), MAX_DASHES))
         starts = np.linspace(0.0, curve.length, 2 * count)  # dash, gap, dash, …, dash
         for low, far in zip(starts[:-1:2], starts[1::2], strict=True):

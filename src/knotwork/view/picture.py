@@ -45,7 +45,7 @@ MANY_COLUMNS_ROW = 1.25
 """Height of a row of several columns, relative to that of one: its panels are narrow."""
 
 NAME_LETTERS, CURVE_LETTERS, TITLE_LETTERS, REASON_LETTERS = 16, 26, 50, 84
-"""Maximum numbers of letters of waypoints, curves, titles, and reasons of a failure."""
+"""Maximum numbers of letters of names of waypoints and curves, of titles, and of reasons."""
 LETTER_WIDTH = 0.62
 """Width of a letter, as a fraction of the font size."""
 TIME_MARGIN = 0.012
@@ -157,7 +157,7 @@ def picture_title(motions: Sequence[ShownMotion], default: str) -> str:
 
 
 def _grow(figure: Figure, rows: int) -> None:
-    """Let a figure grow if names and legends leave its panels too low."""
+    """Enlarge a figure if names and legends leave its panels too low."""
     height = figure.axes[0].get_window_extent().height / figure.dpi
     missing = (MIN_HEIGHT if rows <= MANY_ROWS else LOW_HEIGHT) - height
     if missing > 0.0:

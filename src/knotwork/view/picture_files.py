@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 SUFFIXES = {"picture": (".png", ".svg", ".pdf"), "page": (".html", ".htm")}
 """Accepted suffixes by kind of file."""
 _UNDATED: dict[str, Any] = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
-"""Without the date, equal figures give equal files."""
+"""Metadata without the date, so that equal figures give equal files."""
 _METADATA = {"Date": None, "Creator": None, "Format": None, "Type": None}
 """Parts of a picture that are left out or changed in a page."""
 _LEFT_OUT = re.compile(

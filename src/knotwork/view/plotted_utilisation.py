@@ -57,7 +57,7 @@ def sample_utilisation(
             values = smallest_singular_values(shown.robot, states[0])
             lower = finding.limit
             upper = np.inf
-        else:  # for a check of the user, only at its time
+        else:  # a quantity of the user's own check is known at its time only
             values = np.zeros(time.shape)
             upper = np.inf
         larger = np.maximum(_utilisation(values, upper), _utilisation(-values, -lower))

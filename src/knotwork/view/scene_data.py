@@ -46,7 +46,8 @@ MAX_FRAMES = 240_000
 MAX_SPEEDS = 30_000
 """Number of frames above which the tool's speed is left out."""
 ELEVATION, STEEP, FLAT_SCENE = np.radians(24.0), np.radians(52.0), 0.3
-"""Elevation of the camera [rad], and for scenes whose height is below FLAT_SCENE times their width.
+"""Elevation of the camera [rad], the same for flat scenes, and the ratio of height and width below
+which a scene is flat.
 """
 ASIDE_ANGLE = np.radians(10.0)
 """Azimuth of the camera relative to the task, so that the arm does not hide the task [rad]."""

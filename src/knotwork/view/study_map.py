@@ -19,7 +19,10 @@ CACHED_PAGES = 16
 PASSED_ROW = "passed"
 PASSED_COLOUR, OTHER_COLOUR = "#009E73", "#B8B8B8"
 REASON_COLOURS = ("#D55E00", "#404040", "#E69F00", "#56B4E9", "#CC79A7", "#F0E442", "#0072B2")
-"""Reasons, most frequent first; distinct in lightness, too. Further ones share one colour."""
+"""Colours of reasons, the most frequent first; they also differ in lightness.
+
+Other reasons share `OTHER_COLOUR`.
+"""
 
 
 class MapServer(PageServer):

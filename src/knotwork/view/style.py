@@ -30,7 +30,7 @@ NIGHT = {
     "#8c8c8c": "#9aa0a6",
     "#d55e00": "#ff7f3f",
 }
-"""Colours on dark pages, which are lighter and have the same differences."""
+"""Colours on dark pages: lighter ones, which differ as much."""
 DASHES: tuple[str | tuple[float, tuple[float, ...]], ...] = (
     "solid",
     (0, (5, 1.6)),
@@ -40,7 +40,7 @@ DASHES: tuple[str | tuple[float, tuple[float, ...]], ...] = (
     (0, (4, 1.2, 1, 1.2, 1, 1.2)),
     (0, (2.5, 2.5)),
 )
-"""Distinguishable without colour: planners overlap in one panel."""
+"""Line styles that differ without colour, because planners overlap in one panel."""
 _LIMIT = {"color": DARK, "ls": (0, (7, 4)), "lw": 1.3, "zorder": 2}
 _EXCESS = {"color": WRONG, "lw": 8, "alpha": 0.6, "solid_capstyle": "butt", "zorder": 2.5}
 _CIRCLE = {"marker": "o", "mfc": "white"}
@@ -74,13 +74,13 @@ The `gid` of a mark begins with its kind.
 """
 
 LARGE, NORMAL, SMALL = 13.0, 11.0, 9.5
-"""Points, for a picture 10 inches wide: at least 8 points on the width of A4 paper."""
+"""Font sizes [pt] for a picture 10 inches wide: at least 8 points on the width of A4 paper."""
 _OTHER_FONTS = (
     *("Noto Sans CJK SC", "Noto Sans CJK JP", "Source Han Sans SC", "WenQuanYi Zen Hei"),
     *("Microsoft YaHei", "SimHei", "PingFang SC", "Hiragino Sans", "Yu Gothic", "Malgun Gothic"),
 )
-"""DejaVu Sans comes with Matplotlib and lacks Chinese, Japanese and Korean; the first installed
-font of these is used for them.
+"""Fonts for Chinese, Japanese and Korean, which Matplotlib's own DejaVu Sans lacks; the first that
+is installed is used.
 """
 _SETTINGS: dict[Any, Any] = {
     "font.family": ["sans-serif"],

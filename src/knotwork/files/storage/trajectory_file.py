@@ -26,8 +26,9 @@ KNOT_AGREEMENT = 1e-9
 Knots and coefficients are written with all their digits.
 """
 MAX_TRAJECTORY_BYTES = 500_000_000
-"""A trajectory of a hundred thousand waypoints and seven joints has half of this."""
+"""Maximum size of a file; a hundred thousand waypoints of seven joints take half of it."""
 MAX_STORED_VALUES = 25_000_000
+"""Maximum number of values in a file."""
 
 _Row = list[Finite]
 _Table = list[_Row]

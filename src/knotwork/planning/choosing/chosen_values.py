@@ -11,7 +11,7 @@ import numpy as np
 
 from knotwork.errors import InputError, merge_errors
 from knotwork.planning.choosing.chosen_path_speeds import (
-    PathSpeeds,
+    AllPathSpeeds,
     given_speeds_beyond_limits,
     maximum_path_speeds,
 )
@@ -144,7 +144,7 @@ def choose_values(solved: SolvedScenario, budget: Budget) -> ChosenValues:
 
 def _values_at_maximum_speeds(
     solved: SolvedScenario, problems: Sequence[PathSpeedProblem], budget: Budget
-) -> tuple[PathSpeeds, ChosenValues]:
+) -> tuple[AllPathSpeeds, ChosenValues]:
     """Choose the maximum speeds along paths, or the next lower ones with motions between them.
 
     Raises:
@@ -162,7 +162,7 @@ def _values_at_maximum_speeds(
     raise unsolved.combined_error()
 
 
-def _values_at_speeds(scenario: Scenario, speeds: PathSpeeds, budget: Budget) -> ChosenValues:
+def _values_at_speeds(scenario: Scenario, speeds: AllPathSpeeds, budget: Budget) -> ChosenValues:
     """Choose the motions of all sections, with known speeds along paths.
 
     Raises:
@@ -183,7 +183,7 @@ def _values_at_speeds(scenario: Scenario, speeds: PathSpeeds, budget: Budget) ->
     )
 
 
-def _check_given(speeds: PathSpeeds, sections: Sequence[FreeSection]) -> None:
+def _check_given(speeds: AllPathSpeeds, sections: Sequence[FreeSection]) -> None:
     """Refuse given values beyond a limit, and too short times.
 
     Speeds along paths come first, because sections begin and end with them.

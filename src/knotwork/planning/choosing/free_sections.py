@@ -102,7 +102,7 @@ class FreeSection:
             _check_limits(scenario, joints, limits)
         effort = bool(np.isfinite(limits.effort).any() or objective.effort)
         needs_dynamics = effort or np.isfinite(tool_speed)
-        dynamics = solved.dynamics(self.waypoints[0]) if needs_dynamics else None
+        dynamics = solved.dynamics[self.waypoints[0]] if needs_dynamics else None
         if needs_dynamics and dynamics is None and joints.robot is not None:
             raise _moving_base_error(scenario, joints.robot)
         return TimingProblem(

@@ -1,7 +1,12 @@
 """Utilisation of each limit along a path, as a fraction of it: as planned, and at any speeds.
 
 Along a path q(s) and its derivatives are computed once. With q̇ = q' ṡ, q̈ = q'' ṡ² + q' s̈ and
-q⃛ = q''' ṡ³ + 3 q'' ṡ s̈ + q' s⃛ every utilisation then follows from ṡ, s̈ and s⃛.
+q⃛ = q''' ṡ³ + 3 q'' ṡ s̈ + q' s⃛ the ratio of each quantity to its limit is a sum,
+
+    at rest + by_speed ṡ^order + by_acceleration s̈ + by_both ṡ s̈ + by_jerk s⃛,
+
+whose five terms depend on s alone. For the acceleration of a joint, of order 2, they are 0, q'',
+q', 0 and 0, divided by its limit.
 """
 
 from __future__ import annotations
@@ -46,7 +51,7 @@ def path_state_limits(solved: SolvedScenario, path: ScenarioPath) -> StateLimits
         frames[TOOL_SPEED] = (1.0 - TOOL_MARGIN) * motion.tool_speed
     if motion.tool_acceleration is not None:
         frames[LimitedQuantity("", "tool_acceleration", 2)] = motion.tool_acceleration
-    dynamics = solved.dynamics(path.first)
+    dynamics = solved.dynamics[path.first]
     robot = joints.robot if dynamics is None else dynamics.robot
     return StateLimits(joints.joint_names, joints.limits, robot, frames)
 
@@ -120,18 +125,19 @@ class PathUtilisation:
         lengths = path.requested.lengths
         # at 1 m/s time is the arc length
         timing = speed_profile(lengths, np.ones(len(lengths)), acceleration=1.0)
-        unit = TimedPath(path.motion.path, timing)
+        at_unit_speed = TimedPath(path.motion.path, timing)
         robot, start, target = solved.solution.starts[path.first]
-        curve = JointsOnPath(robot, unit, start, target).curve
+        curve = JointsOnPath(robot, at_unit_speed, start, target).curve
         joint_count = len(limits.joint_names)
         self._s = _sample_points(curve)
         q, d1, d2, d3 = (curve(self._s, order)[:, :joint_count] for order in range(4))
         zero = np.zeros_like(q)
         at_rest = limits.ratios(q, zero, zero, zero)
-        # the factors of 1, ṡ to the power of the order, s̈, ṡ s̈ and s⃛
-        factors = ((d1, d2, d3), (zero, d1, zero), (zero, zero, 3.0 * d2), (zero, zero, d1))
-        terms = [limits.ratios(q, *factor) - at_rest for factor in factors]
-        self._terms = np.stack([at_rest, *terms], axis=1)
+        by_speed, by_acceleration, by_both, by_jerk = (
+            limits.ratios(q, *rates) - at_rest
+            for rates in ((d1, d2, d3), (zero, d1, zero), (zero, zero, 3.0 * d2), (zero, zero, d1))
+        )
+        self._terms = np.stack((at_rest, by_speed, by_acceleration, by_both, by_jerk))
         self._ends = timing.times
 
     def with_timing(self, timing: Timing) -> FloatArray:
@@ -143,10 +149,11 @@ class PathUtilisation:
         v, a, j = (curve(t, order)[:, None, None] for order in (1, 2, 3))
         after = np.clip(np.searchsorted(self._s, s), 1, len(self._s) - 1)
         low, high = self._s[after - 1], self._s[after]
-        weight = np.clip((s - low) / (high - low), 0.0, 1.0)[:, None, None, None]
-        terms = (1.0 - weight) * self._terms[after - 1] + weight * self._terms[after]
-        ratios = terms[:, 0] + terms[:, 1] * v ** self.orders[:, None]
-        ratios += terms[:, 2] * a + terms[:, 3] * v * a + terms[:, 4] * j
+        weight = np.clip((s - low) / (high - low), 0.0, 1.0)[:, None, None]
+        terms = (1.0 - weight) * self._terms[:, after - 1] + weight * self._terms[:, after]
+        at_rest, by_speed, by_acceleration, by_both, by_jerk = terms
+        ratios = at_rest + by_speed * v ** self.orders[:, None]
+        ratios += by_acceleration * a + by_both * v * a + by_jerk * j
         return _largest_by_part(np.linalg.norm(ratios, axis=-1), t, _parts(timing))
 
     def max_speeds(self, allowed: FloatArray) -> FloatArray:
@@ -160,9 +167,9 @@ class PathUtilisation:
         Returns:
             The speed that each limit allows on each stretch, shape (n, m).
         """
-        at_rest, factor = self._terms[:, 0], self._terms[:, 1]
-        sizes = np.linalg.norm(factor, axis=-1)
-        at_rest = (at_rest * np.sign(factor)).sum(axis=-1)  # only efforts are not 0 at rest
+        at_rest, by_speed, *_ = self._terms
+        sizes = np.linalg.norm(by_speed, axis=-1)
+        at_rest = (at_rest * np.sign(by_speed)).sum(axis=-1)  # only efforts are not 0 at rest
         index = np.clip(np.searchsorted(self._ends, self._s) - 1, 0, len(allowed) - 1)
         with np.errstate(divide="ignore", invalid="ignore"):
             unused = np.maximum(allowed[index] - at_rest, 0.0)

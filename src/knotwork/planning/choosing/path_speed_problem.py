@@ -123,7 +123,7 @@ class PathSpeedProblem:
     caps: Mapping[int, BoundedSpeed]
     correction: FloatArray
 
-    def choose(self) -> ChosenSpeeds:
+    def choose(self) -> PathSpeeds:
         """Choose the maximum speeds that are expected to keep the limits.
 
         Raises:
@@ -135,7 +135,7 @@ class PathSpeedProblem:
             expected = self.utilisation.with_timing(timing) * self.correction
             largest = (expected / MAX_EXPECTED_UTILISATION).max(axis=1)
             if largest.max() <= 1.0:
-                return ChosenSpeeds(self, speeds, timing)
+                return PathSpeeds(self, speeds, timing)
             speeds = speeds | self._lowered(largest, all_speeds)
 
     def _constant_speeds(self) -> dict[int, BoundedSpeed]:
@@ -229,33 +229,33 @@ class PathSpeedProblem:
 
 
 @dataclass(frozen=True, eq=False)
-class ChosenSpeeds:
+class PathSpeeds:
     """Chosen speeds along one path.
 
     Attributes:
         problem: The problem that they solve; once the motion with them is planned, corrected by it.
-        speeds: Each speed and its bound, by index of the stretch.
+        by_stretch: Each speed and its bound, by index of the stretch.
         timing: Timing of the whole path with them.
         fault: A limit that the motion with these speeds exceeds, or `None`.
     """
 
     problem: PathSpeedProblem
-    speeds: Mapping[int, BoundedSpeed]
+    by_stretch: Mapping[int, BoundedSpeed]
     timing: Timing
     fault: SpeedFault | None = None
 
     def slowed_down(self, factor: float, reason: Reason) -> PathSpeedProblem:
         """The problem with caps at a fraction of these speeds."""
-        caps = {k: BoundedSpeed(factor * v, reason) for k, (v, _) in self.speeds.items()}
+        caps = {k: BoundedSpeed(factor * v, reason) for k, (v, _) in self.by_stretch.items()}
         return replace(self.problem, caps=caps)
 
-    def blocked(self) -> ChosenSpeeds:
+    def blocked(self) -> PathSpeeds:
         """The speeds as speeds that keep no tolerances, with lower caps of their problem."""
         fault = SpeedFault(self.problem.path, 0, Reason.TOLERANCES)
         slower = self.slowed_down(MIN_SPEED_FACTOR, Reason.TOLERANCES)
         return replace(self, problem=slower, fault=fault)
 
-    def corrected(self, timed: SolvedScenario) -> ChosenSpeeds:
+    def corrected(self, timed: SolvedScenario) -> PathSpeeds:
         """The speeds, with their fault and a problem corrected by the planned motion.
 
         The problem caps the speeds with which this motion exceeds a limit.
@@ -275,7 +275,7 @@ class ChosenSpeeds:
         for k, of_stretch in enumerate(largest):
             if k in caps and of_stretch.max() > MAX_PLANNED_UTILISATION:
                 factor, limit = problem.required_slowdown(of_stretch / MAX_EXPECTED_UTILISATION)
-                caps[k] = BoundedSpeed(factor * self.speeds[k].speed, limit)
+                caps[k] = BoundedSpeed(factor * self.by_stretch[k].speed, limit)
         fault = None
         if largest.max() > MAX_PLANNED_UTILISATION:
             k, column = divmod(int(largest.argmax()), largest.shape[1])

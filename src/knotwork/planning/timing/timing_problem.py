@@ -209,7 +209,7 @@ class TimingProblem(ReadOnlyArrays):
     def required_dynamics(self) -> Dynamics:
         """The dynamics, which must be given."""
         if self.dynamics is None:
-            raise InputError("the problem has no dynamics")
+            raise TypeError("the problem has no dynamics")
         return self.dynamics
 
     def limit(self, name: str) -> FloatArray:

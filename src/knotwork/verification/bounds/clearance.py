@@ -64,8 +64,8 @@ class Clearance(NamedTuple):
         time: Time of the minimum distance found [s].
         nearest: Nearest points at that time, in the axes of the URDF's root.
         state: `"clear"`, `"collides"` (the required clearance is not kept) or `"unproved"`.
-        interval: Interval in which it is not kept, or unproved [s], or `None`.
-        contacts: Intervals in which it is not kept [s]; `interval` is the worst.
+        interval: Interval in which the required clearance is not kept or not proved [s], or `None`.
+        contacts: Intervals in which it is not kept [s]; `interval` is the worst of them.
     """
 
     first: Body
@@ -109,7 +109,7 @@ def clearances(
 def least_clearance(
     model: CollisionModel, curve: PiecewisePolynomial, resolution: float, precision: float
 ) -> Clearance | None:
-    """Find the minimum clearance of all pairs, relative to their margins; `None` without pairs.
+    """Find the minimum clearance of all pairs, relative to the required ones; `None` without pairs.
 
     Args:
         model: Bodies and pairs.

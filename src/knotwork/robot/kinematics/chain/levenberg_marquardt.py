@@ -19,23 +19,23 @@ MAX_STEP = 1.0
 Beyond it the linearisation is not valid, and the search leaves the neighbourhood of the start.
 """
 FIRST_FACTOR = 1e-2
-"""Damping λ² = factor · error².
+"""First factor of the damping λ² = factor · error².
 
-It is large where the error is large. It decreases fast enough near the solution to keep quadratic
-convergence (Fan and Yuan, Computing 74, 2005).
+The damping is large where the error is large. Near the solution it decreases fast enough to keep
+quadratic convergence (Fan and Yuan, Computing 74, 2005).
 """
 MAX_FACTOR = 1e8
+"""Factor of the damping at which a search ends."""
 CLOSE_ERROR = 0.3
 """Error below which a search gets the usual budget, because the solution is near [m, rad]."""
 HALVED_SQUARE = 0.25
-"""Ratio of the square of an error that has halved."""
+"""Ratio of the squares of an error and of its half."""
 TOLERANCE_MARGIN = 0.9
 """Fraction of the tolerances that searches must reach, so that rounding does not decide."""
 POLISHED_SHARE = 1e-4
-"""Within the tolerances, a search continues until the error is this fraction of them, or for this
-number of steps.
-"""
+"""Fraction of the tolerances at which a search ends."""
 POLISH_STEPS = 2
+"""Maximum number of further steps of a search whose error is within the tolerances."""
 
 
 class SearchBudget(NamedTuple):
@@ -53,14 +53,14 @@ class SearchBudget(NamedTuple):
 
 
 USUAL_BUDGET = SearchBudget()
-"""A search that has not halved its error in twelve steps is at a local minimum.
+"""Usual budget: a search that has not halved its error in twelve steps is at a local minimum.
 
 Even at a singularity of a stretched arm, a Newton step reduces the error to a quarter.
 """
 PATIENT_BUDGET = SearchBudget(iterations=400, patience=60)
-"""At simultaneous singularities convergence takes longer."""
+"""Budget for poses at simultaneous singularities, where convergence takes longer."""
 HASTY_BUDGET = SearchBudget(patience=5, min_factor=1e-2)
-"""Searches for any solution stop earlier and keep more damping.
+"""Budget of a search for any solution, which stops earlier and keeps more damping.
 
 Over random poses this takes the smallest total number of steps.
 """

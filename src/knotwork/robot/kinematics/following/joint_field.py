@@ -18,6 +18,7 @@ from knotwork.robot.kinematics.chain.velocity import joint_scales, solve_velocit
 PROJECTION_TOLERANCE = 1e-11
 """Tolerance of the projection onto the path [m, rad]."""
 PROJECTION_ROUNDS = 6
+"""Maximum number of Newton steps of the projection."""
 
 
 GUIDE_RATE = 8.0

@@ -32,8 +32,9 @@ from knotwork.robot.kinematics.solutions.self_motion import (
 )
 
 RUNG_SPACING = 0.03, 0.15
-"""Distance between rungs [m, rad], and their minimum and maximum number per path."""
+"""Distance between rungs [m, rad]."""
 MIN_RUNGS, MAX_RUNGS = 6, 150
+"""Minimum and maximum number of rungs per path."""
 RUNG_GRID = 600
 """Number of samples for the length of a path."""
 RUNG_SAMPLES = 64
@@ -51,6 +52,7 @@ MAX_SEQUENCES = 40
 PROJECTION_STEPS = 12
 """Number of Newton steps of a projection onto a pose."""
 RUNG_ERROR = 1e-9
+"""Maximum pose error of a configuration on a rung [m, rad]."""
 
 Clear = Callable[[FloatArray, float], BoolArray]
 

@@ -14,9 +14,10 @@ PATH_ERROR = 1e-7
 """Distance from the path after a step [m, rad] above which the step was too long."""
 MAX_CORRECTION = 1e-3
 """Correction by Newton's method above which a step is halved [rad or m], because it could end in
-another branch. After `MAX_HALVINGS` the start is blocked.
+another branch.
 """
 MAX_HALVINGS = 9
+"""Number of halvings after which the start is blocked."""
 MIDPOINT_TOLERANCE = 1e-3
 """Difference of the two midpoints of a step above which it is halved [rad or m].
 
