@@ -261,7 +261,7 @@ class Report:
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the report as plain data, ready for JSON."""
+        """Return the report as plain data, ready for JSON; `planner` is the origin."""
         return {
             "version": REPORT_VERSION,
             "ok": self.ok,
