@@ -207,15 +207,14 @@ class _ClearanceSearch:
         """Measure where needed, close decided intervals, and divide the others into three."""
         motions = RelativeMotion(self.table, self.curve, intervals)
         time = self.curve.x[intervals.piece] + intervals.middle
-        placed = self.table.placements(motions.rotation, motions.origin)
         where = tests.interval, tests.solid_pair
-        distance_bound = self.table.min_distances(*where, motions.rotation, motions.origin)
+        distance_bound = self.table.min_distances(*where, *motions.placed)
         motion = motions.largest(*where)
-        self._measure(tests, time, placed, distance_bound - motion, motion)
+        self._measure(tests, time, motions.placed, distance_bound - motion, motion)
         is_measured = ~np.isnan(tests.distance)
         distance_bound[is_measured] = tests.distance[is_measured] - DISTANCE_ERROR
         goal = self.goal[tests.solid_pair]
-        lower = self._bounds_by_planes(tests, motions, placed, distance_bound - motion, goal)
+        lower = self._bounds_by_planes(tests, motions, distance_bound - motion, goal)
         is_closed = (lower >= goal) | (motion <= self.resolution)
         is_closed |= self.measurements >= DISTANCE_BUDGET
         np.minimum.at(self.bound, tests.solid_pair[is_closed], lower[is_closed])
@@ -231,7 +230,6 @@ class _ClearanceSearch:
         self,
         tests: _PairTests,
         motions: RelativeMotion,
-        placed: tuple[FloatArray, FloatArray],
         lower: FloatArray,
         goal: FloatArray,
     ) -> FloatArray:
@@ -240,7 +238,6 @@ class _ClearanceSearch:
         Args:
             tests: Pairs of solids over intervals, measured.
             motions: Their relative motion.
-            placed: Rotations and origins of the solids' axes, see `SolidPairs.placements`.
             lower: Lower bound of each distance over the interval [m], shape (m,).
             goal: Bound at which an interval is closed [m], shape (m,).
 
@@ -250,7 +247,7 @@ class _ClearanceSearch:
         is_separable = self.table.convex[tests.solid_pair] & (tests.distance > 0.0) & (lower < goal)
         rows = np.flatnonzero(is_separable)
         where = tests.interval[rows], tests.solid_pair[rows], tests.normal[rows]
-        distance = self.table.distances_along(*where, *placed) - DISTANCE_ERROR
+        distance = self.table.distances_along(*where, *motions.placed) - DISTANCE_ERROR
         by_planes = np.full_like(lower, -np.inf)
         by_planes[rows] = distance - motions.approach(*where)
         return np.maximum(lower, by_planes)
