@@ -100,7 +100,7 @@ def _next_sequence(
     """The best sequence without blocked steps, or `None` if no other one is to be planned."""
     is_free = sequence_planner.scenario.free_values is not None
     count = MAX_SEQUENCES_WITH_FREE_VALUES if is_free else MAX_SEQUENCES_WITHOUT_FREE_VALUES
-    is_last = len(attempts) == count or sequence_planner.budget.time_limit.is_over
+    is_last = len(attempts) == count or sequence_planner.budget.has_ended
     if is_last or not attempts[-1].blocked:
         return None
     following = sequence_planner.solve([step for attempt in attempts for step in attempt.blocked])
@@ -118,12 +118,12 @@ def _colliding_intervals(plan: Plan) -> list[int]:
 
 def _around_obstacles(sequence_planner: SequencePlanner, best: Plan, tried: int) -> Plan:
     """A plan around the obstacles that every sequence hits, or the best plan and the attempts."""
-    is_over = sequence_planner.budget.time_limit.is_over
+    has_ended = sequence_planner.budget.has_ended
     free_values = sequence_planner.scenario.free_values
     free = free_values.waypoints if free_values else ()
     notes: list[str] = []
     avoidable = find_avoidable_ends(best, sequence_planner.scenario)
-    attempted = [i for i in avoidable if free and free[i].duration_is_free and not is_over]
+    attempted = [i for i in avoidable if free and free[i].duration_is_free and not has_ended]
     if attempted:
         try:
             detour = best_of_sequences(_with_clear_motions(sequence_planner, attempted))
@@ -146,10 +146,10 @@ def _around_obstacles(sequence_planner: SequencePlanner, best: Plan, tried: int)
             f"way: clear at {_quoted_names(best, untried)}{times} may avoid {collisions} "
             "(not attempted)"
         )
-    if tried > 1 or is_over:
+    if tried > 1 or has_ended:
+        when = " when the budget ended" if has_ended else ""
         notes.append(
-            f"sequences of solutions tried{' when the budget ended' if is_over else ''}: {tried}; "
-            "this one has the fewest colliding pairs"
+            f"sequences of solutions tried{when}: {tried}; this one has the fewest colliding pairs"
         )
     return _with_finding(best, "; ".join(notes), TRIED) if notes else best
 

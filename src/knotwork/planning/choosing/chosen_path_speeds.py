@@ -114,7 +114,7 @@ def maximum_path_speeds(
             faults = faults or [no_speeds.fault]
             break
         duration = sum(path_speeds.timing.duration for path_speeds in by_path)
-        if feasible and (duration >= longest or budget.time_limit.is_over):
+        if feasible and (duration >= longest or budget.has_ended):
             break
         speeds = _follow(solved, by_path)
         problems = [path_speeds.problem for path_speeds in speeds.by_path]

@@ -131,7 +131,7 @@ def choose_values(solved: SolvedScenario, budget: Budget) -> ChosenValues:
         InputError: No motion within the limits was found.
     """
     speeds, values = _values_at_maximum_speeds(solved, path_speed_problems(solved), budget)
-    while (slower := speeds.slowed_down()) and not budget.time_limit.is_over:
+    while (slower := speeds.slowed_down()) and not budget.has_ended:
         try:
             speeds, other = _values_at_maximum_speeds(solved, slower, budget)
         except InputError:

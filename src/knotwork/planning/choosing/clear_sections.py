@@ -66,32 +66,20 @@ def plan_clear_section(
         resolution=solved.scenario.scene.collisions.resolution,
         stop=lambda: _stop(section, problem),
     )
-    tries = 0
-
-    def report(number: int, best: ClearMotion | None) -> None:
-        nonlocal tries
-        tries, best_duration = number, None if best is None else best.duration
-        share = (number - 1) / options.tries
-        budget.step(1, best_duration, f"way {number} of {options.tries}", share)
-
     try:
         motion = find_clear_motion(
-            clear_problem,
-            tries=options.tries,
-            extra_clearance=options.room,
-            is_out_of_time=lambda: budget.time_limit.is_over,
-            report=report,
+            clear_problem, budget, tries=options.tries, extra_clearance=options.room
         )
     except ClearSearchError as fault:
         single = len(clear_problem.starts) == len(clear_problem.goals) == 1
         raise _located_error(fault, section, single=single) from None
-    budget.finish(1)
+    budget.finish(len(section.waypoints) - 1)
     curve = _slowed(motion, problem, section)
     time = motion.time * (float(curve.x[-1]) / motion.duration)
     slowed = TimedCurve(time, curve, "resting" if motion.rests else "optimal")
     timed = TimedMotion.of(problem, slowed, _lower_bound(clear_problem), "way")
     extra = motion.extra_clearance if options.room else None
-    return replace(timed, line=motion.line, tries=tries, extra_clearance=extra)
+    return replace(timed, line=motion.line, tries=motion.tries, extra_clearance=extra)
 
 
 def _lower_bound(clear_problem: ClearMotionProblem) -> float:

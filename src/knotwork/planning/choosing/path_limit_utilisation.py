@@ -17,6 +17,7 @@ from knotwork.arrays import FloatArray
 from knotwork.curves.interpolation import ModifiedHermiteSpline
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.tool_paths import TimedPath, Timing, speed_profile
+from knotwork.joint_quantities import MOTION_QUANTITIES
 from knotwork.planning.choosing.solved_scenario import SolvedScenario
 from knotwork.planning.task_to_joint import knots_of
 from knotwork.planning.timing.state_limits import TOOL_SPEED, LimitedQuantity, StateLimits
@@ -130,12 +131,13 @@ class PathUtilisation:
         curve = JointsOnPath(robot, at_unit_speed, start, target).curve
         joint_count = len(limits.joint_names)
         self._s = _sample_points(curve)
-        q, d1, d2, d3 = (curve(self._s, order)[:, :joint_count] for order in range(4))
-        zero = np.zeros_like(q)
-        at_rest = limits.ratios(q, zero, zero, zero)
+        orders = range(len(MOTION_QUANTITIES))
+        q, *derivatives = (curve(self._s, order)[:, :joint_count] for order in orders)
+        (d1, d2, *_), zero = derivatives, np.zeros_like(q)
+        at_rest = limits.ratios(q)
         by_speed, by_acceleration, by_both, by_jerk = (
             limits.ratios(q, *rates) - at_rest
-            for rates in ((d1, d2, d3), (zero, d1, zero), (zero, zero, 3.0 * d2), (zero, zero, d1))
+            for rates in (derivatives, (zero, d1), (zero, zero, 3.0 * d2), (zero, zero, d1))
         )
         self._terms = np.stack((at_rest, by_speed, by_acceleration, by_both, by_jerk))
         self._ends = timing.times

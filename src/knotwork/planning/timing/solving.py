@@ -86,10 +86,10 @@ def solve_with_budget(problem: TimingProblem, budget: Budget) -> TimedMotion:
         budget.finish(intervals)
     else:
         motion = _solve_in_windows(problem, budget)
-    if motion is None and budget.time_limit.is_over:
+    if motion is None and budget.has_ended:
         message = (
             "no motion that keeps every limit was found within the budget of "
-            f"{budget.time_limit.seconds:g} s; accepted: a larger budget, or none for no limit of "
+            f"{budget.seconds:g} s; accepted: a larger budget, or none for no limit of "
             "time"
         )
         raise TimingError(message, cause="budget")
@@ -138,7 +138,7 @@ def _solve_at_once(problem: TimingProblem, budget: Budget) -> TimedCurve | None:
     motion = _optimised_motion(problem, budget)
     if motion is not None:
         return motion
-    return resting_motion(problem, "budget" if budget.time_limit.is_over else "resting")
+    return resting_motion(problem, "budget" if budget.has_ended else "resting")
 
 
 def _optimised_motion(problem: TimingProblem, budget: Budget) -> TimedCurve | None:
@@ -146,7 +146,7 @@ def _optimised_motion(problem: TimingProblem, budget: Budget) -> TimedCurve | No
     guess, tightening = plain_guess(problem), first_tightening(problem)
     last: Solution | None = None
     for _ in range(MAX_TIGHTENINGS):
-        seconds = budget.time_limit.remaining
+        seconds = budget.remaining
         if seconds <= 0.0:
             return None
         program = TimingProgram(problem, guess, tightening)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 from typing import NamedTuple
 
 import numpy as np
@@ -73,12 +74,12 @@ class StateLimits:
 
         Args:
             q: Joint positions, shape (n, d).
-            rates: Each of `RATE_QUANTITIES` of the joints, shape (n, d).
+            rates: The first of `RATE_QUANTITIES` of the joints, shape (n, d); the others are zero.
 
         Returns:
             Vectors, shape (n, m, 3).
         """
-        values = dict(zip(RATE_QUANTITIES, rates, strict=True))
+        values = dict(zip_longest(RATE_QUANTITIES, rates, fillvalue=np.zeros_like(q)))
         states = list(zip(q, values["velocity"], values["acceleration"], strict=True))
         robot = self.robot
         values["effort"] = np.zeros_like(q)
