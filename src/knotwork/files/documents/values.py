@@ -108,6 +108,7 @@ def optional(
     key: str | None = None,
     path: bool = False,
     names_frame: bool = False,
+    names_waypoint: bool = False,
     needs_robot: bool = False,
     defines_motion: bool = False,
     si_default: float | None = None,
@@ -122,6 +123,7 @@ def optional(
         key: Key in a file, if the field has another name in Python.
         path: Whether a text in the field is a path relative to the file.
         names_frame: Whether the field is the name of a frame.
+        names_waypoint: Whether it is the name of a waypoint, to which repeats add their number.
         needs_robot: Whether a value other than the default needs a robot.
         defines_motion: Whether the field defines the motion, its times or its signals. A motion
             that is executed, or read from a file, has its own; it keeps all other fields.
@@ -130,7 +132,7 @@ def optional(
     """
     marks = {
         "unit": unit, "path": path, "names_frame": names_frame, "needs_robot": needs_robot,
-        "defines_motion": defines_motion,
+        "names_waypoint": names_waypoint, "defines_motion": defines_motion,
     }  # fmt: skip
     given = {name: mark for name, mark in marks.items() if mark}
     if unit:
