@@ -15,11 +15,10 @@ from knotwork.planning.choosing.free_sections import FreeSection
 from knotwork.planning.choosing.frozen_task import solutions_near
 from knotwork.planning.choosing.path_limit_utilisation import path_state_limits, planned_utilisation
 from knotwork.planning.choosing.path_speed_problem import (
-    NoSpeedsError,
     PathSpeedProblem,
     PathSpeeds,
     Reason,
-    SpeedFault,
+    SpeedError,
     round_speed,
 )
 from knotwork.planning.choosing.solved_scenario import SolvedScenario
@@ -52,9 +51,9 @@ class AllPathSpeeds:
     by_path: Sequence[PathSpeeds]
 
     @property
-    def faults(self) -> list[SpeedFault]:
+    def errors(self) -> list[SpeedError]:
         """Limits that the motion along the paths exceeds."""
-        return [path_speeds.fault for path_speeds in self.by_path if path_speeds.fault is not None]
+        return [path_speeds.error for path_speeds in self.by_path if path_speeds.error is not None]
 
     @property
     def active_limits(self) -> tuple[ActiveLimit, ...]:
@@ -105,26 +104,26 @@ def maximum_path_speeds(
         InputError: No speeds are feasible.
     """
     feasible: list[AllPathSpeeds] = []
-    faults: list[SpeedFault] = []
+    errors: list[SpeedError] = []
     longest = math.inf
     for _ in range(MAX_MOTIONS):
         try:
             by_path = [problem.choose() for problem in problems]
-        except NoSpeedsError as no_speeds:
-            faults = faults or [no_speeds.fault]
+        except SpeedError as error:
+            errors = errors or [error]
             break
         duration = sum(path_speeds.timing.duration for path_speeds in by_path)
         if feasible and (duration >= longest or budget.has_ended):
             break
         speeds = _follow(solved, by_path)
         problems = [path_speeds.problem for path_speeds in speeds.by_path]
-        if speeds.faults:
-            faults = speeds.faults
+        if speeds.errors:
+            errors = speeds.errors
         else:
             feasible.append(speeds)
             longest = (1.0 - MIN_GAIN) * duration
     if not feasible:
-        raise path_speed_error(solved, faults[0])
+        raise path_speed_error(solved, errors[0])
     return feasible[-1]
 
 
@@ -173,21 +172,21 @@ def given_speeds_beyond_limits(speeds: AllPathSpeeds) -> list[InputError]:
         for stretch in np.flatnonzero((utilisations > 1.0 + LIMIT_SLACK).any(axis=1)).tolist():
             limit = limits.quantities[int(utilisations[stretch].argmax())]
             worst = float(utilisations[stretch].max())
-            errors.append(path_speed_error(solved, SpeedFault(path, stretch, limit), worst))
+            errors.append(path_speed_error(solved, SpeedError(path, stretch, limit), worst))
     return errors
 
 
 def path_speed_error(
-    solved: SolvedScenario, fault: SpeedFault, utilisation: float | None = None
+    solved: SolvedScenario, error: SpeedError, utilisation: float | None = None
 ) -> InputError:
     """The error for a stretch of a path without feasible speeds, with accepted changes.
 
     Args:
         solved: The scenario and its IK solutions.
-        fault: The stretch and the exceeded limit.
+        error: The stretch and the exceeded limit.
         utilisation: Utilisation of the limit, if known.
     """
-    path, stretch, bound = fault
+    path, stretch, bound = error.path, error.stretch, error.bound
     i = path.first + 1 + stretch
     if bound is Reason.NOTHING:
         return InputError(

@@ -70,9 +70,9 @@ def plan_clear_section(
         motion = find_clear_motion(
             clear_problem, budget, tries=options.tries, extra_clearance=options.room
         )
-    except ClearSearchError as fault:
+    except ClearSearchError as error:
         single = len(clear_problem.starts) == len(clear_problem.goals) == 1
-        raise _located_error(fault, section, single=single) from None
+        raise _located_error(error, section, single=single) from None
     budget.finish(len(section.indices) - 1)
     curve = _slowed(motion, problem, section)
     time = motion.time * (float(curve.x[-1]) / motion.duration)
@@ -191,52 +191,52 @@ def _slowed(
 
 
 def _located_error(
-    fault: ClearSearchError, section: FreeSection, *, single: bool
+    error: ClearSearchError, section: FreeSection, *, single: bool
 ) -> NoWayFoundError:
-    """Make the error for a missing motion, at the waypoint of the fault, or else at the goal.
+    """Make the error for a missing motion, at the waypoint of the error, or else at the goal.
 
     Args:
-        fault: The fault, for which there is no motion.
+        error: The error, for which there is no motion.
         section: The section without a motion.
         single: Whether only one solution of each end was a candidate.
     """
     solved = section.solved
     names = [solved.scenario.waypoints[i].name for i in section.indices]
     text = solved.scenario.units.text
-    k = fault.waypoint_index
+    k = error.waypoint_index
     bodies: tuple[str, ...] = ()
     if k is None:
-        reason = f" was found among {fault.checks} configurations; one may exist all the same"
+        reason = f" was found among {error.checks} configurations; one may exist all the same"
         accepted = "more space, a waypoint in between, or a smaller scene.margin"
     else:
         where = f"at {names[k]!r}"
-        if fault.moving or fault.limit:
+        if error.moving or error.limit:
             phase = "stopping after" if k == 0 else "coming from rest to"
             where = f"{phase} {names[k]!r}"
-        if fault.limit:
+        if error.limit:
             joints = solved.joints
-            joint, unit = joints.joint_names[fault.joint], joints.joint_units[fault.joint]
-            excess = f"exceeds its {fault.limit} limit"
-            if fault.limit == "position":
-                excess = f"goes {text(fault.shortfall, unit, '.4g')} beyond its position limit"
-            elif fault.limit == "tool_speed":
+            joint, unit = joints.joint_names[error.joint], joints.joint_units[error.joint]
+            excess = f"exceeds its {error.limit} limit"
+            if error.limit == "position":
+                excess = f"goes {text(error.shortfall, unit, '.4g')} beyond its position limit"
+            elif error.limit == "tool_speed":
                 joint, excess = "the tool", "exceeds its speed limit"
             reason = f": {where}, {joint} {excess}"
             accepted = "a lower velocity there, or a stop"
         else:
-            bodies = first, second = fault.bodies
-            shortfall = text(fault.shortfall, "m", ".4g")
+            bodies = first, second = error.bodies
+            shortfall = text(error.shortfall, "m", ".4g")
             reason = f": {where}, {second} is {shortfall} too close to {first}"
-            if fault.solutions > 1:
-                reason += f", and none of {fault.solutions} solutions is clear"
-            slower = "a lower velocity or " if fault.moving else ""
+            if error.solutions > 1:
+                reason += f", and none of {error.solutions} solutions is clear"
+            slower = "a lower velocity or " if error.moving else ""
             accepted = f"{slower}another pose there, a smaller scene.margin, or objects elsewhere"
     return NoWayFoundError(
         f"no collision-free motion from {names[0]!r} to {names[-1]!r}{reason}; "
         f"accepted: {accepted}",
         waypoint_index=None if k is None else section.indices[k],
         bodies=bodies,
-        shortfall=fault.shortfall,
+        shortfall=error.shortfall,
         between=(section.indices[0], section.indices[-1]) if single else None,
         where=solved.where(section.indices[-1 if k is None else k]),
     )

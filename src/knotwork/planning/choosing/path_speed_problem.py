@@ -77,7 +77,8 @@ class BoundedSpeed(NamedTuple):
     bound: SpeedBound
 
 
-class SpeedFault(NamedTuple):
+@dataclass(eq=False)
+class SpeedError(Exception):
     """A stretch of a path on which no speed is feasible, or a given or chosen one is not.
 
     Attributes:
@@ -89,18 +90,6 @@ class SpeedFault(NamedTuple):
     path: ScenarioPath
     stretch: int
     bound: SpeedBound
-
-
-class NoSpeedsError(Exception):
-    """No speeds along a path keep the limits.
-
-    Attributes:
-        fault: A stretch without feasible speeds.
-    """
-
-    def __init__(self, path: ScenarioPath, stretch: int, bound: SpeedBound) -> None:
-        super().__init__()
-        self.fault = SpeedFault(path, stretch, bound)
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +116,7 @@ class PathSpeedProblem:
         """Choose the maximum speeds that are expected to keep the limits.
 
         Raises:
-            NoSpeedsError: No speeds are feasible.
+            SpeedError: No speeds are feasible.
         """
         speeds = self._constant_speeds()
         while True:
@@ -149,7 +138,7 @@ class PathSpeedProblem:
             limited = BoundedSpeed(speed, self.utilisation.limits.quantities[column])
             speeds[k] = cap if cap.speed <= speed else limited
             if math.isinf(speeds[k].speed):
-                raise NoSpeedsError(self.path, k, Reason.NOTHING)
+                raise SpeedError(self.path, k, Reason.NOTHING)
         return speeds
 
     def _with_ramps(
@@ -164,7 +153,7 @@ class PathSpeedProblem:
             The speeds, the timing of the path, and the speed of each stretch [m/s].
 
         Raises:
-            NoSpeedsError: The given speeds do not allow the changes of speed.
+            SpeedError: The given speeds do not allow the changes of speed.
         """
         while True:
             speeds = {
@@ -180,7 +169,7 @@ class PathSpeedProblem:
                 k = error.stretch if isinstance(error, RampError | StretchTimeError) else 0
                 highest = error.highest_speed if isinstance(error, RampError) else None
                 if k not in speeds or highest is None:
-                    raise NoSpeedsError(self.path, k, Reason.PATH_ACCELERATION) from error
+                    raise SpeedError(self.path, k, Reason.PATH_ACCELERATION) from error
                 lower = (1.0 - 10.0**-SPEED_DIGITS) * speeds[k].speed  # by rounding or more
                 speeds[k] = BoundedSpeed(min(highest, lower), Reason.PATH_ACCELERATION)
             else:
@@ -197,7 +186,7 @@ class PathSpeedProblem:
             speeds: Speeds of the stretches [m/s], length n.
 
         Raises:
-            NoSpeedsError: No lower speed may be chosen there.
+            SpeedError: No lower speed may be chosen there.
         """
         k = int(utilisation.max(axis=1).argmax())
         factor, limit = self.required_slowdown(utilisation[k])
@@ -208,7 +197,7 @@ class PathSpeedProblem:
             after = [j for j in self.caps if j > k]
             stretches = before[-1:] + after[:1]
         if not stretches or factor * min(speeds[j] for j in stretches) < MIN_SPEED:
-            raise NoSpeedsError(self.path, k, limit)
+            raise SpeedError(self.path, k, limit)
         lowered = {}
         for j in stretches:
             lower = factor * speeds[j]
@@ -236,13 +225,13 @@ class PathSpeeds:
         problem: The problem that they solve; once the motion with them is planned, corrected by it.
         by_stretch: Each speed and its bound, by index of the stretch.
         timing: Timing of the whole path with them.
-        fault: A limit that the motion with these speeds exceeds, or `None`.
+        error: A limit that the motion with these speeds exceeds, or `None`.
     """
 
     problem: PathSpeedProblem
     by_stretch: Mapping[int, BoundedSpeed]
     timing: Timing
-    fault: SpeedFault | None = None
+    error: SpeedError | None = None
 
     def slowed_down(self, factor: float, reason: Reason) -> PathSpeedProblem:
         """The problem with caps at a fraction of these speeds."""
@@ -251,12 +240,12 @@ class PathSpeeds:
 
     def blocked(self) -> PathSpeeds:
         """The speeds as speeds that keep no tolerances, with lower caps of their problem."""
-        fault = SpeedFault(self.problem.path, 0, Reason.TOLERANCES)
+        error = SpeedError(self.problem.path, 0, Reason.TOLERANCES)
         slower = self.slowed_down(MIN_SPEED_FACTOR, Reason.TOLERANCES)
-        return replace(self, problem=slower, fault=fault)
+        return replace(self, problem=slower, error=error)
 
     def corrected(self, timed: SolvedScenario) -> PathSpeeds:
-        """The speeds, with their fault and a problem corrected by the planned motion.
+        """The speeds, with their error and a problem corrected by the planned motion.
 
         The problem caps the speeds with which this motion exceeds a limit.
 
@@ -276,12 +265,12 @@ class PathSpeeds:
             if k in caps and of_stretch.max() > MAX_PLANNED_UTILISATION:
                 factor, limit = problem.required_slowdown(of_stretch / MAX_EXPECTED_UTILISATION)
                 caps[k] = BoundedSpeed(factor * self.by_stretch[k].speed, limit)
-        fault = None
+        error = None
         if largest.max() > MAX_PLANNED_UTILISATION:
             k, column = divmod(int(largest.argmax()), largest.shape[1])
-            fault = SpeedFault(problem.path, k, limits.quantities[column])
+            error = SpeedError(problem.path, k, limits.quantities[column])
         problem = replace(problem, caps=caps, correction=correction)
-        return replace(self, problem=problem, fault=fault)
+        return replace(self, problem=problem, error=error)
 
 
 def path_speed_problems(solved: SolvedScenario) -> list[PathSpeedProblem]:
