@@ -98,7 +98,8 @@ nitpick_ignore_regex = [
         r"py:.*",
         r"(knotwork\.[\w.]+\.)?(Document|Locations|Description|VirtualJoint|AnyMotion|CheckedMotion|"
         r"Findings|Subject|TaskFrame|ToolMotion|ExtendedCurve|TorchRanges|PathStart|ExpandedTask|LoadedRobots|"
-        r"EndAcceleration(Like)?|Status|ObstructionCause|JointTree|WeavePattern|Window|StudyFolder|Outcome)",
+        r"EndAcceleration(Like)?|Status|ObstructionCause|JointTree|WeavePattern|Window|StudyFolder|Outcome|"
+        r"FeasibleDurations|TimedCurve)",
     ),
     # Arrays of NumPy under shorter names.
     (r"py:.*", r"(knotwork\.[\w.]+\.)?(FloatArray|BoolArray)"),

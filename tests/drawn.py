@@ -60,7 +60,7 @@ def placed(data: Any, at: int | Any) -> list[pin.SE3]:
 
 def thing(data: Any, name: str) -> Any:
     """The mesh of something drawn beside the arm."""
-    return next(one["mesh"] for one in data["things"] if one["name"] == name)
+    return next(one["mesh"] for one in data["meshes"] if one["name"] == name)
 
 
 def at_rest(robot: kw.Robot) -> Page:

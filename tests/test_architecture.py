@@ -206,7 +206,6 @@ IMPORTED_BY_TESTS = {
         "scene.meshes.mesh_files",
     ),
     "keys of files: each has its test and its line in the docs": (
-        "planning.execution",
         "robot.robot_file",
         "task.si_units",
     ),
@@ -347,7 +346,7 @@ def test_a_plan_loads_what_it_uses_and_nothing_more() -> None:
     unused = (
         "cli.export",
         "cli.sweep",
-        "files.storage.files",
+        "files.storage.atomic_files",
         "robot.kinematics.solutions.diagnosis",
     )
     unused += ("robot.kinematics.solutions.pose", "planning.choosing")

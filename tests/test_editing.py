@@ -238,7 +238,7 @@ def test_before_a_task_is_planned_the_robot_stands_in_its_scene(name: str) -> No
     scenario = SCENARIOS[name]
     robot = read_scenario_joints(scenario).robot
     scene = unplanned_scene(scenario, robot)
-    drawn = {one.get("of") for one in scene["things"]}
+    drawn = {one.get("of") for one in scene["meshes"]}
     assert drawn >= set(scenario.task.scene.objects)
     times = [one["time"] for one in scene["waypoints"]]
     assert np.all(np.diff(times) > 0)

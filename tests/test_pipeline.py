@@ -76,6 +76,12 @@ def test_an_old_attribute_works_and_warns(deburring: Plan, owner: str, old: str,
     assert np.array_equal(value, attrgetter(f"{owner}.{new}")(deburring))
 
 
+def test_old_name_of_effort_bound_works_and_warns() -> None:
+    with pytest.warns(DeprecationWarning, match="torque_bound is now effort_bound;") as seen:
+        assert kw.verification.torque_bound is kw.verification.effort_bound
+    assert [warning.filename for warning in seen] == [__file__]
+
+
 def test_a_scenario_comes_as_mapping_file_path_or_loaded(tmp_path: Path) -> None:
     path = tmp_path / "task.yaml"
     path.write_text(json.dumps(TASK))

@@ -214,7 +214,7 @@ def test_the_worst_of_many_failures_is_shown(task: Path, knotwork: Command, tmp_
         (
             ModuleNotFoundError(name="rich"),
             2,
-            "error: needs the package 'rich'; install it, or knotwork by pip",
+            "error: the package 'rich' is missing; install it, or knotwork by pip",
         ),
     ],
 )

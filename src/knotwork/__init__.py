@@ -18,7 +18,6 @@ import lazy_loader
 __version__ = "2.0.0.dev0"
 
 _load, __dir__, _offered = lazy_loader.attach_stub(__name__, __file__)
-# Packages can be had as attributes, too, but are names of their own.
 _PACKAGES = {
     "export",
     "interpolation",
@@ -31,9 +30,9 @@ _PACKAGES = {
     "verification",
     "view",
 }
+"""Packages that are attributes of `knotwork`, too, but are left out of `__all__`."""
 __all__ = [name for name in _offered if name not in _PACKAGES]
 
-# Old names, which work for one version, and the full new ones.
 _RENAMED = {
     "BalancedKnots": "knotwork.curves.interpolation.BalancedKnots",
     "CartesianWaypoint": "knotwork.waypoints.CartesianWaypoint",
@@ -47,6 +46,7 @@ _RENAMED = {
     "solve_all": "knotwork.solve_pose_ik_all",
     "solve_many": "knotwork.robot.kinematics.solve_pose_ik_batch",
 }
+"""Old names, which work for one version, and the full new ones."""
 
 
 def __getattr__(name: str) -> Any:

@@ -71,6 +71,7 @@ MAGNITUDES = tuple(quantity.name for quantity in _ALL if quantity.limit == "magn
 """Names of the quantities that are limited to the same magnitude on both sides."""
 
 _UNLIMITED: Any = None
+"""Default of absent limits, which `JointLimits` replaces by infinite ones."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -88,7 +88,7 @@ class Checks:
             stated, note = stated_scenario(Path(file))
             if scenario is None and stated is None:
                 raise InputError(note or f"{file} needs its scenario, robot or scene")
-            return check_with_task(file, scenario or stated or "")[0].report
+            return check_with_task(file, scenario or stated or "").report
         except InputError as error:
             fault = str(error)
         pytest.fail(fault, pytrace=False)

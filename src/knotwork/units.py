@@ -43,26 +43,26 @@ class Units:
         name = {"m": self.length, "rad": self.angle}.get(base)
         return (value, unit) if name is None else (value * _FACTORS[name], f"{name}{slash}{rate}")
 
-    def text(self, value: float, unit: str, form: str = ".6g") -> str:
-        """Format an SI value in these units, with its unit; `form` is a format of Python.
+    def text(self, value: float, unit: str, spec: str = ".6g") -> str:
+        """Format an SI value in these units, with its unit; `spec` is a format of Python.
 
         >>> Units("mm", "deg").text(3.14159, "rad/s²", ".4g")
         '180 deg/s²'
         """
-        return f"{self.number(value, unit, form)} {self.shown(value, unit)[1]}".rstrip()
+        return f"{self.number(value, unit, spec)} {self.shown(value, unit)[1]}".rstrip()
 
-    def number(self, value: float | None, unit: str, form: str = ".4g") -> str:
+    def number(self, value: float | None, unit: str, spec: str = ".4g") -> str:
         """Text of an SI value in these units, without its unit; empty for `None`."""
-        return "" if value is None else readable(self.shown(value, unit)[0], form)
+        return "" if value is None else readable(self.shown(value, unit)[0], spec)
 
 
-def readable(value: float, form: str = ".4g") -> str:
+def readable(value: float, spec: str = ".4g") -> str:
     """Text of a number, without a power of ten if it is below ten million.
 
     >>> readable(-429_718.3), readable(1.25e9), readable(2.54e-14, ".3g")
     ('-429700', '1.25e9', '2.54e-14')
     """
-    text = format(value, form)
+    text = format(value, spec)
     digits, power, exponent = text.partition("e")
     if value == 0.0:
         return "0"

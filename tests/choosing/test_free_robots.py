@@ -31,8 +31,8 @@ def line(speed: Any, y: float = 200) -> dict[str, Any]:
     return {"name": "out", "along": "line", "speed": speed, "pose": {"position": [400, y, 300]}}
 
 
-def binding_limits(plan: kw.Plan) -> list[str]:
-    return [str(one) for one in plan.report.select(quantity="binding_limits")]
+def active_limits(plan: kw.Plan) -> list[str]:
+    return [str(one) for one in plan.report.select(quantity="active_limits")]
 
 
 def passes(task: dict[str, Any]) -> bool:
@@ -48,14 +48,14 @@ def test_maximum_speed_along_path() -> None:
     plan.report.raise_if_failed()
     (path,) = plan.scenario.paths
     assert path.stretches[0].speed == pytest.approx(0.5164, rel=2e-3)
-    assert binding_limits(plan) == [
+    assert active_limits(plan) == [
         "in to out: room for changes of speed at path.acceleration, 1000 mm/s², bounds the speed "
         "along the path"
     ]
     slow = {"velocity": 60, "acceleration": 400}
     held = kw.plan(reach(line("fastest"), limits=slow))
     held.report.raise_if_failed()
-    (finding,) = binding_limits(held)
+    (finding,) = active_limits(held)
     assert "velocity bounds the speed along the path" in finding
     speed = 1e3 * held.scenario.paths[0].stretches[0].speed
     assert 300 < speed < 516
@@ -64,7 +64,7 @@ def test_maximum_speed_along_path() -> None:
 
 def test_at_most_bounds_speed_along_path() -> None:
     plan = kw.plan(reach(line({"at_most": 60})))
-    assert binding_limits(plan) == ["in to out: at_most bounds the speed along the path"]
+    assert active_limits(plan) == ["in to out: at_most bounds the speed along the path"]
     assert plan.scenario.paths[0].stretches[0].speed == pytest.approx(0.06)
 
 
@@ -209,7 +209,7 @@ def test_plan_reports_and_freezes_choice(knotwork: Command, tmp_path: Path) -> N
     )
     assert (ran.code, ran.err) == (0, "")
     assert "above the lower bound" in ran.out
-    assert "A to B: bound by " in ran.out
+    assert "A to B: limited by " in ran.out
     assert f"wrote {frozen}" in ran.out
     again = knotwork("plan", frozen, "--json")
     assert again.code == 0

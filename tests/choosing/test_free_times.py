@@ -268,8 +268,8 @@ def test_all_planners_get_the_chosen_times() -> None:
 def test_report_lists_chosen_times() -> None:
     plan = kw.plan(swing(to(1, velocity="free", name="via"), to(2, name="place")))
     found = plan.report.select(group="Chosen times")
-    assert {one.quantity for one in found} >= {"duration", "lower_bound", "binding_limits"}
-    texts = [str(one) for one in found if one.quantity == "binding_limits"]
+    assert {one.quantity for one in found} >= {"duration", "lower_bound", "active_limits"}
+    texts = [str(one) for one in found if one.quantity == "active_limits"]
     assert any(one.startswith("via to place: a acceleration for ") for one in texts)
     data = plan.report_to_dict()["chosen_times"]
     assert data["status"] == "optimal"

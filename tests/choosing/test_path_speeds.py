@@ -176,7 +176,7 @@ def test_slows_path_that_cannot_be_left_at_maximum_speed() -> None:
     task["waypoints"][0]["pose"]["position"][1] = -120
     plan = kw.plan(task)
     plan.report.raise_if_failed()
-    texts = [str(one) for one in plan.report.select(quantity="binding_limits")]
+    texts = [str(one) for one in plan.report.select(quantity="active_limits")]
     assert any("the motion before or after bounds the speed along the path" in one for one in texts)
     for end in ends:
         end["speed"] = 0.5 * speeds(plan)[-1]
@@ -193,7 +193,7 @@ def test_takes_first_speeds_with_motions_when_budget_ends(monkeypatch: pytest.Mo
 
     def record(*given: Any) -> Any:
         found = choose(*given)
-        tried.append([speed for choice in found.choices for speed, _ in choice.speeds.values()])
+        tried.append([speed for path in found.by_path for speed, _ in path.by_stretch.values()])
         return found
 
     monkeypatch.setattr(chosen_values, "maximum_path_speeds", record)
@@ -216,7 +216,7 @@ def test_tolerance_bounds_speed_if_path_cannot_be_followed(monkeypatch: pytest.M
     monkeypatch.setattr(solved_scenario, "solve_task", fail_at_first_speeds)
     plan = kw.plan(reach(line("a", 100), limits=LIMITS))
     plan.report.raise_if_failed()
-    (finding,) = plan.report.select(quantity="binding_limits")
+    (finding,) = plan.report.select(quantity="active_limits")
     assert "the tolerance of the path bounds the speed along the path" in str(finding)
 
 
@@ -251,7 +251,7 @@ def test_speeds_are_expected_for_the_given_solution(monkeypatch: pytest.MonkeyPa
         return solve(*given)
 
     monkeypatch.setattr(solved_scenario, "solve_task", record)
-    solved = solved_scenario.SolvedScenario(scenario, scenario.required_free_values, joints, other)
+    solved = solved_scenario.SolvedScenario(scenario, joints, other)
     chosen_values.choose_values(solved, Budget())
     assert not np.allclose(other.waypoints.position[0], best.waypoints.position[0])
     assert np.allclose(starts, other.waypoints.position[0])

@@ -140,7 +140,7 @@ def test_what_stays_on_and_what_is_on_already_is_warned_of() -> None:
     twice = joints(
         {"arc": "on"}, {"output": 1, "value": True, "after": 1}, {"arc": "off", "after": 2}
     )
-    assert warned(twice) == ["arc on at 1.000 s: it has this value since 0.000 s"]
+    assert warned(twice) == ["arc on at 1.000 s: it has had this value since 0.000 s"]
 
 
 def test_an_output_has_one_name() -> None:

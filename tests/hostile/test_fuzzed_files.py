@@ -201,6 +201,7 @@ def test_changed_trajectories_and_tables(count: int, session: Session) -> None:
     stored = (session.folder / "out" / "trajectory.json").read_text(encoding="utf-8")
     table = (session.folder / "out" / "samples.csv").read_bytes()[:2000]
     ros2 = planned("paper_case").trajectory.to_ros2()
+    codes = []
     for i in range(count):
         if i % 3 == 0:
             path = session.folder / "changed.json"
@@ -211,7 +212,8 @@ def test_changed_trajectories_and_tables(count: int, session: Session) -> None:
         run = rng.choices(
             [("check", path, "-s", "paper_case"), ("export", path, "-f", "csv")], [5, 1]
         )
-        session.run(*run[0])
+        codes.append(session.run(*run[0]))
+    assert 2 in codes
 
 
 @pytest.mark.parametrize("count", first_of(12, 70))

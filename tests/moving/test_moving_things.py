@@ -200,7 +200,7 @@ def middles(scene: dict[str, Any], name: str, frame: int) -> np.ndarray:
     """Middles of the boxes round things of a name [m], shape (n, 3)."""
     places = placed(scene, frame)
     middle = []
-    for thing in scene["things"]:
+    for thing in scene["meshes"]:
         if thing["name"] == name:
             middle.append(_middle(thing, places))
     return np.array(middle)
@@ -210,7 +210,7 @@ def middle_of_held(data: Any, time: float, k: int) -> Any:
     """Middle of the box that is drawn for what is held, at a time [s], that of column k."""
     (here,) = (
         one
-        for one in data["things"]
+        for one in data["meshes"]
         if one["name"] == "held"
         and (one["between"][0] is None or time >= one["between"][0])
         and (one["between"][1] is None or time < one["between"][1])
@@ -266,4 +266,4 @@ def test_draws_other_robot_along_its_motion(tmp_path: Path) -> None:
             # the same step from the start to now, seen from the first place of the joint
             start = placed(scene, 0)[first + joint - 1]
             assert (at * start.inverse() * rest).isApprox(geometry, 1e-4)
-    assert sum(one["name"].startswith("other robots") for one in scene["things"]) >= robot.dof
+    assert sum(one["name"].startswith("other robots") for one in scene["meshes"]) >= robot.dof

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import coal
@@ -11,6 +12,7 @@ import pytest
 
 import drawn
 import knotwork as kw
+from command_line import Command
 from moving.moving_truth import OfArm, down, links, seen
 from moving.test_moving_things import check_pairs, middles, placed, scene_of, times
 from sweeps import first_of
@@ -81,7 +83,7 @@ def relative(plan: kw.Plan, t: float) -> tuple[pin.SE3, np.ndarray]:
     return seen(lambda s: pin.SE3.actInv(*part_and_tool(plan, s)), t)
 
 
-def test_poses_velocities_and_paths_are_relative_to_part() -> None:
+def test_poses_velocities_and_paths_are_relative_to_part(knotwork: Command, tmp_path: Path) -> None:
     plan = kw.plan(on_table())
     assert plan.report.ok, plan.report
     assert plan.joints.joint_names[:2] == ("plate", "tilt")
@@ -89,10 +91,15 @@ def test_poses_velocities_and_paths_are_relative_to_part() -> None:
         assert all(name in text for name in ("plate", "tilt", "elbow_joint"))
     moved = np.ptp([plan.trajectory.position(t) for t in np.linspace(0, 3, 20)], axis=0)
     assert moved[:2].min() > 0.01
+    axes = plan.report.select(quantity="external_axes")
+    motion = plan.scenario.paths[0].motion
+    q = plan.trajectory.position(np.linspace(motion.start_time, motion.end_time, 2000))
+    travel = np.abs(np.diff(q, axis=0)).sum(axis=0)[:2]
+    assert {axis.name for axis in axes} == {"plate", "tilt"}
+    assert [axis.value for axis in axes] == pytest.approx(travel, rel=1e-3)
     pose, velocity = relative(plan, 2.0)
     assert pose.translation == pytest.approx([0, -0.1, 0.2], abs=1e-8)
     assert velocity == pytest.approx([0, 0.05, -0.1], abs=1e-5)
-    motion = plan.scenario.paths[0].motion
     along = np.array([0.12, 0.1, 0]) / np.hypot(0.12, 0.1)
     for t in np.linspace(motion.start_time + 1e-4, motion.end_time - 1e-4, 40).tolist():
         pose, velocity = relative(plan, t)
@@ -104,6 +111,9 @@ def test_poses_velocities_and_paths_are_relative_to_part() -> None:
     assert speed.proof == "bounded"
     (efforts,) = plan.report.select(quantity="efforts")
     assert efforts.verdict == "warning"
+    plan.save(tmp_path)
+    # the frame of its poses is known without its waypoints
+    assert knotwork("check", tmp_path, "--scene", tmp_path / "scenario.yaml").code == 0
 
 
 def lump_and_post(height: float) -> dict[str, Any]:
@@ -152,7 +162,7 @@ def test_scene_is_shown_in_world_frame() -> None:
         assert post == pytest.approx([0.3, 0.35, 0.25], abs=1e-5)
         (path,) = middles(shown, "given path", frame)
         assert path == pytest.approx(part.act(np.array([0.06, 0.05, 0.1])), abs=6e-3)
-        (tip,) = (one for one in shown["things"] if one["name"] == "tool")
+        (tip,) = (one for one in shown["meshes"] if one["name"] == "tool")
         points = drawn.vertices(tip["mesh"])
         here = placed(shown, frame)[tip["carrier"]]
         nearest = np.linalg.norm(

@@ -95,7 +95,7 @@ def test_sorts_rows_and_averages_equal_times(tmp_path: Path) -> None:
     assert log.time.size == 39
     assert (np.diff(log.time) > 0).all()
     assert log.position[7] == pytest.approx(Q[7:9].mean(axis=0), abs=6e-6)
-    assert log.notes == ("1 rows were out of the order of time and 1 rows had the time of another",)
+    assert log.notes == ("1 rows were not in order of time and 1 rows had the time of another",)
 
 
 HEADINGS = "t,q1,q2,qd1,qd2"

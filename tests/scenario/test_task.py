@@ -12,8 +12,7 @@ import pytest
 import knotwork as kw
 from knotwork.errors import DocumentError
 from knotwork.files.documents import Location
-from knotwork.files.documents.values import is_marked
-from knotwork.planning.execution import EXECUTED_KEYS
+from knotwork.files.documents.values import marked
 from knotwork.task import (
     AlongPoints,
     Collisions,
@@ -158,21 +157,18 @@ def test_defaults_of_zero_can_be_given() -> None:
 
 
 def test_no_key_is_forgotten_where_a_motion_is_executed_or_has_no_robot() -> None:
-    """A new key is for planning alone, or one of the executed ones; for any joints, or marked."""
-    planned = "start near branch prefer pull_to_middle planner knots times ways duration objective"
-    planned += " chosen end_acceleration planner_options path waypoints"
-    assert kw.Task.model_fields.keys() - EXECUTED_KEYS == set(planned.split())
+    """Each key either defines the motion or is kept; it either needs a robot or does not."""
+    defining = "start near branch prefer pull_to_middle planner knots times ways duration objective"
+    defining += " chosen end_acceleration planner_options path waypoints"
+    assert marked(kw.Task, "defines_motion") == set(defining.split())
     any_joints = "name description units robot joint_units frames frame outputs start planner knots"
     any_joints += " times duration objective chosen end_acceleration planner_options limits"
     any_joints += " tolerances continuity path rate waypoints"
-    fields = kw.Task.model_fields.items()
-    assert {key for key, field in fields if not is_marked(field, "needs_robot")} == set(
-        any_joints.split()
-    )
+    assert kw.Task.model_fields.keys() - marked(kw.Task, "needs_robot") == set(any_joints.split())
 
 
 def test_no_key_of_waypoints_is_forgotten_where_a_motion_is_executed_or_replaced() -> None:
-    """A new key belongs to the pose, is for planning alone, or these motions keep it."""
+    """Each key belongs to the pose, defines the motion, or is kept."""
     first = {"joints": {"a": 0}, "wait": 1, "do": [{"lamp": "on"}]}
     task = {"waypoints": [first, {"joints": {"a": 1}, "after": 2}]}
     motion = kw.plan(task)

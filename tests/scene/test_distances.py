@@ -217,10 +217,9 @@ def test_bounds_by_boxes_are_lower_bounds(name: str) -> None:
     robot = read_scenario_joints(scenario).robot
     pairs = SolidPairs(build_collision_model(scenario, robot))
     q = np.random.default_rng(4).uniform(-2.5, 2.5, (4, robot.dof))
-    placed = place_joints(pairs.model.tree, q)
-    turn, shift = pairs.placements(*placed)
+    turn, shift = pairs.placements(*place_joints(pairs.model.tree, q))
     item, combo = (x.ravel() for x in np.indices((len(q), len(pairs.first))))
-    bounds = pairs.min_distances(item, combo, *placed)
+    bounds = pairs.min_distances(item, combo, turn, shift)
     for i, c, bound in zip(item, combo, bounds, strict=True):
         assert bound <= max(pairs.measure(c, turn[i], shift[i])[0], 0.0) + DISTANCE_ERROR
 

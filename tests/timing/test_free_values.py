@@ -80,7 +80,7 @@ def test_keeps_durations_and_lower_bounds(problem: TimingProblem, fastest: Timed
     other = replace(
         problem,
         duration=[np.nan, 1.2 * h[1], np.nan, np.nan],
-        at_least=[0.0, 0.0, 1.3 * h[2], 0.0],
+        min_duration=[0.0, 0.0, 1.3 * h[2], 0.0],
     )
     assert_kept(other, solve(other))
 

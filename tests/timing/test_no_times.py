@@ -166,9 +166,9 @@ def test_resting_motion_with_given_velocities_needs_no_budget(seed: int) -> None
     limits = problem.limits
     acceleration = np.full(problem.position.shape, np.nan)
     acceleration[[0, -1]] = 0.1 * rng.uniform(-1.0, 1.0, (2, 1)) * limits.acceleration
-    at_least = np.zeros(len(problem.position) - 1)
-    at_least[::2] = 3.0
-    problem = replace(problem, acceleration=acceleration, at_least=at_least)
+    min_duration = np.zeros(len(problem.position) - 1)
+    min_duration[::2] = 3.0
+    problem = replace(problem, acceleration=acceleration, min_duration=min_duration)
     motion = solve(problem, budget=1e-6)
     assert motion.status == "budget"
     assert_kept(problem, replace(motion, status="optimal"))

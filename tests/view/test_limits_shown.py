@@ -143,12 +143,12 @@ def strip(plan: kw.Plan) -> Any:
 
 def test_a_segment_says_what_its_chosen_time_is_bound_by() -> None:
     plan = planned("panda_pick_place_fastest")
-    findings = [finding for finding in plan.report.findings if finding.quantity == "binding_limits"]
+    findings = [finding for finding in plan.report.findings if finding.quantity == "active_limits"]
     limits = {tuple(finding.interval or ()): finding.short_fact for finding in findings}
     for start, end, name, limit in strip(plan)["segments"]:
         if (start, end) in limits:
             assert limit == limits[start, end]
-            assert f"bound by {limit}" in " ".join(finding.highlight for finding in findings)
+            assert f"limited by {limit}" in " ".join(finding.highlight for finding in findings)
         assert name
 
 

@@ -185,7 +185,7 @@ def test_a_tool_goes_on_from_what_carries_it(name: str) -> None:
     rest = [{"joints": "home"}, {"joints": "home", "after": 1}]
     units = {"units": task["units"]} if "units" in task else {}
     page = scene(kw.plan({"robot": task["robot"], "tool": tool, "waypoints": rest, **units}).view())
-    shapes = [one for one in page["things"] if one["name"] == "tool shape"]
+    shapes = [one for one in page["meshes"] if one["name"] == "tool shape"]
     tools = [surface(vertices(shape["mesh"])[faces(shape["mesh"])]) for shape in shapes]
     arm = page["shapes"][shapes[0]["carrier"]]
     corners = np.concatenate([vertices(mesh)[faces(mesh)] for mesh in arm])

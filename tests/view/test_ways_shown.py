@@ -159,10 +159,10 @@ def test_the_plot_of_the_tool_has_a_row_of_clearance_with_the_margin_as_limit() 
 def test_the_scene_has_the_way_and_says_so_in_the_legend(tmp_path: Path) -> None:
     for plan in (past_block(), kw.plan(past_block().freeze(tmp_path / "frozen.yaml"))):
         page = plan.view()
-        assert [one["name"] for one in scene(page)["things"]].count("way") == 1
+        assert [one["name"] for one in scene(page)["meshes"]].count("way") == 1
         assert "▪▪▪ way" in page.html
     other = planned("ur5_deburring").view()
-    assert "way" not in [one["name"] for one in scene(other)["things"]]
+    assert "way" not in [one["name"] for one in scene(other)["meshes"]]
     assert "▪▪▪ way" not in other.html
 
 

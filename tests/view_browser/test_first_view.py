@@ -55,9 +55,9 @@ def test_all_of_a_shipped_scenario_is_in_view(name: str, tabs: Any, tmp_path: Pa
     data = scene(page)
     robot = plan.joints.robot
     known = data["first_joint"] + robot.model.njoints  # joints of what moves by itself
-    data["things"] = [
+    data["meshes"] = [
         one
-        for one in data["things"]
+        for one in data["meshes"]
         if not is_ground(one, data["size"]) and one.get("carrier", 0) < known  # a belt leads out
     ]
     start, end = page.html.split('<script id="data" type="application/json">')

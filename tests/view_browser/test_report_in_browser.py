@@ -183,7 +183,7 @@ def test_the_required_path_is_a_thin_dashed_line(planner: str | None) -> None:
 
 def test_a_deviation_is_no_limit_of_a_joint() -> None:
     data = drawn("bspline")
-    assert {one["name"] for one in data["things"] if one["hidden"]} == {
+    assert {one["name"] for one in data["meshes"] if one["hidden"]} == {
         "knots",
         "collision shapes",
     }

@@ -69,7 +69,7 @@ def tool_position(tab: Any, plan: kw.Plan) -> NDArray[np.float64]:
     x, y, z = tab.evaluate(
         """(tip) => {
           const data = JSON.parse(document.getElementById("data").textContent);
-          const carrier = data.things.find((thing) => thing.name === "tool").carrier;
+          const carrier = data.meshes.find((item) => item.name === "tool").carrier;
           const names = [];
           for (let joint = carrier; joint > 0; joint = data.joints[joint - 1].parent)
             names.unshift(data.joints[joint - 1].name);

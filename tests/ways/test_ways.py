@@ -175,7 +175,12 @@ def test_brakes_gently_enough_for_effort() -> None:
     start, end = ({"joints": OUTSIDE | {"shoulder_pan_joint": q}} for q in (-60, 60))
     start["velocity"] = dict.fromkeys(OUTSIDE, 0) | {"shoulder_pan_joint": -60}
     limits = {"acceleration": 4000, "jerk": 400000, "effort": {"shoulder_pan_joint": 60}}
-    planned(past(limits=limits, waypoints=[start, end | {"way": "clear"}]))
+    waypoints = [start, end | {"way": "clear"}]
+    planned(past(limits=limits, waypoints=waypoints))
+    del limits["effort"]
+    hard = kw.plan(past(limits=limits, waypoints=waypoints))
+    (effort,) = hard.report.select(quantity="effort", name="shoulder_pan_joint")
+    assert abs(effort.value) > 60.0
 
 
 def test_clear_motion_continues_from_tool_path() -> None:

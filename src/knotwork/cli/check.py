@@ -46,8 +46,8 @@ from knotwork.verification.report import CheckedMotion
 
 LOG_HINT = "for a recording of a robot, which has noise, use --log"
 
-# Robot, scene and limits for the check of a trajectory without a scenario.
 SceneOptions = dict[str, str | None]
+"""Robot, scene and limits for the check of a trajectory without a scenario."""
 
 
 def _scene_options(robot: str | None, scene: str | None, limits: str | None) -> SceneOptions | None:
@@ -84,7 +84,9 @@ def _other_robot(
 ) -> dict[str, Any] | None:
     if other is None:
         if (motion, frame, delay) != (None, None, None):
-            raise click.UsageError("--motion, --in and --delay are about the motion of --with")
+            raise click.UsageError(
+                "--motion, --in and --delay describe the motion of --with, which is not given"
+            )
         return None
     if Path(other).is_dir():
         motion, folder = motion or other, other
@@ -143,8 +145,8 @@ def check(
 
     With --log or --against, TRAJECTORY is the log of a robot: headings of PlotJuggler, ROS bags and
     RTDE are accepted, the noise is estimated, and failures smaller than the noise are undecided.
-    The plan given with --against sets the clock, else the scenario is planned. With --against the
-    scenario may be left out if the report in the plan's folder names it.
+    The plan given with --against sets the clock; without it the scenario is planned. With --against
+    the scenario may be left out if the report in the plan's folder names it.
 
     With --with, one line reports how close two motions come, as in `knotwork check a.yaml --with
     b.yaml --in left`.

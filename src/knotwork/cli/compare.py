@@ -24,7 +24,6 @@ from knotwork.planning.comparison import compare as compare_planners
 from knotwork.units import readable
 from knotwork.verification.metrics import Peak
 
-# Headings by figure.
 _COLUMNS = {
     "position_miss": "pos.\nmiss",
     "velocity_miss": "vel.\nmiss",
@@ -34,8 +33,9 @@ _COLUMNS = {
     "peak_jerk": "peak\njerk",
     "tool_path_deviation": "off path\n[{length}]",
 }
-# Figures below the first are rounding errors; those below the second are shown with two digits.
+"""Headings by figure."""
 FIGURE_ROUNDING, SMALL_FIGURE = 1e-9, 0.01
+"""Size below which figures are rounding errors, and below which they are shown with two digits."""
 
 
 @click.command()
@@ -52,8 +52,8 @@ def compare(scenario: str, planners: list[str] | None, out: Path | None, as_json
     """Plan SCENARIO with several planners and compare the motions.
 
     A planner passes if no check fails; the exit code is 1 if none passes. Joint values are in the
-    units of the scenario, or in rad and m for both angles and lengths. A peak is that of
-    the joint nearest its limit, in percent of the limit, or the largest without limits.
+    units of the scenario, or in rad and m if there are angles and lengths. A peak is that of
+    the joint nearest its limit, in percent of the limit; without limits it is the largest.
     Where the acceleration jumps, the jerk is unbounded. A star marks the best of each column among
     planners that pass, and those within 1 % of it. Free times are chosen once, for all planners.
     --json and --out give more figures.

@@ -27,13 +27,13 @@ from knotwork.files.export import MotionPoints
 from knotwork.files.export.formats import FORMATS, Format, checked_options, get_format
 from knotwork.files.export.labels import events_path, events_text
 from knotwork.files.foreign import is_foreign
-from knotwork.verification import Finding, check
+from knotwork.verification import Finding, Report, check
 from knotwork.verification.brief import finding_lines
 from knotwork.verification.report import CheckedMotion
 
 _EXPORT_EPILOG = f"""
 Formats:
-{chr(10).join(f"{form.name:8} {form.summary}" for form in FORMATS.values())}
+{chr(10).join(f"{name:8} {file_format.summary}" for name, file_format in FORMATS.items())}
 
 In MATLAB, for --format mat:
 s = load('motion.mat');
@@ -43,31 +43,32 @@ q = ppval(pp, linspace(s.breaks(1), s.breaks(end), 1000));
 _EXIT_CODES = exit_codes("the motion is exported", "a check fails, and nothing is exported")
 
 
-# Maximum number of kinds of failures that are listed.
 MAX_EXPORT_FAILURES = 10
-# Quantities that fail if cubics join points of a smoother motion, at any density of points.
-#
-# The acceleration jumps, so the jerk is unbounded.
+"""Maximum number of kinds of failures that are listed."""
 UNMET_BY_CUBIC_FITS = ("acceleration_jump", "acceleration_change", "joint_acceleration", "jerk")
+"""Quantities that fail if cubics join points of a smoother motion, at any density of points.
+
+The acceleration jumps, so the jerk is unbounded.
+"""
 
 
 def _parse_joint_numbers(
     context: click.Context, parameter: click.Parameter, pairs: Any
 ) -> dict[str, float]:
     """Read `JOINT=NUMBER`, each joint once."""
-    factors: dict[str, float] = {}
+    numbers: dict[str, float] = {}
     for pair in pairs:
-        joint, _, number = pair.rpartition("=")
+        joint, _, text = pair.rpartition("=")
         try:
-            factor = float(number)
+            number = float(text)
         except ValueError:
-            joint, factor = "", 0.0
+            joint, number = "", 0.0
         if not joint:
             raise click.BadParameter(f"{pair!r} is not accepted; give JOINT=NUMBER")
-        if joint in factors:
+        if joint in numbers:
             raise InputError(f"{parameter.opts[0]} is given twice for joint {joint!r}")
-        factors[joint] = factor
-    return factors
+        numbers[joint] = number
+    return numbers
 
 
 _UNWRAPPED = "\n".join(f"\b\n{part}\n" for part in _EXPORT_EPILOG.strip().split("\n\n"))
@@ -117,10 +118,10 @@ _UNWRAPPED = "\n".join(f"\b\n{part}\n" for part in _EXPORT_EPILOG.strip().split(
     "tolerance",
     metavar="TOLERANCE",
     type=float,
-    help="Insert points until the interpolated motion is within this of the true one at all "
-    "times [rad or m]; for krl, rapid and ls with straight lines, 0.001 by default. Without "
-    "--accelerations the acceleration then jumps at the points, and their check fails if the "
-    "scenario requires continuity: 2, the default.",
+    help="Insert points until the interpolated motion is within this distance of the true one at "
+    "all times [rad or m]. For krl, rapid and ls, which have straight lines, it is 0.001 by "
+    "default. Without --accelerations the acceleration jumps at the points, and they fail the "
+    "check of a scenario with continuity: 2, the default.",
 )
 @click.option("--goal", is_flag=True, help="ros2: a FollowJointTrajectory goal, not a message.")
 @click.option("--degrees", is_flag=True, help="pvt: revolute joints in deg; prismatic stay in m.")
@@ -142,8 +143,8 @@ _UNWRAPPED = "\n".join(f"\b\n{part}\n" for part in _EXPORT_EPILOG.strip().split(
 @click.option(
     "--labels",
     is_flag=True,
-    help="Names of segments: text columns in tables, a separate file for other formats. Included "
-    "if there are events.",
+    help="Include the names of segments: as columns of text in tables, else in a second file. "
+    "They are always included if there are events.",
 )
 @click.option("--without-events", is_flag=True, help="Leave out the switched signals.")
 @package_path_option
@@ -166,34 +167,36 @@ def export(
 
     TRAJECTORY is a trajectory.json or its folder, SCENARIO a shipped scenario's name
     or the path of a file. Samples have a fixed rate; with a robot they include the tool's pose and
-    twist. Nothing is written if the motion fails its check, or if the points of --tolerance, as
-    interpolated by a receiver, fail it in more than their acceleration.
+    twist. Nothing is written if the motion fails its check, or if a receiver's motion through the
+    points of --tolerance fails it in more than acceleration and jerk.
     """
-    form = get_format(name)
+    file_format = get_format(name)
     chosen = {
         key: value
         for key, value in options.items()
         if value is not None and value is not False and value != {}
     }
-    checked_options(form, chosen)
-    if out is None and form.binary:
-        raise InputError(f"format {form.name!r} is binary: give a file to write with -o FILE")
+    checked_options(file_format, chosen)
+    if out is None and file_format.binary:
+        raise InputError(f"format {name!r} is binary: give a file to write with -o FILE")
     if out is not None:
         exporting.checked_target(out, force=force)
     trajectory, checked = read_motion(motion, reference, planner)
     if without_events:
         trajectory = replace(trajectory, events=())
-    if form.tabular and labels:
+    if file_format.tabular and labels:
         chosen["labels"] = True
-    needs_side_file = bool(trajectory.events or labels) and not form.events
+    needs_side_file = bool(trajectory.events or labels) and not file_format.events
     if needs_side_file and out is None:
         raise InputError(
-            f"format {form.name!r} can't hold the events and segments of the motion; give a file "
+            f"format {name!r} can't hold the events and segments of the motion; give a file "
             "with -o FILE, and they go into a second file, or --without-events"
         )
-    if not may_export(checked, allow_failed):
-        return FAILED
-    result = _content(form, trajectory, checked, chosen, allow_failed)
+    if checked is not None and not checked.report.ok:
+        print_failed_check(checked.report, allow_failed)
+        if not allow_failed:
+            return FAILED
+    result = _content(file_format, trajectory, checked, chosen, allow_failed)
     if result is None:
         return FAILED
     content, note = result
@@ -210,7 +213,7 @@ def export(
 
 
 def _content(
-    form: Format,
+    file_format: Format,
     trajectory: JointTrajectory,
     checked: CheckedMotion | None,
     chosen: dict[str, Any],
@@ -219,28 +222,28 @@ def _content(
     """The content and a note on its accuracy, or `None` if its points fail the check."""
     motion: Any = trajectory
     chosen = dict(chosen)
-    if form.straight or form.takes_points(chosen):
+    if file_format.straight or file_format.takes_points(chosen):
         tolerance = chosen.pop("tolerance", None)
-        if form.straight:
-            options = exporting.STRAIGHT[form.name]
+        if file_format.straight:
+            options = exporting.STRAIGHT[file_format.name]
             motion = exporting.straight_points(trajectory, **options, tolerance=tolerance)
         else:
             accelerations = chosen.get("accelerations", False)
             motion = exporting.motion_points(
                 trajectory, accelerations=accelerations, tolerance=tolerance
             )
-            if not may_export_points(checked, motion, allowed):
+            if not accept_points(checked, motion, allowed):
                 return None
-    elif form.tabular and checked is not None:
+    elif file_format.tabular and checked is not None:
         chosen.setdefault("rate", checked.scenario.task.rate)
     note = "" if motion is trajectory else motion.describe()
     robot = checked.joints.robot if checked is not None else None
-    if form.tabular:
+    if file_format.tabular:
         table = exporting.motion_table(motion, robot=robot, **chosen)
-        return exporting.content(table, form.name), table.note
-    if "robot" in form.options:
+        return exporting.content(table, file_format.name), table.note
+    if "robot" in file_format.options:
         chosen["robot"] = robot
-    return exporting.content(motion, form.name, **chosen), note
+    return exporting.content(motion, file_format.name, **chosen), note
 
 
 def read_motion(
@@ -257,27 +260,23 @@ def read_motion(
     """
     if is_foreign(source):
         raise InputError(
-            f"{source!r} has samples or points, which export does not convert: it "
-            "takes a scenario, or the trajectory.json that plan writes; such files can be "
-            f"checked, with knotwork check {source} --scenario SCENARIO"
+            f"{source!r} has samples or points, which export does not convert; accepted: a "
+            "scenario, or the trajectory.json that plan writes. Samples and points can be checked: "
+            f"knotwork check {source} --scenario SCENARIO"
         )
     motion = read_motions(source, reference, PlanOptions(planner))[0]
     return (motion, None) if isinstance(motion, JointTrajectory) else (motion.trajectory, motion)
 
 
-def may_export(checked: CheckedMotion | None, allowed: bool) -> bool:
-    """Report a failed check, and return whether to export the motion."""
-    if checked is None or checked.report.ok:
-        return True
-    report = checked.report
+def print_failed_check(report: Report, allowed: bool) -> None:
+    """Print the failures of a motion, and whether it is exported."""
     verdict = "exported all the same" if allowed else "not exported (--allow-failed exports it)"
     verdict = f"{report.scenario} fails its check: {verdict}"
     _print_verdict(report.failures, f"{report.scenario}: ", verdict)
-    return allowed
 
 
-def may_export_points(checked: CheckedMotion | None, points: MotionPoints, allowed: bool) -> bool:
-    """Report fitted points that fail the check of the motion; return whether to export them.
+def accept_points(checked: CheckedMotion | None, points: MotionPoints, allowed: bool) -> bool:
+    """Check fitted points, print their failures, and return whether to export the points.
 
     A fit by cubics always has errors and jumps of the acceleration. They are listed, but do not
     prevent the export.
@@ -300,7 +299,7 @@ def may_export_points(checked: CheckedMotion | None, points: MotionPoints, allow
 
 
 def _print_verdict(failures: Sequence[Finding], whose: str, verdict: str) -> None:
-    """Print failures, each after the words of whom they are, and the verdict."""
+    """Print failures, each after the text `whose` on their origin, and the verdict."""
     for failure in finding_lines(failures, MAX_EXPORT_FAILURES):
         echo(f"{whose}{failure}", err=True)
     echo(verdict, err=True)

@@ -22,8 +22,8 @@ from knotwork.task import Task
 from knotwork.task.scenario import load_scenario
 from knotwork.units import Units
 
-# Units of limits and configurations on a terminal.
 SHOWN_UNITS = Units("mm", "deg")
+"""Units of limits and configurations on a terminal."""
 
 
 @click.command()

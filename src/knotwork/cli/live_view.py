@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
     BuildScene: TypeAlias = Callable[[], tuple[dict[str, Any], list[Path], str] | None]
 
-# Polling interval of the files, and the longest time that writing one may take [s].
 POLL_PERIOD, WRITE_TIME = 0.02, 0.02
+"""Polling interval of the files, and the longest time that writing one may take [s]."""
 
 Stamp = tuple[int, int, int] | None
 

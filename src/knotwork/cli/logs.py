@@ -70,9 +70,9 @@ class Tolerance(click.ParamType[Any]):
         size = factor * float(f"{match[1]}{match[2] or ''}") if match else 0.0
         if not 0.0 < size < math.inf or (subject and unit == "s"):
             self.fail(
-                f"{value!r} is not accepted; give a positive number with mm, m, deg, rad or mrad, "
-                "for the tool, or for joints after joints= or the name of one; or with s or ms, "
-                "for the delay of the log: 0.5mm, 0.1deg, joints=0.1deg, 0.2s",
+                f"{value!r} is not accepted; give a positive number with its unit: mm, m, deg, rad "
+                "or mrad for the tool, the same after joints= or the name of a joint, and s or ms "
+                "for the delay of the log, such as 0.5mm, 0.1deg, joints=0.1deg or 0.2s",
                 param,
                 ctx,
             )

@@ -30,7 +30,6 @@ os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
 # NumPy starts threads in each process; matrices here are too small for them.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-# Module and summary by command.
 _COMMANDS = {
     "plan": ("plan", "Plan scenarios, check the result, print the verdict."),
     "replan": ("replan", "Plan another task from a time of a running motion."),
@@ -47,6 +46,7 @@ _COMMANDS = {
     "planners": ("compare", "List the planners: guarantees, limitations, options."),
     "schema": ("listing", "Print the JSON Schema of scenario files."),
 }
+"""Module and summary by command."""
 
 
 class _Commands(click.Group):
@@ -100,7 +100,10 @@ def main() -> NoReturn:
         echo("error: out of memory; use a lower rate or fewer scenarios", err=True)
         code = WRONG_INPUT
     except ModuleNotFoundError as error:  # an environment with a part of the dependencies
-        echo(f"error: needs the package {error.name!r}; install it, or knotwork by pip", err=True)
+        echo(
+            f"error: the package {error.name!r} is missing; install it, or knotwork by pip",
+            err=True,
+        )
         code = WRONG_INPUT
     except OSError as error:
         if error.filename is not None:  # should have been reported with the file

@@ -14,10 +14,10 @@ from typing import Any, ClassVar, TypeVar
 
 import click
 
-# Exit codes; out of memory counts as wrong input.
 PASSED, FAILED, WRONG_INPUT, INTERNAL_ERROR = 0, 1, 2, 3
-# Exit codes after Ctrl-C, and if the reader of the output has closed its pipe.
+"""Exit codes; out of memory counts as wrong input."""
 INTERRUPTED, UNREAD = 130, 141
+"""Exit codes after Ctrl-C, and after the reader of the output has closed its pipe."""
 
 
 def exit_codes(passed: str = "every check passes", failed: str = "a check fails") -> str:
@@ -111,8 +111,9 @@ freeze_option = click.option(
     "--freeze",
     metavar="FILE",
     type=GivenPath(path_type=Path),
-    help="Write the scenario, of a sweep that of the best row, with the chosen times and speeds as "
-    "numbers, comments kept; planning that file gives the same motion. For one scenario.",
+    help="Write the scenario with the chosen times and speeds as numbers, and keep its comments; "
+    "planning that file gives the same motion. A sweep writes that of its best row. For one "
+    "scenario.",
 )
 no_open_option = click.option(
     "--no-open", is_flag=True, help="Print the address only, and open no browser."

@@ -19,15 +19,15 @@ if TYPE_CHECKING:
     from knotwork.planning.sweeps import SweepProgress
     from knotwork.planning.timing import Progress
 
-# Nothing is shown on a terminal before this time [s].
 SHOWN_AFTER = 0.5
-# Interval between updates of a bar [s].
+"""Time after which progress is shown on a terminal [s]."""
 BAR_PERIOD = 0.1
-# Interval between lines of a log: a time [s], or a fraction of the elapsed time if longer.
+"""Interval between updates of a bar [s]."""
 PLAN_INTERVAL, SWEEP_INTERVAL, LOG_SHARE = 5.0, 30.0, 0.1
+"""Interval between lines of a log: a time [s], or a fraction of the elapsed time if longer."""
 
-# The completed fraction, `None` if unknown, and a line on the state.
 State: TypeAlias = tuple[float | None, str]
+"""The completed fraction, `None` if unknown, and a line on the state."""
 
 
 @contextmanager

@@ -12,6 +12,7 @@ from rich.table import Table
 from knotwork.cli.short_report import describe_left_out
 from knotwork.cli.tables import console, plain_table, print_entry, print_table, print_wrapped
 from knotwork.cli.terminal import cell
+from knotwork.planning.task_to_joint import knots_of
 from knotwork.task.scenario import Scenario
 from knotwork.units import Units
 from knotwork.verification import Finding, Report
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
     from knotwork.planning.task_to_joint import Choice, TaskSolution
 
 REPORT_INDENT = " " * len("FAIL ")
-# Mark of a finding in a table, by its verdict.
 MARKS = {
     "met": "[green]ok[/]",
     "failed": "[bold red]FAIL[/]",
@@ -29,6 +29,7 @@ MARKS = {
     "warning": "[yellow]warning[/]",
     "information": "-",
 }
+"""Mark of a finding in a table, by its verdict."""
 
 
 def print_plan(plan: Plan) -> None:
@@ -37,8 +38,8 @@ def print_plan(plan: Plan) -> None:
     origin = trajectory.origin
     if plan.unsupported_options:
         origin += f" ({describe_left_out(plan)})"
-    if isinstance(scenario.interpolation_knots, str):
-        origin += f", knots {scenario.interpolation_knots}"
+    if isinstance(knots := knots_of(scenario), str):
+        origin += f", knots {knots}"
     counts = f"{len(scenario.waypoints)} waypoints, {len(trajectory.breaks)} breaks"
     origin += f": {counts}, {trajectory.duration:g} s"
     print_report(plan.report, scenario, origin, plan.solution)

@@ -13,10 +13,9 @@ if TYPE_CHECKING:
     from knotwork.planning import Plan
     from knotwork.verification import Report
 
-# Width of lines of text, on wider terminals too.
 TEXT_WIDTH = 100
+"""Maximum width of lines of text, in characters."""
 
-# Styles of the words at the start of a line.
 _WORD_STYLES: dict[str, dict[str, Any]] = {
     "PASSED": {"fg": "green", "bold": True},
     "FAILED": {"fg": "red", "bold": True},
@@ -24,6 +23,7 @@ _WORD_STYLES: dict[str, dict[str, Any]] = {
     "not proved:": {"fg": "yellow"},
     "warning:": {"fg": "yellow"},
 }
+"""Styles of the words at the start of a line."""
 
 
 def describe_left_out(plan: Plan) -> str:
@@ -48,8 +48,8 @@ def print_next(words: Sequence[str], *, with_robot: bool) -> None:
     """
     arguments = shlex.join(words)
     line = f"next: knotwork {'view' if with_robot else 'plot'} {arguments}"
-    forms = [f"{line} | report {text} --html FILE | --full" for text in (arguments, "…")]
-    echo(next((form for form in forms if len(form) <= _width()), line))
+    lines = [f"{line} | report {text} --html FILE | --full" for text in (arguments, "…")]
+    echo(next((full for full in lines if len(full) <= _width()), line))
 
 
 def _width() -> int:

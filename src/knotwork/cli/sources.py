@@ -30,8 +30,8 @@ from knotwork.robot import Robot
 from knotwork.verification.brief import finding_lines
 from knotwork.verification.report import AnyMotion, CheckedMotion
 
-# Maximum number of kinds of failures that are listed; the others are counted.
 MAX_NOTED_FAILURES = 3
+"""Maximum number of kinds of failures that are listed; the others are counted."""
 
 
 def read_motions(
@@ -87,9 +87,9 @@ def read_checked(path: str | Path, reference: str, log: LogOptions | None = None
     """
     if log is not None:
         return checked_log(path, reference, log)
-    checked, note = check_with_task(path, reference)
-    print_note(note)
-    return checked
+    if fault := changed_since_report(Path(path)):
+        print_note(f"{path} {fault}")
+    return check_with_task(path, reference)
 
 
 def _is_trajectory(source: str, reference: str | None) -> bool:

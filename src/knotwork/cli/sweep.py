@@ -28,8 +28,8 @@ from knotwork.planning.sweeps.folder import is_study
 from knotwork.planning.sweeps.outcome import ROW_CRASHED, ROW_WRONG_INPUT
 from knotwork.units import readable
 
-# Maximum number of reasons in the table; the others are counted.
 MAX_REASONS = 12
+"""Maximum number of reasons in the table; the others are counted."""
 
 
 @click.command(

@@ -13,9 +13,11 @@ from rich.table import Table
 from knotwork.cli.short_report import TEXT_WIDTH
 from knotwork.cli.terminal import cell
 
-# Width of tables before they are fitted to the terminal, in characters. A table that does not fit
-# is wider than the terminal, because numbers are never truncated.
 ANY_WIDTH = 1000
+"""Width of tables before they are fitted to the terminal, in characters.
+
+A table that does not fit is wider than the terminal, because numbers are never truncated.
+"""
 
 
 def console(*, wrap: bool = False) -> Console:

@@ -70,7 +70,7 @@ _SHOWN = "the scene is shown or written, also where a check fails"
     help="Plan again whenever the scenario, its robot or a file named in them is saved, and update "
     "the open page.",
 )
-@click.option("--meshcat", is_flag=True, help="Play in Meshcat, with a new server, instead.")
+@click.option("--meshcat", is_flag=True, help="Play in Meshcat instead, with a new server.")
 @no_open_option
 @port_option
 @click.option("--robot", metavar="ROBOT", help="For a TRAJECTORY without a scenario: its robot.")

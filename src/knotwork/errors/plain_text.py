@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import re
 
-# Control characters except tab and line feed, line separators, and characters that change the
-# writing direction.
 _CONTROLS = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028\u2029\u202a-\u202e\u2066-\u2069\ufeff]"
 )
+"""Control characters except tab and line feed, line separators, and characters that change the
+writing direction.
+"""
 
 
 def escape_controls(text: str) -> str:

@@ -16,10 +16,10 @@ from knotwork.task.scenario.resolve import change_task
 from knotwork.verification.collisions import failed_pairs
 from knotwork.verification.finding import TRIED, Group, Topic
 
-MAX_SEQUENCES_OF_GIVEN_TASK = 12
+MAX_SEQUENCES_WITHOUT_FREE_VALUES = 12
 """Maximum number of sequences of solutions to plan if no value is free."""
 
-MAX_SEQUENCES_OF_FREE_TASK = 4
+MAX_SEQUENCES_WITH_FREE_VALUES = 4
 """Maximum number of sequences of solutions to plan if any value is free."""
 
 
@@ -31,15 +31,15 @@ class SequenceAttempt:
         plan: The motion, or `None` if none was found.
         blocked: Steps with a collision or without a motion, which the next sequence must avoid. If
             it is empty, no other sequence is worth planning.
-        error: The reason why no collision-free motion was found, or `None`.
+        error: The reason why no motion was found, or `None`.
     """
 
     plan: Plan | None
     blocked: Sequence[SequenceStep]
-    error: NoWayFoundError | None = None
+    error: InputError | None = None
 
 
-def best_of_sequences(sequences: SequencePlanner) -> Plan:
+def best_of_sequences(sequence_planner: SequencePlanner) -> Plan:
     """Plan the best sequence of solutions whose motion is collision-free.
 
     Sequences are planned, the best first, each without the steps that were blocked before, until
@@ -51,18 +51,18 @@ def best_of_sequences(sequences: SequencePlanner) -> Plan:
         NoWayFoundError: For the best sequence, if no motion is found for any of them.
         InputError: The task is wrong.
     """
-    attempts = [_attempt(sequences, sequences.solve())]
-    while (solution := _next_sequence(sequences, attempts)) is not None:
+    attempts = [_attempt(sequence_planner, sequence_planner.solve())]
+    while (solution := _next_sequence(sequence_planner, attempts)) is not None:
         try:
-            attempts.append(_attempt(sequences, solution))
-        except InputError:
-            break
+            attempts.append(_attempt(sequence_planner, solution))
+        except InputError as error:
+            attempts.append(SequenceAttempt(None, (), error))
     plans = [attempt.plan for attempt in attempts if attempt.plan is not None]
     if not plans:
         raise next(attempt.error for attempt in attempts if attempt.error is not None)
     best = min(plans, key=_rank)
     if failed_pairs(best.report.findings):
-        return _around_obstacles(sequences, best, len(attempts))
+        return _around_obstacles(sequence_planner, best, len(attempts))
     if len(attempts) == 1:
         return best
     return _with_finding(
@@ -72,14 +72,14 @@ def best_of_sequences(sequences: SequencePlanner) -> Plan:
     )
 
 
-def _attempt(sequences: SequencePlanner, solution: TaskSolution) -> SequenceAttempt:
+def _attempt(sequence_planner: SequencePlanner, solution: TaskSolution) -> SequenceAttempt:
     """Plan a sequence of solutions.
 
     Raises:
         InputError: No motion exists at any duration.
     """
     try:
-        plan = sequences.plan(solution)
+        plan = sequence_planner.plan(solution)
     except NoWayFoundError as error:
         if error.between is None:
             return SequenceAttempt(None, (), error)
@@ -95,15 +95,15 @@ def _steps(solution: TaskSolution | None, intervals: Iterable[int]) -> list[Sequ
 
 
 def _next_sequence(
-    sequences: SequencePlanner, attempts: Sequence[SequenceAttempt]
+    sequence_planner: SequencePlanner, attempts: Sequence[SequenceAttempt]
 ) -> TaskSolution | None:
     """The best sequence without blocked steps, or `None` if no other one is to be planned."""
-    is_free = sequences.scenario.free_values is not None
-    count = MAX_SEQUENCES_OF_FREE_TASK if is_free else MAX_SEQUENCES_OF_GIVEN_TASK
-    is_last = len(attempts) == count or sequences.budget.time_limit.is_over
+    is_free = sequence_planner.scenario.free_values is not None
+    count = MAX_SEQUENCES_WITH_FREE_VALUES if is_free else MAX_SEQUENCES_WITHOUT_FREE_VALUES
+    is_last = len(attempts) == count or sequence_planner.budget.has_ended
     if is_last or not attempts[-1].blocked:
         return None
-    following = sequences.solve([step for attempt in attempts for step in attempt.blocked])
+    following = sequence_planner.solve([step for attempt in attempts for step in attempt.blocked])
     return None if following.sequence is None else following
 
 
@@ -116,50 +116,49 @@ def _colliding_intervals(plan: Plan) -> list[int]:
     return sorted({int(i) for i in np.clip(after - 1, 0, len(times) - 2)})
 
 
-def _around_obstacles(sequences: SequencePlanner, best: Plan, tried: int) -> Plan:
+def _around_obstacles(sequence_planner: SequencePlanner, best: Plan, tried: int) -> Plan:
     """A plan around the obstacles that every sequence hits, or the best plan and the attempts."""
-    is_over = sequences.budget.time_limit.is_over
-    free = sequences.scenario.free_values
+    has_ended = sequence_planner.budget.has_ended
+    free_values = sequence_planner.scenario.free_values
+    free = free_values.waypoints if free_values else ()
     notes: list[str] = []
-    avoidable = find_avoidable_ends(best, sequences.scenario)
-    with_free_time = [i for i in avoidable if free and free.waypoints[i].duration_is_free]
-    untried = avoidable
-    if with_free_time and not is_over:
-        untried = [i for i in avoidable if i not in with_free_time]
+    avoidable = find_avoidable_ends(best, sequence_planner.scenario)
+    attempted = [i for i in avoidable if free and free[i].duration_is_free and not has_ended]
+    if attempted:
         try:
-            detour = best_of_sequences(_with_clear_motions(sequences, with_free_time))
+            detour = best_of_sequences(_with_clear_motions(sequence_planner, attempted))
         except InputError as error:
             notes.append(f"way: clear finds no motion either: {error}")
         else:
             if _rank(detour) < _rank(best):
-                names = _quoted_names(best, with_free_time)
+                names = _quoted_names(best, attempted)
                 return _with_finding(
                     detour, f"the fastest motion collides, so way: clear was taken at {names}"
                 )
+    untried = [i for i in avoidable if i not in attempted]
     if untried and not best.scenario.scene.has_moving_bodies:
+        ends = [free[i] for i in untried] if free else []
         # motions joined at a free velocity are one motion, which takes no times
-        joined = free and any(free.waypoints[i].speed_kind == "free" for i in untried)
-        times = " without times" if joined and not set(untried) <= set(with_free_time) else ""
+        joined = any(end.speed_kind == "free" for end in ends)
+        times = "" if not joined or all(end.duration_is_free for end in ends) else " without times"
         collisions = "the collision" if len(untried) == 1 else "the collisions"
         notes.append(
             f"way: clear at {_quoted_names(best, untried)}{times} may avoid {collisions} "
             "(not attempted)"
         )
-    if tried > 1:
+    if tried > 1 or has_ended:
+        when = " when the budget ended" if has_ended else ""
         notes.append(
-            f"tried: {tried} sequences of solutions{' when the budget ended' if is_over else ''}, "
-            "all of which collide; this one has the fewest colliding pairs"
+            f"sequences of solutions tried{when}: {tried}; this one has the fewest colliding pairs"
         )
-    elif is_over:
-        notes.append("tried: one sequence of solutions when the budget ended, which collides")
     return _with_finding(best, "; ".join(notes), TRIED) if notes else best
 
 
-def _with_clear_motions(sequences: SequencePlanner, ends: Sequence[int]) -> SequencePlanner:
+def _with_clear_motions(sequence_planner: SequencePlanner, ends: Sequence[int]) -> SequencePlanner:
     """The planner of the scenario with `way: clear` at some waypoints, by index."""
-    scenario = sequences.scenario
+    scenario = sequence_planner.scenario
     ways = {scenario.task_index[i]: {"way": "clear"} for i in ends}
-    return sequences.with_scenario(change_task(scenario, scenario.task.with_waypoints(ways)))
+    return sequence_planner.with_scenario(change_task(scenario, scenario.task.with_waypoints(ways)))
 
 
 def _rank(plan: Plan) -> tuple[int, int]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -11,11 +10,11 @@ from typing import Any
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.files import documents
-from knotwork.files.documents import Document, validate
+from knotwork.files.documents import Document, Location, validate
+from knotwork.files.documents.values import marked
 from knotwork.files.foreign import read_trajectory
-from knotwork.files.storage import changed_since_report
-from knotwork.planning.replanning import SETUP_KEYS, joint_state
-from knotwork.task import OtherRobot, Task
+from knotwork.planning.replanning import waypoint_at_state
+from knotwork.task import OtherRobot, Task, Tool
 from knotwork.task.scenario import Scenario, load_scenario, resolve_task
 from knotwork.task.scenario.scenario_joints import (
     ScenarioJoints,
@@ -24,20 +23,17 @@ from knotwork.task.scenario.scenario_joints import (
 )
 from knotwork.task.task_source import read_document
 from knotwork.verification import Finding, check
-from knotwork.verification.checks import CHECKS_OF_WAYPOINTS
+from knotwork.verification.checks import CHECKS, OfWaypoints
 from knotwork.verification.collisions import clearance_from_robot
 from knotwork.verification.report import CheckedMotion
 
 
-def check_with_task(path: str | Path, reference: str | Path) -> tuple[CheckedMotion, str]:
+def check_with_task(path: str | Path, reference: str | Path) -> CheckedMotion:
     """Read a trajectory of any tool and check it against its scenario.
 
     Args:
         path: The trajectory.
         reference: Name or file of its scenario.
-
-    Returns:
-        The checked motion; and a note if the file was changed since the report next to it.
 
     Raises:
         InputError: A file can't be read, or the trajectory has other joints.
@@ -47,8 +43,7 @@ def check_with_task(path: str | Path, reference: str | Path) -> tuple[CheckedMot
     span = float(scenario.times[0]), float(scenario.times[-1])
     motion, defects = read_trajectory(path, joints.joint_names, joints.joint_units, span=span)
     report = check(motion, scenario, joints=joints, defects=defects)
-    fault = changed_since_report(Path(path))
-    return CheckedMotion(scenario, joints, None, motion, report), f"{path} {fault}" if fault else ""
+    return CheckedMotion(scenario, joints, None, motion, report)
 
 
 def check_without_task(
@@ -62,22 +57,21 @@ def check_without_task(
     Args:
         path: The trajectory.
         robot: Name or file of its robot; by default the one named in the scene.
-        scene: Name or file of a scenario. Its surroundings, tool, limits and units are used,
-            without its waypoints.
+        scene: Name or file of a scenario. All of it is used but what defines its motion, such as
+            waypoints; so no object may be held or appear at one.
         limits: Limits in place of the robot's and the scene's, in its units: a mapping, the path
             of a file, or YAML.
 
     Raises:
-        InputError: A file can't be read or is wrong, or no robot is named.
+        InputError: A file can't be read or is wrong, no robot is named, or an object of the scene
+            refers to a waypoint.
     """
     surroundings = read_document(scene) if scene is not None else Document({})
     if not isinstance(surroundings.data, dict):
-        raise surroundings.error(
-            (), "is not a mapping", f"keys of a scenario: {', '.join(SETUP_KEYS)}"
-        )
-    data = {
-        key: copy.copy(surroundings.data[key]) for key in SETUP_KEYS if key in surroundings.data
-    }
+        accepted = "keys of a scenario, such as robot, tool, scene and limits"
+        raise surroundings.error((), "is not a mapping", accepted)
+    replaced = marked(Task, "defines_motion")
+    data = {key: value for key, value in surroundings.data.items() if key not in replaced}
     given = data.get("limits") or {}
     if limits is not None and isinstance(given, dict):  # anything else is refused below
         data["limits"] = {**given, **_limits(limits)}
@@ -85,15 +79,10 @@ def check_without_task(
         data["robot"] = Path(robot).resolve().as_posix() if Path(robot).is_file() else str(robot)
     if not data.get("robot"):
         raise InputError(f"{path} needs its robot: give the robot, or a scene that names it")
-    if isinstance(data.get("tool"), dict) and data["tool"].get("holds"):
-        raise surroundings.error(
-            ("tool", "holds"),
-            "begins and ends at waypoints, which a scene does not have",
-            "a scene without it, or the whole scenario with --scenario",
-        )
-    # the robot is needed before the ends of the motion can be read
+    # placeholders: the ends of the motion can't be read before the robot is known
     data["waypoints"] = [{"joints": "home"}, {"joints": "home", "after": 1}]
     task = validate(Task, replace(surroundings, data=data)).replace(name=Path(path).name)
+    _refuse_waypoint_names(task, surroundings)
     moved = robot_with_tool(resolve_task(task, surroundings))
     motion, defects = read_trajectory(
         path, moved.joint_names, moved.joint_units, owner=f"robot {moved.name!r}"
@@ -106,14 +95,28 @@ def check_without_task(
     scenario = resolve_task(task.replace(waypoints=_ends(motion, task)), surroundings)
     joints = read_scenario_joints(scenario)
     # the ends of the motion are its own waypoints
-    report = check(motion, scenario, joints=joints, defects=defects, without=CHECKS_OF_WAYPOINTS)
+    without = [name for name, check_of in CHECKS.items() if isinstance(check_of, OfWaypoints)]
+    report = check(motion, scenario, joints=joints, defects=defects, without=without)
     return CheckedMotion(scenario, joints, None, motion, report)
+
+
+def _refuse_waypoint_names(task: Task, surroundings: Document) -> None:
+    """Refuse objects that are held or appear at waypoints, because a scene has none."""
+    objects = task.scene.objects.items()
+    held: list[Location] = [("tool", "holds", name) for name in (task.tool or Tool()).holds]
+    appearing = [("scene", "objects", name, "appears") for name, item in objects if item.appears]
+    for location in held + appearing:
+        raise surroundings.error(
+            location,
+            "refers to waypoints, which are not read from a scene",
+            "a scene without it, or the whole scenario with --scenario",
+        )
 
 
 def _ends(motion: JointTrajectory, task: Task) -> list[dict[str, Any]]:
     """The two ends of a motion as waypoints of a task."""
     return [
-        {"name": name, "time": time, **joint_state(motion, time, task)}
+        waypoint_at_state(motion, time, task, name)
         for name, time in (("start", motion.start_time), ("end", motion.end_time))
     ]
 

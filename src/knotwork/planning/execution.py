@@ -17,7 +17,12 @@ from knotwork.curves.retiming import find_first_rest, stop_joints, stop_on_path
 from knotwork.curves.trajectory import JointTrajectory, Segment
 from knotwork.curves.trajectory.motion_events import signals_on_at
 from knotwork.errors import InputError
-from knotwork.planning.replanning import SETUP_KEYS, in_moving_frames, task_with_scene_from
+from knotwork.files.documents.values import marked
+from knotwork.planning.replanning import (
+    in_moving_frames,
+    task_with_scene_from,
+    waypoint_at_state,
+)
 from knotwork.planning.speed_override import PATH_TOLERANCE, TIME_TOLERANCE, change_speed
 from knotwork.task import Task
 from knotwork.task.scenario import JointTarget, Scenario, resolve_task
@@ -34,9 +39,6 @@ from knotwork.verification.path_checks import check_tool_paths
 from knotwork.verification.report import CheckedMotion
 from knotwork.verification.waypoint_checks import check_tool_at_waypoints
 from knotwork.waypoints import CartesianWaypoint, JointWaypoints
-
-EXECUTED_KEYS = {*SETUP_KEYS, "name", "joint_units", "frame", "outputs", "rate", "description"}
-"""Keys of a task that apply to an executed motion; the others are for planning."""
 
 MotionT = TypeVar("MotionT", bound=CheckedMotion)
 
@@ -256,18 +258,18 @@ def _task_of(plan: CheckedMotion, executed: Execution) -> Task:
     kept = executed.kept_scenario
     ends = kept.waypoints[0].name, kept.waypoints[-1].name
     task = task_with_scene_from(plan, executed.span, ends)
-    waypoints: list[dict[str, Any]] = []
-    for k, reached in enumerate(kept.waypoints):
+    planned, waypoints = scenario.task.waypoints, list[dict[str, Any]]()
+    for k, (reached, task_i) in enumerate(zip(kept.waypoints, kept.task_index, strict=True)):
         if ends_wait(kept.task_index, k):  # it is not a waypoint of the task
             del waypoints[-1]["velocity"]
             waypoints[-1]["wait"] = reached.time - waypoints[-1]["time"]
         else:
-            q, v = (by_joint(motion, motion(reached.time, nu), task.units) for nu in range(2))
-            state = {"time": reached.time, "name": reached.name, "joints": q, "velocity": v}
-            waypoints.append(state)
+            given = planned[task_i] if 0 <= task_i < len(planned) else None
+            waypoints.append(waypoint_at_state(motion, reached.time, task, reached.name, given))
     _add_actions(waypoints, plan, executed)
     start, end = (by_joint(motion, motion(t, 2), task.units) for t in kept.times[[0, -1]].tolist())
-    data = {key: value for key, value in task.to_dict().items() if key in EXECUTED_KEYS} | {
+    replaced = marked(Task, "defines_motion")
+    data = {key: value for key, value in task.to_dict().items() if key not in replaced} | {
         "name": scenario.name,
         "waypoints": waypoints,
         "end_acceleration": {"start": start, "end": end},

@@ -81,13 +81,13 @@ def follow_path(
         path_orientation=_tolerance(orientation_tolerance, "orientation_tolerance", "rad"),
         path_speed=_tolerance(speed_tolerance, "speed_tolerance", ""),
     )
-    pull = require_number(pull_to_middle, "pull_to_middle", "1/s")
+    rate = require_number(pull_to_middle, "pull_to_middle", "1/s")
     tool_path, q = _path_and_start(arm, path, start, rotation)
     motion = _timed_path(
         tool_path, require_number(speed, "speed", "m/s", positive=True), acceleration
     )
     _check_start(arm, motion, q)
-    return _follow(JointsOnPath(arm, motion, q, pull), allowed)
+    return _follow(JointsOnPath(arm, motion, q, rate), allowed)
 
 
 def _follow(joints_on_path: JointsOnPath, allowed: Tolerances) -> JointTrajectory:

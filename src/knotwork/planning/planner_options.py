@@ -32,7 +32,7 @@ def _refuse_values_by_waypoint(scenario: Scenario, joints: ScenarioJoints) -> No
     if not scenario.paths:
         return
     text = "given one by one, but waypoints are inserted along the path"
-    if not isinstance(scenario.interpolation_knots, str | int | float):
+    if isinstance(knots_of(scenario), tuple):
         message = f"times are {text}; accepted: paper, balanced or {{balanced: a constant}}"
         raise InputError(message, where=scenario.where("knots"))
     if joints.accelerations is not None and not isinstance(joints.accelerations, str):

@@ -50,17 +50,10 @@ def plan(
     """
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
-    if scenario.free_values is None:
-        return best_of_sequences(SequencePlanner(scenario, planner, Budget()))
-    from knotwork.planning.choosing import fix_arrival_times
-
     requested, free = scenario, scenario.free_values
-    fixed_arrivals = tuple(
-        scenario.waypoints[i].name
-        for i in free.time_dependent
-        if free.waypoints[i].duration_is_free
-    )
-    work = Budget(progress, budget)
-    if free.time_dependent:
+    work = Budget() if free is None else Budget(progress, budget)
+    if free is not None and free.time_dependent:
+        from knotwork.planning.choosing import fix_arrival_times
+
         scenario = fix_arrival_times(scenario, work)
-    return best_of_sequences(SequencePlanner(scenario, planner, work, requested, fixed_arrivals))
+    return best_of_sequences(SequencePlanner(scenario, planner, work, requested))

@@ -12,6 +12,7 @@ from knotwork.curves.trajectory import JointTrajectory
 from knotwork.curves.trajectory.motion_events import signals_on_at
 from knotwork.errors import InputError
 from knotwork.errors.plain_text import default_waypoint_name
+from knotwork.files.documents.values import marked
 from knotwork.planning.speed_override import TIME_TOLERANCE
 from knotwork.task import Action, EndAcceleration, ExpandedTask, Placement, SceneObject, Task
 from knotwork.task.scenario import PlacedHeldObject, Scenario, resolve_task
@@ -20,13 +21,8 @@ from knotwork.task.scenario.repetitions import expand_repeats
 from knotwork.task.scenario.scenario_joints import by_joint, robot_with_tool
 from knotwork.task.scenario.waypoint_reader import START
 from knotwork.task.task_part import plain
+from knotwork.task.task_waypoints import JointWaypoint, Waypoint
 from knotwork.verification.report import CheckedMotion
-
-SETUP_KEYS = (
-    *("units", "robot", "tool", "gravity", "frames", "scene", "collisions", "limits"),
-    *("continuity", "tolerances"),
-)
-"""Keys of a scenario file that apply to a motion without its waypoints."""
 
 
 def continued_scenario(
@@ -86,7 +82,7 @@ def _continued_task(
         for event in signals_on_at(motion.events, at)
         if task.outputs.get(event.name, event.signal) not in switched
     ]
-    state: dict[str, Any] = {"name": name, "time": 0.0, **joint_state(motion, at, task)}
+    state = waypoint_at_state(motion, at, task, name, replaced) | {"time": 0.0}
     if replaced is not None and replaced.dwell:
         if find_first_rest(motion.polynomial, at) != at:
             raise InputError(
@@ -103,10 +99,28 @@ def _continued_task(
     return task.replace(start=None, waypoints=[state, *goals], end_acceleration=ends)
 
 
-def joint_state(motion: JointTrajectory, time: float, task: Task) -> dict[str, Any]:
-    """Joint positions and velocities at a time [s], as keys of a waypoint of a task."""
+def waypoint_at_state(
+    motion: JointTrajectory,
+    time: float,
+    task: Task,
+    name: str | None,
+    given: Waypoint | None = None,
+) -> dict[str, Any]:
+    """The state of a motion as a waypoint of a task.
+
+    Args:
+        motion: The motion.
+        time: Its time [s].
+        task: The task, in whose units the values are.
+        name: Name of the waypoint.
+        given: The waypoint that the motion reaches there, if any. Its values are kept that neither
+            define the motion nor belong to a pose.
+    """
     q, v = (by_joint(motion, motion(time, nu), task.units) for nu in range(2))
-    return {"joints": q, "velocity": v}
+    kept = JointWaypoint.model_fields.keys() - marked(JointWaypoint, "defines_motion")
+    values = {} if given is None else given.to_dict()
+    values = {key: value for key, value in values.items() if key in kept}
+    return values | {"name": name, "time": time, "joints": q, "velocity": v}
 
 
 def held_at(scenario: Scenario, at: float) -> list[str]:

@@ -21,7 +21,7 @@ from knotwork.planning.planner_options import planner_options, supported_options
 from knotwork.planning.task_to_joint import SequenceStep, TaskSolution, solve_task
 from knotwork.planning.timing.budget import Budget
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.motion_segments import find_clear_motions, motion_segments
+from knotwork.task.scenario.motion_segments import motion_segments, stored_clear_motions
 from knotwork.task.scenario.scenario_joints import read_scenario_joints
 from knotwork.verification import check
 from knotwork.waypoints import JointWaypoints
@@ -35,13 +35,13 @@ class SequencePlanner:
 
     Args:
         scenario: The scenario.
-        planner: The planner to take instead of its own, or `None`.
+        requested_planner: The planner to take instead of its own, or `None`.
         budget: Budget and progress of all plans together.
-        requested: The scenario before times were chosen for its moving frames, if they were.
-        fixed_arrivals: Waypoints in moving frames, by name, whose times were chosen first.
+        requested: The scenario before any value was chosen.
 
     Attributes:
         scenario: The scenario, with the planner that is taken.
+        requested_planner, budget, requested: As given.
         joints: Its joints.
         options: Options of the planner, in SI.
         unsupported: Names of the scenario's options that the planner does not support.
@@ -53,19 +53,17 @@ class SequencePlanner:
     def __init__(
         self,
         scenario: Scenario,
-        planner: str | None,
+        requested_planner: str | None,
         budget: Budget,
-        requested: Scenario | None = None,
-        fixed_arrivals: tuple[str, ...] = (),
+        requested: Scenario,
     ) -> None:
-        self.planner = planner
+        self.requested_planner = requested_planner
         self.budget = budget
         self.requested = requested
-        self.fixed_arrivals = fixed_arrivals
         original = scenario.planner
-        with nullcontext() if planner else scenario.locations.errors_at("planner"):
-            get_planner(planner or original)
-        self.scenario = replace(scenario, planner=planner or original)
+        with nullcontext() if requested_planner else scenario.locations.errors_at("planner"):
+            get_planner(requested_planner or original)
+        self.scenario = replace(scenario, planner=requested_planner or original)
         self.joints = read_scenario_joints(self.scenario)
         self.options = planner_options(scenario, self.joints)
         self.unsupported: tuple[str, ...] = ()
@@ -76,9 +74,7 @@ class SequencePlanner:
 
     def with_scenario(self, scenario: Scenario) -> SequencePlanner:
         """The same for another scenario."""
-        return SequencePlanner(
-            scenario, self.planner, self.budget, self.requested, self.fixed_arrivals
-        )
+        return SequencePlanner(scenario, self.requested_planner, self.budget, self.requested)
 
     def solve(self, avoided: Sequence[SequenceStep] = ()) -> TaskSolution:
         """Find the best sequence of solutions that takes none of the steps to avoid."""
@@ -89,25 +85,23 @@ class SequencePlanner:
         return solve_task(self.scenario, self.joints, knots, avoided)
 
     def plan(self, solution: TaskSolution) -> Plan:
-        """Plan a sequence of solutions, and check the motion."""
-        free_values = self.scenario.free_values
-        if free_values is None and self.requested is None:
-            return self._interpolate(solution)
-        from knotwork.planning.choosing import ChosenValues, choose_values
-        from knotwork.planning.choosing.solved_scenario import SolvedScenario
+        """Plan a sequence of solutions, and check the motion.
 
-        requested, arrivals = self.requested or self.scenario, self.fixed_arrivals
-        if free_values is None:  # the times at moving frames were all
-            chosen_values = ChosenValues(
-                requested, self.scenario, solution, fixed_arrivals=arrivals
+        Free values are chosen first. They replace the times and velocities of the solution.
+        """
+        if self.requested.free_values is None:
+            return self._interpolate(solution)
+        from knotwork.planning.choosing import ChosenValues, SolvedScenario, choose_values
+
+        if self.scenario.free_values is None:  # the arrivals at moving frames were all
+            return self._interpolate(
+                solution, ChosenValues(self.requested, self.scenario, solution)
             )
-            return self._interpolate(solution, chosen_values)
-        solved = SolvedScenario(self.scenario, free_values, self.joints, solution)
-        chosen_values = choose_values(solved, self.budget)
-        chosen_values = replace(chosen_values, requested=requested, fixed_arrivals=arrivals)
+        solved = SolvedScenario(self.scenario, self.joints, solution)
+        chosen_values = replace(choose_values(solved, self.budget), requested=self.requested)
         self.budget.finish_all(chosen_values.duration)
-        # The scenario with numbers is solved again, for the joint velocities. Its keys `near` lead
-        # to the same sequence, so the alternatives are those of the scenario with free values.
+        # The keys `near` of the scenario with numbers lead to the same sequence of solutions. Its
+        # alternatives are those of the scenario with free values.
         timed = self.with_scenario(chosen_values.scenario)
         timed_solution = timed.solve()
         solution = replace(
@@ -123,8 +117,8 @@ class SequencePlanner:
         """Interpolate a sequence of solutions, and check the motion."""
         scenario, joints, waypoints = self.scenario, self.joints, solution.waypoints
         trajectory = self._trajectory(waypoints)
-        clear_motions = [*find_clear_motions(scenario)] if self.options.chosen else []
-        starts = {i for indices, _ in clear_motions for i in indices[:-1]}
+        clear_motions = [*stored_clear_motions(scenario)] if self.options.chosen else []
+        starts = {i for motion in clear_motions for i in motion.waypoints[:-1]}
         trajectory = replace(
             trajectory,
             events=tuple(event.event for event in scenario.events),
@@ -172,7 +166,7 @@ class SequencePlanner:
             elif isinstance(error, OptionError):
                 option = error.option
                 field = ("planner_options", option) if option == "accelerations" else (option,)
-            if self.planner and field == ("planner",):
+            if self.requested_planner and field == ("planner",):
                 error.locate(f"{self.scenario.name}: planner")
                 raise
             with self.scenario.locations.errors_at(*field):

@@ -70,11 +70,12 @@ class JointTree:
 
     @cached_property
     def _steps(self) -> FloatArray:
-        """Each joint's frame at position 0 in its parent's: columns x, y, z and origin."""
+        """Each joint's frame at position 0 in its parent's: rows x, y, z, origin; homogeneous."""
         to_aligned = self.alignment[list(self.parent)].transpose(0, 2, 1)
-        axes = to_aligned @ self.rotation @ self.alignment
-        origin = to_aligned @ self.translation[:, :, None]
-        return np.concatenate([axes, origin], axis=2).transpose(0, 2, 1)
+        steps = np.tile(np.eye(4), (len(self.parent), 1, 1))
+        steps[:, :3, :3] = (to_aligned @ self.rotation @ self.alignment).transpose(0, 2, 1)
+        steps[:, 3, :3] = (to_aligned @ self.translation[:, :, None])[..., 0]
+        return steps
 
     def frames(self, q: FloatArray, root: Any = None) -> FloatArray:
         """Compute frames on the axes of all joints, with z along them: a product of exponentials.
@@ -96,10 +97,10 @@ class JointTree:
         frames = np.empty((len(self.parent), 4, 3, q.shape[1]))
         frames[0, :3] = root.rotation.T[:, :, None]
         frames[0, 3] = root.translation[:, None]
+        flat = frames.reshape(len(frames), 4, -1)
         for i in range(1, len(self.parent)):
-            frame, parent, j = frames[i], frames[self.parent[i]], self.column[i]
-            np.matmul(self._steps[i], parent[:3].reshape(3, -1), out=frame.reshape(4, -1))
-            frame[3] += parent[3]
+            frame, j = frames[i], self.column[i]
+            np.matmul(self._steps[i], flat[self.parent[i]], out=flat[i])
             if self.length_per_unit[i]:
                 frame[3] += self.length_per_unit[i] * q[j] * frame[2]
             if self.angle_per_unit[i]:  # x and y turn about z

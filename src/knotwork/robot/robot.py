@@ -29,9 +29,9 @@ class Robot(ChainModel):
 
     A joint position is one number, for unbounded joints as well. All poses are of the TCP in the
     base frame. All arrays over joints have shape (d,) and are read-only. Arguments q are joint
-    positions [rad or m], v velocities [rad/s or m/s] and a accelerations [rad/s² or m/s²]. An
-    `ArrayError` refuses values that are not finite and wrong shapes, and a `RobotError`
-    kinematics without a tool frame. Threads may share a robot.
+    positions [rad or m], v velocities [rad/s or m/s] and a accelerations [rad/s² or m/s²]. Wrong
+    shapes, and values that are not finite, raise an `ArrayError`. Kinematics without a tool frame
+    raises a `RobotError`. Threads may share a robot.
 
     Attributes:
         name, description: Name and description of the robot.
@@ -233,6 +233,8 @@ class Robot(ChainModel):
             for kind, table in {"position": position, **magnitudes}.items()
             if table is not None and (not isinstance(table, Mapping) or table)
         }
+        if not given:
+            return self
         description = self._description
         tables = list_limits(validate(JointLimitFields, Document(given)), description.urdf)
         for kind, table in given.items():
@@ -244,6 +246,8 @@ class Robot(ChainModel):
 
     def with_limits_scaled(self, fraction: float) -> Robot:
         """Use only a fraction of every limit, except those of position."""
+        if fraction == self._description.used_fraction:
+            return self
         return Robot(replace(self._description, used_fraction=fraction))
 
     def with_tool(

@@ -33,7 +33,9 @@ from knotwork.robot.urdf_rules import (
 _WIDE_LIMIT = "1e9"
 """Limit of unbounded joints while the URDF is parsed; arrays have infinity instead."""
 MAX_URDF_BYTES = 32_000_000
+"""Maximum size of a file."""
 MAX_URDF_ELEMENTS = 100_000
+"""Maximum number of elements of a file."""
 _OTHER_FORMATS = {"sdf": "SDF", "mujoco": "MJCF (MuJoCo)", "COLLADA": "COLLADA"}
 """Other XML formats of robots, by their root element."""
 
@@ -79,14 +81,14 @@ class Urdf(NamedTuple):
         return frozenset(map(frozenset, self.parents.items()))
 
 
-def read_urdf(path: Path, robot_name: str, axes: Axes = (), seen_from: str = "") -> Urdf:
+def read_urdf(path: Path, robot_name: str, axes: Axes = (), new_root: str = "") -> Urdf:
     """Read a URDF file. The result is cached by the file's text, so it must not be changed.
 
     Args:
         path: The file.
         robot_name: Name of the robot, for errors.
         axes: External axes; paths of their URDFs are absolute.
-        seen_from: New root link; by default the root of the file.
+        new_root: New root link; by default the root of the file.
 
     Raises:
         DocumentError: The file can't be read.
@@ -95,7 +97,7 @@ def read_urdf(path: Path, robot_name: str, axes: Axes = (), seen_from: str = "")
     """
     paths = (path, *(Path(file.urdf) for _, file in axes if file.urdf is not None))
     texts = tuple(read_text(file, max_bytes=MAX_URDF_BYTES) for file in paths)
-    return _parse(texts, path, robot_name, axes, seen_from)
+    return _parse(texts, path, robot_name, axes, new_root)
 
 
 @lru_cache(maxsize=16)
@@ -109,7 +111,7 @@ def parse_root(text: str) -> Any:
 
 
 @lru_cache(maxsize=32)
-def _parse(texts: tuple[str, ...], path: Path, robot_name: str, axes: Axes, seen_from: str) -> Urdf:
+def _parse(texts: tuple[str, ...], path: Path, robot_name: str, axes: Axes, new_root: str) -> Urdf:
     root, base = _parse_tree(texts[0], path, robot_name)
     elements = {kind: elements_by_name(root, kind) for kind in ("link", "joint")}
     files = [UrdfFile(path, tuple((link, link) for link in elements["link"]))]
@@ -128,9 +130,9 @@ def _parse(texts: tuple[str, ...], path: Path, robot_name: str, axes: Axes, seen
         read_link(element, "child"): read_link(element, "parent")
         for element in child_elements(root, "joint")
     }
-    if seen_from:
-        invert_to_root(root, seen_from)
-        base = seen_from
+    if new_root:
+        invert_to_root(root, new_root)
+        base = new_root
     joints = elements_by_name(root, "joint")
     types = {name: element.getAttribute("type") for name, element in joints.items()}
     for name, kind in types.items():

@@ -23,7 +23,7 @@ DISTANCE_ERROR = 1e-6
 120 000 random pairs, plus the rounding of corners and placements."""
 
 SURFACE_TOLERANCE = 1e-7
-"""Points within this distance of a mesh [m] are on it."""
+"""Distance within which points are on a mesh [m]."""
 
 
 def _settle_boxes() -> None:
@@ -126,7 +126,7 @@ class DistanceMeter:
     ) -> tuple[float, FloatArray]:
         """As `distance`, with the unit vector from the second solid to the first, shape (3,)."""
         distance = self.distance(first, second, max_distance)
-        return distance, -np.array(self._result.normal)
+        return distance, -self._result.normal
 
     def nearest(self, first: Placed, second: Placed) -> Nearest:
         """Nearest points of two solids; arguments as for `distance`."""

@@ -49,12 +49,13 @@ class SolidPairs:
         self.presence = model.presence
         corners = np.array([solid.corners for solid in self.solids])
         corners[~np.isfinite(corners)] = 0.0  # half spaces are fixed
-        self._corners = corners.swapaxes(1, 2)
         self._rotation = np.array([solid.rotation for solid in self.solids])
         self._origin = np.array([solid.translation for solid in self.solids])
+        # corners, middle and half the edges of each box, in the solid's own axes
+        corners = (corners - self._origin[:, None]) @ self._rotation
+        self._corners = corners.swapaxes(1, 2)
         self._middle = (corners[:, 0] + corners[:, -1]) / 2
-        # half the edges of the box, in the solid's own axes
-        self._half_edges = np.einsum("sij,si->sj", self._rotation, corners[:, -1] - self._middle)
+        self._half_edges = corners[:, -1] - self._middle
         self._planes = [
             (np.flatnonzero(self.first == s), solid.plane)
             for s, solid in enumerate(self.solids)
@@ -77,11 +78,10 @@ class SolidPairs:
         """Corners of boxes around the solids [m], shape (k, s, 3, 8).
 
         Args:
-            rotation: Rotations of all joints, shape (k, n + 1, 3, 3).
-            origin: Origins of all joints [m], shape (k, n + 1, 3).
+            rotation: Rotations of the solids' own axes, shape (k, s, 3, 3).
+            origin: Their origins [m], shape (k, s, 3).
         """
-        corners = rotation[:, self.joint] @ self._corners
-        return np.asarray(corners + origin[:, self.joint, :, None])
+        return np.asarray(rotation @ self._corners + origin[:, :, :, None])
 
     def min_distances(
         self, item: IndexArray, pair: IndexArray, rotation: FloatArray, origin: FloatArray
@@ -93,14 +93,13 @@ class SolidPairs:
         Args:
             item: Indices of the k placements, shape (m,).
             pair: Indices of the pairs of solids, shape (m,).
-            rotation: Rotations of all joints, shape (k, n + 1, 3, 3).
-            origin: Origins of all joints [m], shape (k, n + 1, 3).
+            rotation: Rotations of the solids' own axes, shape (k, s, 3, 3).
+            origin: Their origins [m], shape (k, s, 3).
         """
         first, second = self.first[pair], self.second[pair]
-        carrier = rotation[:, self.joint]
-        middle = (carrier @ self._middle[:, :, None])[..., 0] + origin[:, self.joint]
+        middle = (rotation @ self._middle[:, :, None])[..., 0] + origin
         # axis; component; pair: contiguous memory access
-        axes, middle = (carrier @ self._rotation).reshape(-1, 3, 3).T, middle.reshape(-1, 3).T
+        axes, middle = rotation.reshape(-1, 3, 3).T, middle.reshape(-1, 3).T
         at_first, at_second = (len(self.solids) * item + solid for solid in (first, second))
         a, b = axes.take(at_first, 2), axes.take(at_second, 2)
         half_a, half_b = self._half_edges.T[:, first], self._half_edges.T[:, second]
@@ -171,9 +170,9 @@ class SolidPairs:
         self, pair: int, rotation: FloatArray, origin: FloatArray
     ) -> tuple[Placed, Placed]:
         """Place the two solids of a pair; arguments as in `measure`."""
-        ends = int(self.first[pair]), int(self.second[pair])
-        first, second = (Placed(self.solids[s], rotation[s], origin[s]) for s in ends)
-        return first, second
+        a, b = int(self.first[pair]), int(self.second[pair])
+        first = Placed(self.solids[a], rotation[a], origin[a])
+        return first, Placed(self.solids[b], rotation[b], origin[b])
 
     def min_gaps(self, q: FloatArray, time: float, max_gap: float = 0.0) -> FloatArray:
         """The minimum distance beyond the required margin at configurations [m], shape (m,).
@@ -198,10 +197,10 @@ class SolidPairs:
         low, high = self.presence[self.body_pair].T
         item, pair = np.nonzero((low <= time[:, None]) & (time[:, None] <= high))
         placed = self.model.joint_placements(np.asarray(q, dtype=float), time)
-
-        bounds = np.full((len(time), len(low)), np.inf)
-        bounds[item, pair] = self.min_distances(item, pair, *placed) - self.margin[pair]
         rotation, origin = self.placements(*placed)
+        bounds = np.full((len(time), len(low)), np.inf)
+        bounds[item, pair] = self.min_distances(item, pair, rotation, origin)
+        bounds -= self.margin
         for i, min_gaps in enumerate(bounds):
             result, nearest = max_gap, -1
             for c in np.argsort(min_gaps).tolist():

@@ -23,8 +23,8 @@ from knotwork.files.documents.values import (
 )
 from knotwork.task.task_part import TaskPart
 
-# Minimum duration of a wait. Shorter ones are indistinguishable from rounding of times.
 Wait = Annotated[Positive, Field(ge=1e-3)]
+"""Minimum duration of a wait. Shorter ones are indistinguishable from rounding of times."""
 
 
 def _check_value(value: Any) -> Any:

@@ -103,7 +103,8 @@ class _ShapeFields(Placement):
 
 class _Appearing(_ShapeFields):
     appears: Text | None = optional(
-        "Name of the waypoint at which it appears; left out: present from the start"
+        "Name of the waypoint at which it appears; left out: present from the start",
+        names_waypoint=True,
     )
 
 
@@ -174,8 +175,12 @@ def require_mass(part: Any) -> Any:
 class HeldObject(_Appearing):
     """An object carried by the tool; it is at rest before it is taken and after its release."""
 
-    taken_at: Text = required("Name of the waypoint where the tool takes the object", key="from")
-    released_at: Text = required("Name of the waypoint where the tool releases it", key="to")
+    taken_at: Text = required(
+        "Name of the waypoint where the tool takes the object", key="from", names_waypoint=True
+    )
+    released_at: Text = required(
+        "Name of the waypoint where the tool releases it", key="to", names_waypoint=True
+    )
     allow: Items[Text] = optional(
         "Bodies that it may touch: objects of the scene that it is taken from or put on, "
         "links. The tool may touch it in any case",

@@ -15,8 +15,8 @@ from knotwork.files.documents.values import unit_of
 from knotwork.task.task import Task, TaskUnits
 from knotwork.task.task_part import PartT, TaskPart
 
-# Keeps length of length/s², and all of angle/s or length/s, which depends on the joint.
 _KIND = re.compile(r"/s²?$")
+"""Keeps length of length/s², and all of angle/s or length/s, which depends on the joint."""
 
 
 def unit_at(data: Any, location: Location, joints: Mapping[str, str] | None = None) -> str:

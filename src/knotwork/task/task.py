@@ -154,6 +154,7 @@ class Task(TaskPart):
         "Configuration at time 0, at rest, before the waypoints: a configuration by "
         "name, or every joint",
         unit="angle or length",
+        defines_motion=True,
     )
     near: JointsOrName | None = optional(
         "Reference configuration; at every waypoint the IK solution nearest to it is taken, with "
@@ -161,6 +162,7 @@ class Task(TaskPart):
         "start, else from home",
         unit="angle or length",
         needs_robot=True,
+        defines_motion=True,
     )
     branch: Annotated[
         Literal["free", "keep", "fixed"] | Branch,
@@ -171,6 +173,7 @@ class Task(TaskPart):
         "joints; others have near",
         "free",
         needs_robot=True,
+        defines_motion=True,
     )
     prefer: Annotated[
         Literal["travel", "clearance"] | dict[Text, Positive],
@@ -182,6 +185,7 @@ class Task(TaskPart):
         "redundant arm: {rail: 0.2} lets the rail follow and the arm keep its posture",
         "travel",
         needs_robot=True,
+        defines_motion=True,
     )
     pull_to_middle: NotNegative = optional(
         "Rate at which self-motion pulls joints towards the middle of their range; for arms of "
@@ -190,8 +194,11 @@ class Task(TaskPart):
         0.0,
         unit="1/s",
         needs_robot=True,
+        defines_motion=True,
     )
-    planner: Text = optional("A planner's name; `knotwork planners` lists them", "modified-hermite")
+    planner: Text = optional(
+        "A planner's name; `knotwork planners` lists them", "modified-hermite", defines_motion=True
+    )
     knots: Annotated[
         Literal["paper", "balanced", "optimal"] | Balanced | Items[Number],
         Forms("paper, balanced, optimal, {balanced: c} or a list of knot times"),
@@ -201,16 +208,18 @@ class Task(TaskPart):
         "the limits; left out where some times are free: optimal",
         "paper",
         unit="s",
+        defines_motion=True,
     )
     times: Literal["fastest"] | None = optional(
-        "fastest: equal to after: fastest at every waypoint without a time"
+        "fastest: the default of after, for waypoints without a time", defines_motion=True
     )
     ways: Way | None = optional(
-        "way of every waypoint that does not end a tool path", needs_robot=True
+        "Default of way, for waypoints that end no tool path", needs_robot=True, defines_motion=True
     )
     duration: Positive | None = optional(
         "Total duration, where times are free; the smoothest motion of that duration is planned",
         unit="s",
+        defines_motion=True,
     )
     objective: (
         Annotated[
@@ -221,18 +230,24 @@ class Task(TaskPart):
     ) = optional(
         "Objective minimised where times or knots are chosen: the duration, or the "
         "integral of jerk, effort or acceleration squared; "
-        "left out: the duration, or jerk where that is given"
+        "left out: the duration, or jerk where that is given",
+        defines_motion=True,
     )
     chosen: NonEmpty[ChosenSectionFields] | None = optional(
         "Knots and accelerations of sections with chosen times, as `knotwork plan "
-        "--freeze` writes them"
+        "--freeze` writes them",
+        defines_motion=True,
     )
     end_acceleration: (
         Annotated[Literal["zero"] | EndAcceleration, Forms("zero or a mapping with start and end")]
         | None
-    ) = optional("Joint accelerations at the two ends; left out: chosen by the planner")
+    ) = optional(
+        "Joint accelerations at the two ends; left out: chosen by the planner", defines_motion=True
+    )
     planner_options: PlannerOptionFields = optional(
-        "Further options of some planners", PlannerOptionFields.model_construct()
+        "Further options of some planners",
+        PlannerOptionFields.model_construct(),
+        defines_motion=True,
     )
     limits: Limits = optional(
         "Limits that replace those of the robot, or limit the motion of tool and links",
@@ -242,10 +257,13 @@ class Task(TaskPart):
     continuity: Literal[0, 1, 2] = optional(
         "Continuity required by the check: 2 means no jump of acceleration", 2
     )
-    path: PathOptions = optional("Options of tool paths", PathOptions.model_construct())
+    path: PathOptions = optional(
+        "Options of tool paths", PathOptions.model_construct(), defines_motion=True
+    )
     rate: Positive = optional("Samples per second in samples.csv", 100.0, unit="Hz")
     waypoints: NonEmpty[TaskItem] = required(
-        "At least two in order of time, or one after a start; some may be repeated"
+        "At least two in order of time, or one after a start; some may be repeated",
+        defines_motion=True,
     )
 
     @classmethod

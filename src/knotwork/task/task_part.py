@@ -14,8 +14,8 @@ from knotwork.files.documents import Document, StrictModel, validate
 if TYPE_CHECKING:
     from typing_extensions import Self
 
-# Maximum depth of a task. Deeper values are left unchanged here, and refused later.
 _DEEPEST = 8
+"""Maximum depth of a task. Deeper values are left unchanged here, and refused later."""
 
 
 class TaskPart(StrictModel):

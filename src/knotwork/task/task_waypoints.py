@@ -32,18 +32,23 @@ class _Waypoint(TaskPart):
     name: Text | None = optional("Unique name, for messages and reports; left out: its number")
     time: Number | None = optional("Time since the start", unit="s")
     after: After | None = optional(
-        "Time since the previous waypoint; fastest: the minimum that the limits allow", unit="s"
+        "Time since the previous waypoint; fastest: the minimum that the limits allow",
+        unit="s",
+        defines_motion=True,
     )
     way: Way | None = optional(
         "clear: a collision-free motion from the previous waypoint; "
         "without a time, the fastest one found",
         needs_robot=True,
+        defines_motion=True,
     )
-    stop: Literal[True] | None = optional("Stop at this waypoint")
+    stop: Literal[True] | None = optional("Stop at this waypoint", defines_motion=True)
     wait: Wait | None = optional(
-        "Stop at this waypoint with this dwell time, at least 1 ms", unit="s"
+        "Stop at this waypoint with this dwell time, at least 1 ms", unit="s", defines_motion=True
     )
-    do: Actions | None = optional("Signals switched here or nearby, and waits, in this order")
+    do: Actions | None = optional(
+        "Signals switched here or nearby, and waits, in this order", defines_motion=True
+    )
 
     @property
     def actions(self) -> tuple[Action, ...]:

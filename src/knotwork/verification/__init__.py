@@ -8,4 +8,9 @@ _load, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 
 def __getattr__(name: str) -> Any:
-    return _load("effort_bound" if name == "torque_bound" else name)  # its old name
+    if name != "torque_bound":
+        return _load(name)
+    from knotwork.errors.old_names import warn_of_old_name
+
+    warn_of_old_name(f"knotwork.verification.{name}", "effort_bound")
+    return _load("effort_bound")

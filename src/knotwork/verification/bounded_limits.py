@@ -17,10 +17,10 @@ from knotwork.verification.limits import (
     SMALLEST_SINGULAR_VALUE,
     TOOL_ORDERS,
     LimitedValue,
-    add_slack,
     explain_excess,
     joint_finding,
     limit_finding,
+    limit_slack,
     lower_order_jumps,
 )
 from knotwork.verification.motion import Motion
@@ -50,7 +50,8 @@ def check_tool_limits(motion: Motion, scenario: Scenario, joints: ScenarioJoints
             continue
         order = TOOL_ORDERS[quantity]
         compute_bound = tool_speed_bound if order == 1 else tool_acceleration_bound
-        bound = compute_bound(robot, motion.trajectory, frame=link, limit=float(add_slack(limit)))
+        allowed = limit + limit_slack(limit)
+        bound = compute_bound(robot, motion.trajectory, frame=link, limit=allowed)
         worst = LimitedValue.from_bound(bound, limit)
         jumps = lower_order_jumps(motion.curve, 2) if order == 2 else {}
         if jumps:
@@ -69,6 +70,7 @@ def check_singularity(motion: Motion, scenario: Scenario, joints: ScenarioJoints
     from knotwork.verification.bounds import singular_value_bound
 
     limit = scenario.motion_limits.singular_value
+    # relative to any limit, so that the allowed value stays positive
     allowed = None if limit is None else limit * (1.0 - LIMIT_SLACK)
     bound = singular_value_bound(joints.robot, motion.trajectory, limit=allowed)
     worst = LimitedValue.from_bound(bound, math.inf if limit is None else limit, -1.0)
@@ -99,7 +101,7 @@ def check_effort_limits(motion: Motion, scenario: Scenario, joints: ScenarioJoin
     limits = joints.limits.effort
     jumps = lower_order_jumps(motion.curve, 2)  # a jump of one joint is an impulse on all joints
     parts = [
-        effort_bound(robot, part, limit=add_slack(limits))
+        effort_bound(robot, part, limit=limits + limit_slack(limits))
         for robot, part in joints.loaded_robots.parts(motion.trajectory)
     ]
     for i, bounds in enumerate(zip(*parts, strict=True)):

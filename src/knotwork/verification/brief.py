@@ -22,7 +22,7 @@ BRIEF_INDENT = "  "
 """Indentation of the rows of a short report."""
 _NO_BREAK = "\N{NO-BREAK SPACE}"
 _SPACE_BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:%|mm|m|s|deg|rad|N)(?![\w'-]))|(?<=\d N) (?=m\b)")
-"""A number and its unit are on one line."""
+"""The space between a number and its unit, at which lines must not break."""
 
 
 def group_lines(
@@ -231,7 +231,7 @@ def group_alike(findings: Sequence[Finding]) -> list[list[Finding]]:
 
 
 def representatives(findings: Sequence[Finding]) -> list[Finding]:
-    """Findings that represent a group in which no utilisation is defined.
+    """Select the findings to print for a group without utilisations.
 
     If limits are zero, it is the finding nearest its limit. Without limits, it is the largest value
     of each quantity. Otherwise there is none.

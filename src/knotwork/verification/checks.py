@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.scenario_joints import ScenarioJoints
@@ -28,22 +29,36 @@ from knotwork.verification.waypoint_checks import (
     check_time_span,
     check_tool_at_waypoints,
     check_waits,
-    report_no_start,
+    report_missing_approach,
 )
 
 Check = Callable[[Motion, Scenario, ScenarioJoints], Iterable[Finding]]
-"""Function from a motion, its scenario and the requirements on its joints to findings."""
+"""Function from a motion, its scenario and its joints to findings."""
+
+
+@dataclass(frozen=True)
+class OfWaypoints:
+    """A check that is left out where a motion is checked without its task."""
+
+    check: Check
+
+    def __call__(
+        self, motion: Motion, scenario: Scenario, joints: ScenarioJoints
+    ) -> Iterable[Finding]:
+        """The findings of the check."""
+        return self.check(motion, scenario, joints)
+
 
 CHECKS: dict[str, Check] = {
-    "time_span": check_time_span,
-    "tool_at_waypoints": check_tool_at_waypoints,
-    "joints_at_waypoints": check_joints_at_waypoints,
+    "time_span": OfWaypoints(check_time_span),
+    "tool_at_waypoints": OfWaypoints(check_tool_at_waypoints),
+    "joints_at_waypoints": OfWaypoints(check_joints_at_waypoints),
     "tool_paths": check_tool_paths,
     "curve_between_points": check_curve_between_points,
     "freedoms": report_freedoms,
     "waits": check_waits,
     "events": check_events,
-    "segments": report_segments,
+    "segments": OfWaypoints(report_segments),
     "cycles": report_cycles,
     "joint_limits": check_joint_limits,
     "effort_limits": check_effort_limits,
@@ -54,18 +69,13 @@ CHECKS: dict[str, Check] = {
     "acceleration_spike": check_acceleration_spike,
     "resolution": check_resolution,
     "singularity": check_singularity,
-    "no_start": report_no_start,
+    "no_start": OfWaypoints(report_missing_approach),
 }
 """Checks by name, in the order of the report. The name only adds, replaces or leaves out a check.
 
 `CHECKS["name"] = function` adds one. Its findings are in the report, in pages and tables and in
 the exit code like all others.
 """
-
-CHECKS_OF_WAYPOINTS = (
-    "time_span", "tool_at_waypoints", "joints_at_waypoints", "segments", "no_start"
-)  # fmt: skip
-"""Checks whose findings mean nothing without the waypoints of a task."""
 
 _SHIPPED = dict(CHECKS)
 

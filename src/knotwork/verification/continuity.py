@@ -12,7 +12,7 @@ from knotwork.verification.finding import Findings, Group, Topic
 from knotwork.verification.motion import Motion
 
 JUMP_ORDERS = 3
-"""Jumps of position, velocity and acceleration are measured: derivatives below this order."""
+"""Order below which jumps of derivatives are measured: of position, velocity and acceleration."""
 
 ROUNDING_QUANTITIES = tuple(f"{quantity}_rounding" for quantity in MOTION_QUANTITIES[:JUMP_ORDERS])
 """Quantities of findings on rounding errors."""

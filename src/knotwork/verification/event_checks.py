@@ -14,8 +14,7 @@ from knotwork.task.scenario.repetitions import repetition_starts
 from knotwork.task.scenario.scenario import RequestedEvent
 from knotwork.task.scenario.scenario_joints import ScenarioJoints
 from knotwork.verification.finding import Finding, Findings, Group, Topic, Verdict
-from knotwork.verification.motion import Motion
-from knotwork.verification.waypoint_checks import TIME_ROUNDING
+from knotwork.verification.motion import Motion, time_slack
 
 MAX_NAMED_EVENTS = 4
 """Maximum number of events named in a short report."""
@@ -29,11 +28,11 @@ def check_events(motion: Motion, scenario: Scenario, joints: ScenarioJoints) -> 
     highlight = ", ".join(shown) + (f" and {remaining} more" if remaining else "")
     for request in scenario.events:
         event = request.event
-        slack = _time_slack(event)
+        slack = time_slack(event.time)
         inside = motion.start_time - slack <= event.time <= motion.end_time + slack
         fact = f"{event.text} at {event.time:.3f} s: {_location_text(request, scenario)}"
         if not inside:
-            fact += f", but the motion is from {motion.start_time:.3f} to {motion.end_time:.3f} s"
+            fact += f", but the motion runs from {motion.start_time:.3f} to {motion.end_time:.3f} s"
         yield _event_finding(
             event, "information" if inside else "failed", fact, highlight=highlight
         )
@@ -52,11 +51,6 @@ def check_events(motion: Motion, scenario: Scenario, joints: ScenarioJoints) -> 
     yield from _repeated_or_left_on(requested)
 
 
-def _time_slack(event: Event) -> float:
-    """Difference from the time of an event that rounding explains [s]."""
-    return TIME_ROUNDING * max(1.0, event.time)
-
-
 def _event_finding(
     event: Event, verdict: Verdict, fact: str, *, group: str = Group.EVENTS, highlight: str = ""
 ) -> Finding:
@@ -71,7 +65,7 @@ def _repeated_or_left_on(requested: Sequence[Event]) -> Findings:
     for event in requested:
         before = last.get(event.signal)
         if isinstance(event.value, bool) and before is not None and before.value is event.value:
-            faults.append((event, f"it has this value since {before.time:.3f} s"))
+            faults.append((event, f"it has had this value since {before.time:.3f} s"))
         last[event.signal] = event
     faults += [
         (event, "the motion ends with it on") for event in last.values() if event.value is True
@@ -84,7 +78,7 @@ def _repeated_or_left_on(requested: Sequence[Event]) -> Findings:
 def _missing_from(events: Sequence[Event], candidates: Sequence[Event], fault: str) -> Findings:
     """Report a failure for each candidate that is not among the events."""
     for event in candidates:
-        slack = _time_slack(event)
+        slack = time_slack(event.time)
         near = (other for other in events if abs(other.time - event.time) <= slack)
         if not any(replace(other, time=event.time) == event for other in near):
             yield _event_finding(event, "failed", f"{event.text} at {event.time:.3f} s: {fault}")

@@ -22,9 +22,9 @@ Proof = Literal["exact", "bounded", "sampled"]
 class Group:
     """Headings of a report, under which its findings are grouped.
 
-    Chosen times are those of a task in which a time was free; it is a chosen motion if only
-    velocities, knots or solutions were. Feasibility is that of every motion through the joint
-    waypoints.
+    `CHOSEN_TIMES` is for tasks that leave a time free, `CHOSEN_MOTION` for those that leave only
+    velocities, knots or solutions free. Findings of `FEASIBILITY` hold for every motion through the
+    joint waypoints.
     """
 
     AGAINST_PLAN = "Against the plan"
@@ -58,7 +58,7 @@ PASSING_VERDICTS: tuple[Verdict, ...] = ("met", "undecided", "warning", "informa
 TRIED = "tried"
 """Quantity of findings on remedies that planning has tried in vain."""
 NOT_IN_DATA = ("involves_scene", "bodies", "highlight", "fact", "short_fact", "remedy")
-"""Fields for other outputs than JSON, or contained in name and message."""
+"""Fields that JSON lacks: they are for other outputs, or contained in name and message."""
 
 
 @dataclass(frozen=True)
@@ -215,7 +215,7 @@ class Finding:
 
     @property
     def form(self) -> str:
-        """Form of requested and achieved, if their unit is not that of the value."""
+        """Components of requested and achieved, if these are not in the unit of the value."""
         return "x, y, z, w" if self.requested and self.quantity == "orientation" else ""
 
     def to_dict(self) -> dict[str, Any]:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 PATH_TIMES = 400
 """Number of times at which each path is sampled."""
 UNUSED = 1e-6
-"""Angles and distances below this size count as zero [rad or m]."""
+"""Size below which angles and distances count as zero [rad or m]."""
 
 
 class FreedomUse(NamedTuple):
@@ -134,31 +134,30 @@ def report_freedoms(motion: Motion, scenario: Scenario, joints: ScenarioJoints) 
         (_, unit), values = max(use.values.items(), key=lambda item: float(np.ptp(item[1])))
         size = np.ptp(values) if use.subject == "path" else np.abs(values).max()
         topic = Topic(Group.FREEDOM, use.subject, use.name)
-        yield _sampled_finding(topic, "free_range", text, float(size), unit, use.time)
+        fact = f"{use.name}: {text}"
+        yield _sampled_finding(topic, "free_range", fact, float(size), unit, use.time)
     yield from _external_axis_findings(motion, scenario, robot)
 
 
 def _external_axis_findings(motion: Motion, scenario: Scenario, robot: Robot) -> Findings:
-    """Report how far external axes move along each path."""
+    """Report how far each external axis moves along each path."""
     axes = [i for i, name in enumerate(robot.joint_names) if name in robot.external_axes]
     for path in scenario.paths:
         times = _path_times(path)
         if not axes or not _covers(motion, times):
             continue
         moved = np.abs(np.diff(motion.curve(times), axis=0)).sum(axis=0).tolist()
-        text = ", ".join(
-            f"{robot.joint_names[i]} {_size_text(moved[i], robot.joint_units[i], scenario.units)}"
-            for i in axes
-        )
-        topic = Topic(Group.FREEDOM, "path", _path_name(path, scenario))
-        unit = robot.joint_units[axes[0]]
-        yield _sampled_finding(topic, "external_axes", text, moved[axes[0]], unit, times)
+        for i in axes:
+            name, unit = robot.joint_names[i], robot.joint_units[i]
+            size = _size_text(moved[i], unit, scenario.units)
+            fact = f"{_path_name(path, scenario)}: {name} {size}"
+            topic = Topic(Group.FREEDOM, "joint", name)
+            yield _sampled_finding(topic, "external_axes", fact, moved[i], unit, times)
 
 
 def _sampled_finding(
-    topic: Topic, quantity: str, text: str, value: float, unit: str, time: FloatArray
+    topic: Topic, quantity: str, fact: str, value: float, unit: str, time: FloatArray
 ) -> Finding:
-    fact = f"{topic.name}: {text}"
     interval = (float(time[0]), float(time[-1]))
     finding = topic.finding(quantity, fact, value=value, unit=unit, interval=interval)
     return replace(finding, proof="sampled", highlight=fact)

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.jumps import measure_jumps
 from knotwork.joint_quantities import JOINT_QUANTITIES, MAGNITUDES, MOTION_QUANTITIES, rate_unit
@@ -49,7 +48,7 @@ def check_joint_limits(motion: Motion, scenario: Scenario, joints: ScenarioJoint
 
 
 def explain_excess(finding: Finding, order: int, scenario: Scenario) -> Finding:
-    """State where a limit is exceeded most, and how many times the duration would keep it.
+    """State where a limit is exceeded most, and which multiple of the duration would keep it.
 
     In k times the duration, a derivative of order n decreases by the factor kⁿ. There is no remedy
     for positions and jumps, where slowing does not help. A finding without a failure is unchanged.
@@ -152,15 +151,14 @@ class LimitedValue(NamedTuple):
         return numbers | {"limit": None}
 
 
-def add_slack(limit: ArrayLike) -> FloatArray:
-    """Increase limits by their rounding tolerance."""
-    limits = np.asarray(limit, dtype=float)
-    return np.asarray(limits + LIMIT_SLACK * np.maximum(1.0, np.abs(limits)))
+def limit_slack(limit: ArrayLike) -> Any:
+    """Rounding tolerance of limits, in their unit."""
+    return LIMIT_SLACK * np.maximum(1.0, np.abs(limit))
 
 
 def keeps_limit(margin: float, limit: float) -> bool:
     """Whether a limit is kept, within rounding."""
-    return bool(margin >= -LIMIT_SLACK * max(1.0, abs(limit)))
+    return bool(margin >= -limit_slack(limit))
 
 
 def compare_text(worst: LimitedValue, unit: str, units: Units) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors.plain_text import waypoint_text
@@ -9,9 +11,13 @@ from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.scenario_joints import ScenarioJoints
 
 AT_WAYPOINT = 1e-6
-"""A time within this distance of a waypoint's [s] is at the waypoint."""
+"""Difference of times within which a time is at a waypoint [s]."""
 
 OUTSIDE = "outside the waypoints"
+TIME_ROUNDING = 1e-9
+"""Relative rounding tolerance of times."""
+MAX_TIME_SLACK = 1e-6
+"""Maximum rounding tolerance of times [s], unless their floating-point resolution is coarser."""
 
 
 class Motion:
@@ -42,6 +48,12 @@ class Motion:
     def end_time(self) -> float:
         """End time [s]."""
         return float(self.curve.x[-1])
+
+
+def time_slack(*times: float) -> float:
+    """Difference that rounding explains between one of these times and the same in a file [s]."""
+    largest = max(1.0, *map(abs, times))
+    return float(max(min(TIME_ROUNDING * largest, MAX_TIME_SLACK), 8.0 * np.spacing(largest)))
 
 
 def describe_time(scenario: Scenario, time: float) -> str:

@@ -32,7 +32,7 @@ CRITERION_UNITS = {
 LENGTH_DIGITS = 9
 """Decimals of lengths along a path in texts [m]."""
 POSE_TOLERANCE = 1e-9
-"""Poses are equal if they differ by less than this, relative to their numbers."""
+"""Difference below which poses are equal, relative to their numbers."""
 MAX_BULGE = 0.2
 """Maximum distance of a plausible curve from the line between two points, relative to the line.
 
@@ -285,7 +285,7 @@ def _angle_ranges_text(freedom: PoseFreedom, units: Units) -> str:
     )
 
 
-def _speed_range_text(errors: PathErrors, units: Units, form: str) -> str:
+def _speed_range_text(errors: PathErrors, units: Units, spec: str) -> str:
     """Text of the proved minimum and maximum speed where full speed is required."""
-    slowest = units.number(errors.slowest, "m/s", form)
-    return f"{slowest} to {units.text(errors.fastest, 'm/s', form)}"
+    slowest = units.number(errors.slowest, "m/s", spec)
+    return f"{slowest} to {units.text(errors.fastest, 'm/s', spec)}"

@@ -1,8 +1,8 @@
 """The check of a trajectory against its scenario.
 
-The check is independent of planning. From the trajectory and the scenario alone it recomputes the
-tool's pose and velocity at each waypoint, limits of joints, tool and links over all time, and
-continuity.
+The check is independent of planning: it needs only the trajectory and the scenario. It recomputes
+joints and tool at the waypoints, during waits and at events; the tool along its paths; the limits
+of joints, tool and links; collisions; and continuity.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ def check(
         )
     joints = joints if joints is not None else read_scenario_joints(scenario)
     motion = Motion(trajectory, joints)
-    faults = [Topic(Group.MOTION).finding("defect", message, "failed") for message in defects]
+    defect_findings = [Topic(Group.MOTION).finding("defect", text, "failed") for text in defects]
     checks = [check_of for name, check_of in CHECKS.items() if name not in without]
     by_check = (check_of(motion, scenario, joints) for check_of in checks)
     return Report(
@@ -92,7 +92,7 @@ def check(
         origin=trajectory.origin,
         start_time=trajectory.start_time,
         end_time=trajectory.end_time,
-        findings=(*faults, *known, *itertools.chain.from_iterable(by_check)),
+        findings=(*defect_findings, *known, *itertools.chain.from_iterable(by_check)),
         units=scenario.units,
     )
 
@@ -261,7 +261,7 @@ class Report:
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the report as plain data, ready for JSON."""
+        """Return the report as plain data, ready for JSON; `planner` is the origin."""
         return {
             "version": REPORT_VERSION,
             "ok": self.ok,

@@ -19,7 +19,7 @@ from knotwork.task.scenario.scenario_joints import ScenarioJoints
 from knotwork.units import Units
 from knotwork.verification.bounds.free_turn import turned_beyond
 from knotwork.verification.finding import Finding, Findings, Group, Topic, verdict_on
-from knotwork.verification.motion import Motion
+from knotwork.verification.motion import Motion, time_slack
 from knotwork.waypoints import CartesianWaypoint, PoseFreedom
 
 if TYPE_CHECKING:
@@ -27,14 +27,10 @@ if TYPE_CHECKING:
 
 REST_TOLERANCE = 1e-9
 """Tolerance of positions [rad or m] and velocities [rad/s or m/s] at the start."""
-TIME_ROUNDING = 1e-9
-"""Relative rounding tolerance of times."""
-MAX_TIME_SLACK = 1e-6
-"""Maximum rounding tolerance of times [s], unless their floating-point resolution is coarser."""
 
 
-class _Miss(NamedTuple):
-    """A value at a waypoint that differs from the requested one."""
+class _ComparedValue(NamedTuple):
+    """A requested and an achieved value at a waypoint, with the error."""
 
     quantity: str
     requested: FloatArray
@@ -60,7 +56,7 @@ class _Miss(NamedTuple):
 
 def check_time_span(motion: Motion, scenario: Scenario, joints: ScenarioJoints) -> Findings:
     """Check that the motion has the time span of its scenario."""
-    slack = _time_slack(motion)
+    slack = time_slack(motion.start_time, motion.end_time)
     first, last = scenario.waypoints[0].time, scenario.waypoints[-1].time
     same = abs(motion.start_time - first) <= slack and abs(motion.end_time - last) <= slack
     message = f"the trajectory runs from {motion.start_time:.12g} s to {motion.end_time:.12g} s"
@@ -69,8 +65,8 @@ def check_time_span(motion: Motion, scenario: Scenario, joints: ScenarioJoints) 
     yield Topic(Group.MOTION).finding("time_span", message, verdict_on(same))
 
 
-def report_no_start(motion: Motion, scenario: Scenario, joints: ScenarioJoints) -> Findings:
-    """Report that a motion without a start begins at its first waypoint, so has no approach."""
+def report_missing_approach(motion: Motion, scenario: Scenario, joints: ScenarioJoints) -> Findings:
+    """Report that a motion has no approach, because it begins at its first waypoint."""
     if joints.robot is None or scenario.task.start is not None:
         return
     home = joints.robot.configurations.get("home")
@@ -103,14 +99,14 @@ def check_joints_at_waypoints(
     for row, (i, time) in enumerate(passed.items()):
         waypoint = scenario.waypoints[i]
         for order, requested in _scenario_joints(waypoint, joints.targets[i], joints):
-            miss = _joint_miss(order, requested, achieved[order][row], joints)
-            yield miss.finding(_joint_topic(waypoint), time, scenario.units)
+            value = _compare_joints(order, requested, achieved[order][row], joints)
+            yield value.finding(_joint_topic(waypoint), time, scenario.units)
     if joints.end_acceleration is not None:
         ends = (scenario.waypoints[0], scenario.waypoints[-1])
         end_times = (motion.start_time, motion.end_time)
         for end, time, requested in zip(ends, end_times, joints.end_acceleration, strict=True):
-            miss = _joint_miss(2, requested, motion.curve(time, 2), joints)
-            yield miss.finding(_joint_topic(end), time, scenario.units)
+            value = _compare_joints(2, requested, motion.curve(time, 2), joints)
+            yield value.finding(_joint_topic(end), time, scenario.units)
 
 
 def _scenario_joints(
@@ -123,14 +119,10 @@ def _scenario_joints(
         yield 1, np.zeros(len(joints.joint_names))
 
 
-def _time_slack(motion: Motion) -> float:
-    largest = max(1.0, abs(motion.start_time), abs(motion.end_time))
-    return float(max(min(TIME_ROUNDING * largest, MAX_TIME_SLACK), 8.0 * np.spacing(largest)))
-
-
 def _passing_times(motion: Motion, scenario: Scenario) -> dict[int, float]:
     """Times [s] of the waypoints within the motion's time, by index."""
-    start, end, slack = motion.start_time, motion.end_time, _time_slack(motion)
+    start, end = motion.start_time, motion.end_time
+    slack = time_slack(start, end)
     return {
         i: min(max(waypoint.time, start), end)
         for i, waypoint in enumerate(scenario.waypoints)
@@ -175,15 +167,19 @@ def _tool_findings(
     reached = reached if quaternion @ reached >= 0 else -reached
     allowed = scenario.tolerances
     topic = Topic(Group.TOOL_AT_WAYPOINTS, "waypoint", waypoint.name)
-    for miss in (
-        _Miss("position", waypoint.position, pose.translation, offset, allowed.position, "m"),
-        _Miss("orientation", quaternion, reached, turn, allowed.orientation, "rad"),
-        _Miss(
+    for value in (
+        _ComparedValue(
+            "position", waypoint.position, pose.translation, offset, allowed.position, "m"
+        ),
+        _ComparedValue("orientation", quaternion, reached, turn, allowed.orientation, "rad"),
+        _ComparedValue(
             "linear_velocity", waypoint.linear, twist.linear, speed, allowed.linear_velocity, "m/s"
         ),
-        _Miss("angular_velocity", waypoint.angular, spin, rate, allowed.angular_velocity, "rad/s"),
+        _ComparedValue(
+            "angular_velocity", waypoint.angular, spin, rate, allowed.angular_velocity, "rad/s"
+        ),
     ):
-        yield miss.finding(topic, waypoint.time, scenario.units)
+        yield value.finding(topic, waypoint.time, scenario.units)
 
 
 def _excess_rotation(freedom: PoseFreedom, requested: FloatArray, reached: FloatArray) -> float:
@@ -201,17 +197,17 @@ def _joint_topic(waypoint: ScenarioWaypoint) -> Topic:
     return Topic(Group.JOINTS_AT_WAYPOINTS, "waypoint", waypoint.name)
 
 
-def _joint_miss(
+def _compare_joints(
     order: int, requested: FloatArray, achieved: FloatArray, joints: ScenarioJoints
-) -> _Miss:
-    """The joint values, with the largest error relative to its tolerance."""
+) -> _ComparedValue:
+    """Compare the values of all joints, by the largest error relative to its tolerance."""
     quantity = f"joint_{MOTION_QUANTITIES[order]}"
     tolerances = joints.tolerances[quantity]
     errors = np.abs(achieved - requested)
     worst = worst_joint(errors, tolerances)
     unit = rate_unit(joints.joint_units[worst], order)
     error, tolerance = float(errors[worst]), float(tolerances[worst])
-    return _Miss(quantity, requested, achieved, error, tolerance, unit)
+    return _ComparedValue(quantity, requested, achieved, error, tolerance, unit)
 
 
 def worst_joint(errors: FloatArray, tolerances: FloatArray) -> int:

@@ -40,7 +40,7 @@ def drawn_joints(tree: JointTree, names: Iterable[str], first: int = 1) -> list[
 
 @dataclass(frozen=True, eq=False)
 class BaseJoints:
-    """The m joints before those of a robot; none for a fixed base frame.
+    """The m joints between the world and the base frame of a robot; none if the base is fixed.
 
     Attributes:
         robot: The robot.

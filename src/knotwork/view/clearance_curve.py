@@ -15,9 +15,10 @@ from knotwork.verification.collisions import motion_model
 from knotwork.view.shown_motion import ShownMotion, nearest_around
 
 CLEARANCE_SAMPLES = 200
-# Interval, in samples, at which a pair is tested for motion, and the change of its distance below
-# which it is at rest [m].
 STEP_OF_TEST, AT_REST = 8, 1e-6
+"""Interval, in samples, at which a pair is tested for motion, and the change of its distance below
+which it is at rest [m].
+"""
 
 
 class ClearanceCurve(NamedTuple):
@@ -25,7 +26,7 @@ class ClearanceCurve(NamedTuple):
 
     Attributes:
         time: Times [s], shape (n,).
-        distance: Distance of the pair with the smallest margin [m], shape (n,); NaN without a pair.
+        distance: Distance of the pair with the smallest gap [m], shape (n,); NaN without a pair.
         pair: Index of that pair's name, -1 without a pair, shape (n,).
         names: Names of pairs.
     """
@@ -82,7 +83,7 @@ def clearance_curve(shown: ShownMotion) -> ClearanceCurve | None:
 def _nearest(
     model: CollisionModel, pairs: tuple[Pair, ...], q: FloatArray, time: FloatArray
 ) -> tuple[list[int], FloatArray]:
-    """Index of the pair nearest to its margin at each time, or -1, and its distance [m]."""
+    """Index of the pair with the smallest gap at each time, or -1, and its distance [m]."""
     if not pairs:
         return [-1] * len(time), np.full(len(time), np.nan)
     table = SolidPairs(replace(model, pairs=pairs))
@@ -92,7 +93,7 @@ def _nearest(
 
 
 def _stands_still(model: CollisionModel, pair: Pair, q: FloatArray, time: FloatArray) -> bool:
-    """Whether a pair keeps its margin at a constant distance."""
+    """Whether a pair keeps its required clearance at a constant distance."""
     sparse = slice(None, None, STEP_OF_TEST)
     _, distance = _nearest(model, (pair,), q[sparse], time[sparse])
     least, most = np.nanmin(distance), np.nanmax(distance)

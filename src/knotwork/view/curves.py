@@ -12,8 +12,8 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.critical_points import find_critical_points, horner
 from knotwork.curves.polynomial.jumps import measure_jumps
 
-# Number of points of a whole curve, and the minimum and maximum number of one piece.
 CURVE_POINTS, MIN_POINTS, MAX_POINTS = 3000, 12, 400
+"""Number of points of a whole curve, and the minimum and maximum number of one piece."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -38,12 +38,12 @@ NO_ROBOT = (
     "the scenario names no robot, so there is no arm to show: this report has only joint plots"
     "; name a robot in the scenario to see it move"
 )
-# Maximum number of rows with failures, and with the tightest other findings.
 MAX_ROWS = 6
-# Utilisation of a limit above which it is not printed in percent.
+"""Maximum number of rows with failures, and with the tightest other findings."""
 MAX_USE = 100.0
-# Words for verdicts on the page; others are printed as they are.
+"""Utilisation of a limit above which it is not printed in percent."""
 _VERDICTS = {"met": "ok", "failed": "FAIL", "information": "not required"}
+"""Words for verdicts on the page; others are printed as they are."""
 
 
 def report_page(plan: CheckedMotion) -> Page:

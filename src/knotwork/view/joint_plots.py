@@ -14,7 +14,7 @@ from knotwork.joint_quantities import MOTION_QUANTITIES, rate_unit
 from knotwork.task.scenario import Scenario
 from knotwork.units import Units
 from knotwork.verification import Finding
-from knotwork.verification.limits import LIMIT_SLACK
+from knotwork.verification.limits import limit_slack
 from knotwork.verification.report import AnyMotion
 from knotwork.view.curves import strokes
 from knotwork.view.panel import LimitLine, Panel
@@ -27,12 +27,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Numbers of marks above which knots are left out, and others are small, not to hide the curve.
 MAX_KNOT_TICKS, MAX_LARGE_MARKS = 400, 60
-# Maximum number of motions whose knots are drawn, each in its own row.
+"""Numbers of marks above which knots are left out, and other marks are small to show the curve."""
 MAX_KNOT_ROWS = 3
-# Maximum number of joints in a picture of several motions.
+"""Maximum number of motions whose knots are drawn, each in its own row."""
 MAX_COLUMNS = 8
+"""Maximum number of joints in a picture of several motions."""
 
 
 @dataclass(frozen=True)
@@ -188,7 +188,7 @@ def _draw_curve(panel: Panel, series: Series, count: int) -> None:
     finding = series.finding(quantity)
     if finding is not None and not finding.ok:
         lower, upper = (
-            factor * (bound + sign * LIMIT_SLACK * max(1.0, abs(bound)))
+            factor * (bound + sign * limit_slack(bound))
             for bound, sign in zip(motion.bounds(series.joint, quantity), (-1, 1), strict=True)
         )
         panel.mark("exceeded", name, *drawn.beyond(lower, upper))

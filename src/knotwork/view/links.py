@@ -21,10 +21,10 @@ from knotwork.view.primitive_meshes import rod, solid, sphere
 
 LINE_RADIUS = 0.012
 JOINT_COLOUR = (0.9, 0.45, 0.1, 1.0)
-# Maximum number of triangles of a robot.
 MAX_DRAWN_TRIANGLES = 3_000_000
-# Maximum size of all mesh files of a robot [bytes].
+"""Maximum number of triangles of a robot."""
 MAX_FILE_BYTES = 512_000_000
+"""Maximum size of all mesh files of a robot [bytes]."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,8 +12,8 @@ from knotwork.view.page import meshcat_viewer, scene_page, waiting_page
 from knotwork.view.page_server import Action, Answer, PageServer, Query
 from knotwork.view.scene_data import ROBOT_PARTS
 
-# Interval of writes that detect a closed browser [s].
 PULSE = 15.0
+"""Interval of writes that detect a closed browser [s]."""
 
 
 class LiveServer(PageServer):

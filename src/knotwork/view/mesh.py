@@ -13,10 +13,10 @@ from knotwork.arrays import FloatArray, IndexArray
 from knotwork.scene.meshes.mesh_part import Colour, MeshPart
 
 GREY: Colour = (0.75, 0.75, 0.75, 1.0)
-# Angle between faces below which they are shaded as one smooth surface [rad].
 CREASE = np.radians(35.0)
-# Decimals to which corners of faces [m] must agree to count as one point.
+"""Angle between faces below which they are shaded as one smooth surface [rad]."""
 MERGED_DIGITS = 7
+"""Decimals to which corners of faces [m] must agree to count as one point."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,16 +19,16 @@ if TYPE_CHECKING:
     from meshcat import Visualizer
 
 ROOT = "knotwork"
-# Frames per second of the animation; Meshcat interpolates between them.
 ANIMATION_RATE = 60.0
-# Vertical field of view [deg].
+"""Frames per second of the animation; Meshcat interpolates between them."""
 VIEW_ANGLE = 45.0
-# Size of the board's picture [in].
+"""Vertical field of view [deg]."""
 BOARD_WIDTH, BOARD_HEIGHT = 6.4, 3.2
-# Maximum number of lines for failures on the board.
+"""Size of the board's picture [in]."""
 MAX_BOARD_LINES = 5
-# Number of letters in a line of the board.
+"""Maximum number of lines for failures on the board."""
 LINE_LETTERS = 74
+"""Number of letters in a line of the board."""
 VERDICT_LOOKS = {True: ("passed", "#12803c"), False: ("FAILED", "#c01018"), None: ("", "black")}
 
 
@@ -53,7 +53,7 @@ def play_scene(scene: Mapping[str, Any], viewer: Any) -> None:
         for number, part in enumerate(parts):
             _draw(joints[carrier][f"shape {number}"], unpack_mesh(part), lit=True)
     nodes = []
-    for number, part in enumerate(scene["things"]):
+    for number, part in enumerate(scene["meshes"]):
         carrier = joints[part["carrier"]] if "carrier" in part else root
         node = carrier[_path_element(f"{part['name']} {number}")]
         _draw(node, unpack_mesh(part["mesh"]), lit=part["lit"])
@@ -137,7 +137,7 @@ def _animation(scene: Mapping[str, Any], joints: list[Visualizer], nodes: list[V
 
     for joint, node, column in zip(scene["joints"], joints[1:], position[frames].T, strict=True):
         add(node, _joint_poses(joint, column, at))
-    for part, node in zip(scene["things"], nodes, strict=True):
+    for part, node in zip(scene["meshes"], nodes, strict=True):
         if part.get("between") is not None:
             add(node, _presence(part["between"], at[-1]))
     return animation

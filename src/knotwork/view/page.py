@@ -21,13 +21,13 @@ if TYPE_CHECKING:
     from markupsafe import Markup
 
 ASSETS = Path(__file__).parent / "assets"
-# The script of the page is made of these files in `assets/scene/`; each may use the previous ones.
 SCRIPTS = (
     *("shapes", "arm", "surroundings", "fit", "camera", "labels", "player", "strip"),
     *("joints", "video", "live", "scene"),
 )
-# Scripts of the editor.
+"""Files in `assets/scene/` that make the script of the page; each may use the previous ones."""
 EDITING = ("gizmo", "form", "edit")
+"""Scripts of the editor."""
 
 
 class Page:

@@ -17,16 +17,16 @@ from urllib.parse import parse_qs
 
 from knotwork.errors import InputError, KnotworkError
 
-# Address that only this machine can reach.
 HOST = "127.0.0.1"
-# Accepted host names. With others, a foreign site could map its own name to this address.
+"""Address that only this machine can reach."""
 HOST_NAMES = (HOST, "localhost", "[::1]")
-# Maximum size of a request [bytes].
+"""Accepted host names. With others, a foreign site could map its own name to this address."""
 MAX_REQUEST_BYTES = 1_000_000
+"""Maximum size of a request [bytes]."""
 
 Query: TypeAlias = Mapping[str, str]
-# Content type, and text or parts of a stream.
 Answer: TypeAlias = tuple[str, str | Iterator[str]]
+"""Content type, and text or parts of a stream."""
 Action: TypeAlias = Callable[[Mapping[str, Any]], Mapping[str, Any]]
 
 

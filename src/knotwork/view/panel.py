@@ -15,23 +15,24 @@ from knotwork.view.style import DARK, MARK_LOOKS, SMALL, WRONG, colour, dashes
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# Range below which a curve is constant up to rounding, and width of its panel, both relative to the
-# values or to 1 of the unit.
 CONSTANT_RANGE, SHOWN_RANGE = 1e-9, 0.2
-# Margins below the curves for the knots, and above them, as fractions of the range.
+"""Range below which a curve is constant up to rounding, and width of its panel, both relative to
+the values or to 1 of the unit.
+"""
 FOOT_MARGIN, HEAD_MARGIN = 0.12, 0.07
-# Distance of a limit from the curves, relative to their range, above which it is not drawn.
+"""Margins below the curves for the knots, and above them, as fractions of the range."""
 LIMIT_DISTANCE = 0.35
-# Number of waypoints above which their lines would hide the curves.
+"""Distance of a limit from the curves, relative to their range, above which it is not drawn."""
 MAX_WAYPOINT_LINES = 400
-# Height of a row of knots as a fraction of the panel's.
+"""Number of waypoints above which their lines would hide the curves."""
 KNOT_HEIGHT = 0.035
-# Letters of a note per inch of a panel's width.
+"""Height of a row of knots as a fraction of the panel's."""
 NOTE_LETTERS = 14
-# Letters in a line of a quantity's name.
+"""Letters of a note per inch of a panel's width."""
 LABEL_LETTERS = 12
-# Width of a quantity's name and of the numbers beside a panel [in].
+"""Letters in a line of a quantity's name."""
 LABEL_WIDTH = 1.0
+"""Width of a quantity's name and of the numbers beside a panel [in]."""
 
 
 class LimitLine(NamedTuple):

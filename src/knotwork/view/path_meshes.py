@@ -19,22 +19,25 @@ from knotwork.view.task_marks import RED
 from knotwork.view.tool_curves import full_speeds
 from knotwork.view.tool_trace import ToolTrace, tool_trace
 
-# Slow to fast: dark violet, blue, green, yellow. The lightness increases evenly, so that the scale
-# is readable in grey.
 SPEED_COLOURS = (
     np.array([(68, 1, 84), (59, 82, 139), (33, 145, 140), (94, 201, 98), (217, 222, 31)]) / 255.0
 )
-# Maximum number of given speeds that are marked on the scale.
+"""Slow to fast: dark violet, blue, green, yellow.
+
+The lightness increases evenly, so that the scale is readable in grey.
+"""
 MAX_MARKS = 3
+"""Maximum number of given speeds that are marked on the scale."""
 STEEL = (0.35, 0.36, 0.4, 1.0)
 GIVEN, WAY = (0.1, 0.1, 0.12), (0.82, 0.1, 0.5)
-# Half the period of the dashes along a path, relative to the scene's size; number of points of a
-# dash, and largest number of dashes of a path.
 DASH, DASH_POINTS, MAX_DASHES = 0.016, 5, 3000
-# Length of a dash in half periods: the path's colours must be visible between dashes.
+"""Half the period of the dashes along a path, relative to the scene's size; number of points of a
+dash, and largest number of dashes of a path.
+"""
 DASHED = 0.3
-# Radius of dashes relative to the scene's size.
+"""Length of a dash in half periods: the path's colours must be visible between dashes."""
 WIDTH = 0.0045
+"""Radius of dashes relative to the scene's size."""
 
 
 def speed_colours(
@@ -56,7 +59,7 @@ def speed_colours(
 
 
 def max_speed(shown: ShownMotion) -> float:
-    """Largest speed of the tool, or largest given one, which a failing tool may not reach [m/s]."""
+    """Largest speed of the tool or in the task, which a tool that fails may not reach [m/s]."""
     trace = tool_trace(shown)
     speeds = () if trace is None else trace.speed
     return float(max([0.0, *speeds, *_given_speeds(shown)]))
@@ -149,7 +152,7 @@ def given_path_points(
     """
     for path in shown.scenario.paths:
         curve, dashes = path.motion.path, []
-        carrier, base = shown.root if at_rest else shown.carrier_of(path.motion.frame)
+        carrier, base = shown.root_carrier if at_rest else shown.carrier_of(path.motion.frame)
         count = int(min(max(np.ceil(curve.length / (2 * DASH * size)), 4), MAX_DASHES))
         starts = np.linspace(0.0, curve.length, 2 * count)  # dash, gap, dash, …, dash
         for low, far in zip(starts[:-1:2], starts[1::2], strict=True):

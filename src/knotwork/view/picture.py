@@ -33,28 +33,28 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.legend import Legend
 
-# Upright A4, and a slide of 16 to 9 [in].
 PAGE_SIZES = {"a4": (8.27, 11.69), "slide": (13.333, 7.5)}
-# Width of a picture of one column, height of a row, and of titles and legends [in].
+"""Upright A4, and a slide of 16 to 9 [in]."""
 PICTURE_WIDTH, ROW_HEIGHT, HEAD_HEIGHT = 10.0, 2.3, 1.3
-# Minimum height of a row and of a picture [in].
+"""Width of a picture of one column, height of a row, and of titles and legends [in]."""
 MIN_ROW_HEIGHT, MIN_PICTURE_HEIGHT = 1.6, 5.0
-# Number of rows above which they become lower.
+"""Minimum height of a row and of a picture [in]."""
 MAX_ROW_HEIGHTS = 5
-# Height of a row of several columns, relative to that of one: its panels are narrow.
+"""Number of rows above which they become lower."""
 MANY_COLUMNS_ROW = 1.25
+"""Height of a row of several columns, relative to that of one: its panels are narrow."""
 
-# Maximum numbers of letters of waypoints, curves, titles, and reasons of a failure.
 NAME_LETTERS, CURVE_LETTERS, TITLE_LETTERS, REASON_LETTERS = 16, 26, 50, 84
-# Width of a letter, as a fraction of the font size.
+"""Maximum numbers of letters of names of waypoints and curves, of titles, and of reasons."""
 LETTER_WIDTH = 0.62
-# Margin around the times of a motion, as a fraction of its duration.
+"""Width of a letter, as a fraction of the font size."""
 TIME_MARGIN = 0.012
-# Minimum drawn duration of a contact, as a fraction of the motion.
+"""Margin around the times of a motion, as a fraction of its duration."""
 MIN_SPAN = 0.003
+"""Minimum drawn duration of a contact, as a fraction of the motion."""
 SEGMENTS = ("tool path", "way", "wait")
-# Minimum height of a panel [in], that of a panel of more rows than the last number.
 MIN_HEIGHT, LOW_HEIGHT, MANY_ROWS = 1.5, 1.1, 4
+"""Minimum height of a panel [in], that of a panel of more rows than the last number."""
 
 DrawPanel: TypeAlias = "Callable[[Axes], Panel]"
 
@@ -157,7 +157,7 @@ def picture_title(motions: Sequence[ShownMotion], default: str) -> str:
 
 
 def _grow(figure: Figure, rows: int) -> None:
-    """Let a figure grow if names and legends leave its panels too low."""
+    """Enlarge a figure if names and legends leave its panels too low."""
     height = figure.axes[0].get_window_extent().height / figure.dpi
     missing = (MIN_HEIGHT if rows <= MANY_ROWS else LOW_HEIGHT) - height
     if missing > 0.0:

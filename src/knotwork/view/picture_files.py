@@ -14,12 +14,12 @@ from knotwork.view.style import NIGHT, settings
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# Accepted suffixes by kind of file.
 SUFFIXES = {"picture": (".png", ".svg", ".pdf"), "page": (".html", ".htm")}
-# Without the date, equal figures give equal files.
+"""Accepted suffixes by kind of file."""
 _UNDATED: dict[str, Any] = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
-# Parts of a picture that are left out or changed in a page.
+"""Metadata without the date, so that equal figures give equal files."""
 _METADATA = {"Date": None, "Creator": None, "Format": None, "Type": None}
+"""Parts of a picture that are left out or changed in a page."""
 _LEFT_OUT = re.compile(
     r"<!--.*?-->|<metadata>.*?</metadata>|<style.*?</style>|(?<=<g) id=\"(?!xtick)[^\":]*_\d+\"",
     re.DOTALL,

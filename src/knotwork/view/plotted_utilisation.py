@@ -16,9 +16,9 @@ from knotwork.verification import Finding
 from knotwork.verification.bounds.tool_motion import speed_quantity
 from knotwork.verification.limits import (
     LIMIT_GROUPS,
-    LIMIT_SLACK,
     SMALLEST_SINGULAR_VALUE,
     TOOL_ORDERS,
+    limit_slack,
 )
 from knotwork.view.shown_motion import ShownMotion
 
@@ -57,7 +57,7 @@ def sample_utilisation(
             values = smallest_singular_values(shown.robot, states[0])
             lower = finding.limit
             upper = np.inf
-        else:  # for a check of the user, only at its time
+        else:  # a quantity of the user's own check is known at its time only
             values = np.zeros(time.shape)
             upper = np.inf
         larger = np.maximum(_utilisation(values, upper), _utilisation(-values, -lower))
@@ -112,5 +112,5 @@ def _utilisation(values: FloatArray, upper: float) -> FloatArray:
         return np.zeros(values.shape)
     if upper > 0.0:
         return np.maximum(values / upper, 0.0)
-    beyond = np.where(values > upper + LIMIT_SLACK, np.inf, 0.0)
+    beyond = np.where(values > upper + limit_slack(upper), np.inf, 0.0)
     return np.divide(upper, values, out=beyond, where=(values < 0.0) & (upper < 0.0))

@@ -36,23 +36,25 @@ from knotwork.view.task_marks import draw_frames, draw_marks
 from knotwork.view.time_strip import time_strip
 from knotwork.view.tool_trace import tool_speeds, tool_trace
 
-# Parts of a scene that depend only on the robot; they are most of the data.
 ROBOT_PARTS = ("joints", "shapes")
-# Number of samples of the arm along the motion, all of which must be in view.
+"""Parts of a scene that depend only on the robot; they are most of the data."""
 OUTLINE_SAMPLES = 100
-# Frame rate of an animation, unless it would have more than `MAX_FRAMES` frames [Hz].
+"""Number of samples of the arm along the motion, all of which must be in view."""
 FRAME_RATE = 120.0
+"""Frame rate of an animation, unless it would have more than `MAX_FRAMES` frames [Hz]."""
 MAX_FRAMES = 240_000
-# Number of frames above which the tool's speed is left out.
 MAX_SPEEDS = 30_000
-# Elevation of the camera [rad], and for scenes whose height is below FLAT_SCENE times their width.
+"""Number of frames above which the tool's speed is left out."""
 ELEVATION, STEEP, FLAT_SCENE = np.radians(24.0), np.radians(52.0), 0.3
-# Azimuth of the camera relative to the task, so that the arm does not hide the task [rad].
+"""Elevation of the camera [rad], the same for flat scenes, and the ratio of height and width below
+which a scene is flat.
+"""
 ASIDE_ANGLE = np.radians(10.0)
-# Turn of the azimuth away from other robots, so that they do not hide the arm [rad].
+"""Azimuth of the camera relative to the task, so that the arm does not hide the task [rad]."""
 CLEAR_ANGLE = np.radians(75.0)
-# Margin around a view of the task alone, as a fraction of its size.
+"""Turn of the azimuth away from other robots, so that they do not hide the arm [rad]."""
 VIEW_MARGIN = 0.35
+"""Margin around a view of the task alone, as a fraction of its size."""
 
 
 def scene_of(plan: CheckedMotion, previous: Mapping[str, Any] | None = None) -> dict[str, Any]:
@@ -140,7 +142,7 @@ def make_scene(
         **robot_parts,
         "arm": _arm_frames(shown),
         "first_joint": base.count,
-        "things": base.carry(parts.things),
+        "meshes": base.carry(parts.meshes),
         "labels": base.carry(_merge_labels(parts.labels)),
         "waypoints": [
             {"name": name, "time": time}

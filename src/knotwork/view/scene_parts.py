@@ -38,14 +38,14 @@ class SceneParts:
     """Meshes, labels and warnings of a scene, collected for its page.
 
     Attributes:
-        things: Meshes with their names.
+        meshes: Meshes with their names.
         labels: Texts at points.
         warnings: Texts on parts that can't be drawn as described.
         corners: Points of the surroundings that must be in view [m], each of shape (n, 3).
     """
 
     def __init__(self, warnings: Iterable[str] = ()) -> None:
-        self.things: list[dict[str, Any]] = []
+        self.meshes: list[dict[str, Any]] = []
         self.labels: list[dict[str, Any]] = []
         self.warnings = list(warnings)
         self.corners: list[FloatArray] = []
@@ -54,7 +54,7 @@ class SceneParts:
         """Add a mesh, if there is one; `None` values in `more` are left out."""
         if mesh is not None:
             given = {key: value for key, value in more.items() if value is not None}
-            self.things.append(
+            self.meshes.append(
                 {"name": name, "mesh": pack_mesh(mesh), "lit": lit, "hidden": False} | given
             )
 

@@ -82,5 +82,5 @@ def _contacts(report: Report, robot: Robot) -> list[dict[str, Any]]:
         joints = [first_joint + frame.parentJoint for frame in frames]
         others = [name for name in failure.bodies if name not in links]
         if failure.bodies:
-            contacts.append({"spans": failure.intervals, "joints": joints, "things": others})
+            contacts.append({"spans": failure.intervals, "joints": joints, "bodies": others})
     return contacts

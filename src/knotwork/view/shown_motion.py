@@ -32,8 +32,8 @@ from knotwork.verification.report import CheckedMotion
 from knotwork.view.links import LinkShapes, link_shapes
 from knotwork.waypoints import JointWaypoints
 
-# Number of motions whose tool trace is cached: two side by side, before and after a change.
 CACHED_MOTIONS = 4
+"""Number of motions whose tool trace is cached: two side by side, before and after a change."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +69,7 @@ class ShownMotion:
         scenario: Scenario,
         joints: ScenarioJoints | None = None,
     ) -> ShownMotion:
-        """A motion, for a scenario.
+        """The motion of a trajectory, with its scenario.
 
         Raises:
             InputError: Its joints are not those of the scenario.
@@ -227,29 +227,29 @@ class ShownMotion:
         return motion_model(Motion(self.trajectory, self.joints), self.scenario, self.robot)
 
     @property
-    def root(self) -> tuple[None, Any]:
-        """No joint, and the base frame in the axes of the URDF's root."""
+    def root_carrier(self) -> tuple[None, Any]:
+        """The carrier of fixed frames: no joint, and the base frame in axes of the URDF's root."""
         return None, self.robot.base_placement
 
     def carrier_of(self, frame: TaskFrame, time: float | None = None) -> tuple[int | None, Any]:
         """The joint that carries a frame, and the transform from base axes to the joint's.
 
         The frame is at rest, or where it is at a time [s]. If it is fixed relative to the URDF's
-        root, the result is `root`.
+        root, the result is `root_carrier`.
         """
         if self.collision_model is None:
-            return self.root
+            return self.root_carrier
         joint, placement = find_carrier(self.collision_model.carriers, frame, time)
         return joint or None, placement
 
 
 def scenario_without_waypoints(name: str) -> Scenario:
-    """Make the scenario of a motion that has none; it has no waypoints, unlike all others."""
+    """Make a scenario for a motion that has none; unlike all others, it has no waypoints."""
     task = ExpandedTask.model_construct(waypoints=())
     return Scenario(name, (), task, task.planner, task.tolerances)
 
 
 def nearest_around(findings: Sequence[Finding]) -> Finding | None:
-    """The finding on the pair with the surroundings that is nearest to its margin."""
+    """The finding on the pair of robot and surroundings with the smallest gap."""
     pairs = [pair for pair in findings if pair.involves_scene]
     return min(pairs, key=lambda pair: (pair.value or 0.0) - (pair.limit or 0.0), default=None)

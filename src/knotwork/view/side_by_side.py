@@ -17,10 +17,10 @@ from knotwork.view.path_meshes import max_speed
 from knotwork.view.scene_data import make_scene
 from knotwork.view.shown_motion import ShownMotion
 
-# Number of intervals at whose ends the difference is sampled.
 DIFFERENCE_SAMPLES = 400
-# Minimum value at the top of a curve, in the displayed unit; smaller differences look flat.
+"""Number of intervals at whose ends the difference is sampled."""
 MIN_DIFFERENCE = 1e-3
+"""Minimum value at the top of a curve, in the displayed unit; smaller differences look flat."""
 
 
 def side_by_side(plans: Sequence[CheckedMotion], names: Sequence[str]) -> Page:

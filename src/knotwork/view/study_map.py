@@ -14,12 +14,15 @@ from knotwork.view.page import Page, asset, json_in_html, render_template
 from knotwork.view.page_server import Answer, PageServer, Query
 from knotwork.view.style import printable, rounded_text, shorten_names
 
-# Number of cached pages of rows; others are planned again.
 CACHED_PAGES = 16
+"""Number of cached pages of rows; others are planned again."""
 PASSED_ROW = "passed"
 PASSED_COLOUR, OTHER_COLOUR = "#009E73", "#B8B8B8"
-# Reasons, most frequent first; distinct in lightness, too. Further ones share one colour.
 REASON_COLOURS = ("#D55E00", "#404040", "#E69F00", "#56B4E9", "#CC79A7", "#F0E442", "#0072B2")
+"""Colours of reasons, the most frequent first; they also differ in lightness.
+
+Other reasons share `OTHER_COLOUR`.
+"""
 
 
 class MapServer(PageServer):

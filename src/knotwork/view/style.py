@@ -6,14 +6,16 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
-# Okabe and Ito's colours and grey. Yellow is left out, because it is too light for a line on white.
-# Vermillion is reserved for failures.
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#000000", "#56B4E9", "#8C8C8C")
+"""Okabe and Ito's colours and grey.
+
+Yellow is left out, because it is too light for a line on white. Vermillion is reserved for
+failures.
+"""
 WRONG = "#D55E00"
 FAINT = "#B8B8B8"
 DARK = "#404040"
 GRID = "#E4E4E4"
-# Colours on dark pages, which are lighter and have the same differences.
 NIGHT = {
     "#ffffff": "#15181c",
     "#000000": "#e4e9ef",
@@ -28,7 +30,7 @@ NIGHT = {
     "#8c8c8c": "#9aa0a6",
     "#d55e00": "#ff7f3f",
 }
-# Distinguishable without colour: planners overlap in one panel.
+"""Colours on dark pages: lighter ones, which differ as much."""
 DASHES: tuple[str | tuple[float, tuple[float, ...]], ...] = (
     "solid",
     (0, (5, 1.6)),
@@ -38,6 +40,7 @@ DASHES: tuple[str | tuple[float, tuple[float, ...]], ...] = (
     (0, (4, 1.2, 1, 1.2, 1, 1.2)),
     (0, (2.5, 2.5)),
 )
+"""Line styles that differ without colour, because planners overlap in one panel."""
 _LIMIT = {"color": DARK, "ls": (0, (7, 4)), "lw": 1.3, "zorder": 2}
 _EXCESS = {"color": WRONG, "lw": 8, "alpha": 0.6, "solid_capstyle": "butt", "zorder": 2.5}
 _CIRCLE = {"marker": "o", "mfc": "white"}
@@ -64,19 +67,21 @@ _LOOKS: dict[str, dict[str, Any]] = {
     "tolerance": _LIMIT,
     "beyond": {**_EXCESS, "label": "beyond the tolerance"},
 }
-# Style and name of each kind of mark, in panels and in the legend below them.
-#
-# The `gid` of a mark begins with its kind.
 MARK_LOOKS = {kind: {"label": kind} | look for kind, look in _LOOKS.items()}
+"""Style and name of each kind of mark, in panels and in the legend below them.
 
-# Points, for a picture 10 inches wide: at least 8 points on the width of A4 paper.
+The `gid` of a mark begins with its kind.
+"""
+
 LARGE, NORMAL, SMALL = 13.0, 11.0, 9.5
-# DejaVu Sans comes with Matplotlib and lacks Chinese, Japanese and Korean; the first installed font
-# of these is used for them.
+"""Font sizes [pt] for a picture 10 inches wide: at least 8 points on the width of A4 paper."""
 _OTHER_FONTS = (
     *("Noto Sans CJK SC", "Noto Sans CJK JP", "Source Han Sans SC", "WenQuanYi Zen Hei"),
     *("Microsoft YaHei", "SimHei", "PingFang SC", "Hiragino Sans", "Yu Gothic", "Malgun Gothic"),
 )
+"""Fonts for Chinese, Japanese and Korean, which Matplotlib's own DejaVu Sans lacks; the first that
+is installed is used.
+"""
 _SETTINGS: dict[Any, Any] = {
     "font.family": ["sans-serif"],
     "font.size": NORMAL,

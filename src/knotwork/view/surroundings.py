@@ -20,8 +20,8 @@ from knotwork.view.primitive_meshes import solid, sphere
 from knotwork.view.scene_parts import SceneParts
 from knotwork.view.shown_motion import ShownMotion
 
-# Maximum number of drawn cells; if there are more, larger cells are drawn.
 MAX_DRAWN = 10_000
+"""Maximum number of drawn cells; if there are more, larger cells are drawn."""
 OBJECT_COLOUR = (0.76, 0.70, 0.58, 1.0)
 PLANE_COLOUR = (0.80, 0.80, 0.77, 1.0)
 TOOL_COLOUR = (0.33, 0.37, 0.42, 1.0)

@@ -16,12 +16,12 @@ from knotwork.view.shown_motion import CACHED_MOTIONS, ShownMotion
 from knotwork.waypoints import CartesianWaypoint
 
 ARROW_COLOUR = (0.9, 0.35, 0.0, 1.0)
-# Maximum duration of a motion that an arrow may represent [s].
 _NICE_SECONDS = [mantissa * 10.0**power for power in range(3, -5, -1) for mantissa in (5, 2, 1)]
-# Distance of arrows from the path, relative to the scene, so that they do not hide its colours.
+"""Durations of motion that arrows may represent, the longest first [s]."""
 ASIDE_DISTANCE = 0.014
-# Velocities below this are stops [m/s].
+"""Distance of arrows from the path, relative to the scene, so that they do not hide its colours."""
 MIN_DRAWN_SPEED = 1e-9
+"""Speed below which a waypoint is a stop [m/s]."""
 
 
 @lru_cache(CACHED_MOTIONS)

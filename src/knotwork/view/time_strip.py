@@ -20,10 +20,10 @@ from knotwork.view.shown_motion import ShownMotion
 from knotwork.view.tool_curves import full_speeds
 
 STRIP_SAMPLES = 800
-# Minimum drawn duration of a failure, as a fraction of the motion.
 MIN_FAILURE_WIDTH = 0.003
-# Findings with the utilisation of their limits at sample times, from `sample_utilisation`.
+"""Minimum drawn duration of a failure, as a fraction of the motion."""
 _Utilisations = list[tuple[Finding, FloatArray]]
+"""Findings with the utilisation of their limits at sample times, from `sample_utilisation`."""
 
 
 def time_strip(shown: ShownMotion) -> dict[str, Any]:
@@ -96,7 +96,7 @@ def _limit_text(
     """
     start, end = segment.start, segment.end
     for finding in findings:
-        span = finding.interval if finding.quantity == "binding_limits" else None
+        span = finding.interval if finding.quantity == "active_limits" else None
         if span is not None and span[0] <= start and end <= span[1]:
             return finding.short_fact
     within = (time >= start) & (time <= end)

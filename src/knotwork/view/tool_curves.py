@@ -19,13 +19,13 @@ from knotwork.view.clearance_curve import clearance_curve
 from knotwork.view.plotted_utilisation import frame_values, smallest_singular_values
 from knotwork.view.shown_motion import ShownMotion
 
-# Number of samples of a motion.
 SAMPLES = 1500
-# Number of samples of a stretch of a path, minimum in each piece, and maximum of a stretch.
+"""Number of samples of a motion."""
 PATH_SAMPLES, PIECE_SAMPLES, MAX_PATH_SAMPLES = 240, 16, 12_000
+"""Number of samples of a stretch of a path, minimum in each piece, and maximum of a stretch."""
 
-# Times [s], shape (n,), and values, shape (n, k), with NaN at gaps.
 Curve = tuple[FloatArray, FloatArray]
+"""Times [s], shape (n,), and values, shape (n, k), with NaN at gaps."""
 
 
 def stretches(motion: ShownMotion) -> Iterator[tuple[ScenarioPath, Stretch, float, float]]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from knotwork.task.scenario import Scenario
 from knotwork.units import Units
-from knotwork.verification.limits import LIMIT_SLACK
+from knotwork.verification.limits import limit_slack
 from knotwork.verification.report import AnyMotion
 from knotwork.view.panel import LimitLine, Panel
 from knotwork.view.picture import draw_picture, picture_title
@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Fraction of a tolerance below which a value is not written in digits.
 ZERO_SHARE = 1e-3
+"""Fraction of a tolerance below which a value is not written in digits."""
 
 
 def plot_tool(
@@ -114,7 +114,7 @@ def _mark_limit(
 ) -> None:
     """Mark a tolerance or a limit and the parts of curves beyond, and note the worst value."""
     side = -1.0 if row.least else 1.0
-    most = side * limit + (0.0 if row.tolerance else LIMIT_SLACK * max(1.0, limit))
+    most = side * limit + (0.0 if row.tolerance else limit_slack(limit))
     reached = []
     for motion, (time, value) in zip(motions, values, strict=True):
         sizes = np.abs(value) if row.tolerance else side * value

@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from knotwork.arrays import FloatArray
-from knotwork.verification.limits import LIMIT_GROUPS, LIMIT_SLACK
+from knotwork.verification.limits import LIMIT_GROUPS, limit_slack
 from knotwork.view.plotted_utilisation import sample_utilisation
 from knotwork.view.shown_motion import CACHED_MOTIONS, ShownMotion
 from knotwork.view.targets import tool_targets
@@ -60,8 +60,8 @@ def tool_trace(shown: ShownMotion) -> ToolTrace | None:
     for begin, end in spans:
         exceeded |= (time >= begin) & (time <= end)
     for failure, utilisation in sample_utilisation(shown, limits, time):
-        slack = LIMIT_SLACK * max(1.0, 1.0 / abs(failure.limit or 1.0))
-        exceeded |= utilisation > 1.0 + slack
+        limit = abs(failure.limit or 1.0)
+        exceeded |= utilisation > 1.0 + limit_slack(limit) / limit
     return ToolTrace(time, position, speed, exceeded)
 
 

@@ -64,6 +64,9 @@ class TurnBounds:
     neighbours, |aj × ai| = |vj × vi|. Beyond neighbours each joint between turns vi by at most
     |vk × vi|, so |aj × ai| <= |vj × vi| + |vj| Σ(j<k<i) |vk × vi|. If all axes are the same,
     the bounds are exact.
+
+    Attributes:
+        whole: Bounds of both on whole pieces, shape (m,) each.
     """
 
     def __init__(self, v: FloatArray) -> None:
@@ -76,6 +79,8 @@ class TurnBounds:
             aside = cross[:, j, i] + size[j] * cross[:, j + 1 : i, i].sum(axis=1)
             weight = 25.0 * math.comb(4, i) * math.comb(4, j) / math.comb(8, i + j)
             self.products[i + j] += weight * np.minimum(aside, size[i] * size[j])
+        rate, steps, products = (x.max(axis=0) for x in (self.rate, self.steps, self.products))
+        self.whole = rate, steps + products
 
     def __call__(
         self, piece: NDArray[np.intp], u0: FloatArray, u1: FloatArray

@@ -11,7 +11,7 @@ from knotwork.arrays import FloatArray, checked_array
 from knotwork.errors import PathError
 
 SAME_POINT = 1e-9
-"""Points within this distance count as one [m]."""
+"""Distance within which points count as one [m]."""
 
 
 class Curve(ABC):

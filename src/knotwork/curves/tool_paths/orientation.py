@@ -332,8 +332,11 @@ class OrientationCurve:
         offset = np.arange(row.size) - np.searchsorted(row, row)
         piece = first[row] + offset
         step = self._steps[piece]
-        u0, u1 = (np.clip((bound[row] - self.s[piece]) / step, 0.0, 1.0) for bound in (low, high))
-        rate, change = self._bounds(piece, u0, u1)
+        if self._even:
+            rate, change = (bound[piece] for bound in self._bounds.whole)
+        else:
+            ends = (np.clip((s[row] - self.s[piece]) / step, 0.0, 1.0) for s in (low, high))
+            rate, change = self._bounds(piece, *ends)
         bounds = np.zeros(low.size), np.zeros(low.size)
         np.maximum.at(bounds[0], row, rate / step)
         np.maximum.at(bounds[1], row, change / step**2)

@@ -32,7 +32,7 @@ def _exporter(function: str, content: str) -> Callable[..., Any]:
 
 
 class Exportable:
-    """A motion that can be exported in every format of `knotwork.files.export`."""
+    """A motion that can be exported: `save_as` writes every format of `knotwork.files.export`."""
 
     to_ros2: Callable[..., str] = _exporter("to_ros2", "YAML of a ROS 2 message or action goal")
     to_ros2_message: Callable[..., Any] = _exporter("to_ros2_message", "the ROS 2 message object")

@@ -19,6 +19,7 @@ MAX_CSV_BYTES = 500_000_000
 MAX_CSV_CELLS = 21_000_000
 """Maximum number of cells, more than the largest exported table has."""
 MAX_CSV_COLUMNS = 10_000
+"""Maximum number of columns."""
 
 _DECIMAL_COMMA = re.compile(r"^(\s*[+-]?\d*),(\d+(?:[eE][+-]?\d+)?\s*)$")
 _QUOTED = re.compile('"[^"]*"')

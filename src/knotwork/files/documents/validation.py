@@ -18,11 +18,10 @@ ModelT = TypeVar("ModelT", bound=StrictModel)
 
 MAX_REPORTED_PROBLEMS = 1_000
 """Maximum number of problems that are reported."""
-# A longer description of a field is no hint in an error.
 MAX_HINT_LENGTH = 130
+"""Maximum length of a description of a field that errors quote as a hint, in characters."""
 
 _YAML_1_1_BOOLEANS = ("yes", "no", "on", "off", "y", "n")
-# Message by pydantic's name of the error, with placeholders for its bounds.
 _ERROR_WORDS = {
     "float_type": "must be a number",
     "int_type": "must be a whole number",
@@ -44,10 +43,11 @@ _ERROR_WORDS = {
     "too_long": "has {count}, more than {max_length}",
     "recursion_loop": "contains itself",
 }
-# Errors with a message of this package.
+"""Message by pydantic's name of the error, with placeholders for its bounds."""
 _OWN_ERRORS = ("kind", "waypoint_kind", "value_error")
-# Errors whose message already states the accepted values.
+"""Errors with a message of this package."""
 _STATING_ACCEPTED = (*_OWN_ERRORS, "literal_error")
+"""Errors whose message already states the accepted values."""
 
 
 def validate(model: type[ModelT], document: Document, instance: ModelT | None = None) -> ModelT:

@@ -21,11 +21,12 @@ from pydantic.fields import FieldInfo
 
 from knotwork.units import readable
 
-# No length, angle, time or limit of a real task is larger, and no result computed from numbers of
-# this size leaves the range of floats.
 MAX_NUMBER = 1e12
-# No quantity of a real task is smaller. A change of units or division could round it to zero.
+"""Maximum size of numbers: those of real tasks are smaller, and results computed from numbers of
+this size stay in the range of floats.
+"""
 MIN_NUMBER = 1e-100
+"""Minimum of positive numbers: a change of units or a division could round smaller ones to zero."""
 
 
 def _above_rounding(value: float) -> float:
@@ -107,7 +108,9 @@ def optional(
     key: str | None = None,
     path: bool = False,
     names_frame: bool = False,
+    names_waypoint: bool = False,
     needs_robot: bool = False,
+    defines_motion: bool = False,
     si_default: float | None = None,
 ) -> Any:
     """An optional field.
@@ -120,12 +123,16 @@ def optional(
         key: Key in a file, if the field has another name in Python.
         path: Whether a text in the field is a path relative to the file.
         names_frame: Whether the field is the name of a frame.
+        names_waypoint: Whether it is the name of a waypoint, to which repeats add their number.
         needs_robot: Whether a value other than the default needs a robot.
+        defines_motion: Whether the field defines the motion, its times or its signals. A motion
+            that is executed, or read from a file, has its own; it keeps all other fields.
         si_default: Default in SI, whatever the units of the file. The schema has no default then,
             but the description states it.
     """
     marks = {
         "unit": unit, "path": path, "names_frame": names_frame, "needs_robot": needs_robot,
+        "names_waypoint": names_waypoint, "defines_motion": defines_motion,
     }  # fmt: skip
     given = {name: mark for name, mark in marks.items() if mark}
     if unit:
@@ -145,9 +152,14 @@ def optional(
 
 
 def is_marked(field: FieldInfo | None, mark: str) -> bool:
-    """Whether a field has a mark of `optional`: `"path"`, `"names_frame"` or `"needs_robot"`."""
+    """Whether a field has a mark of `optional`, such as `"path"` or `"needs_robot"`."""
     about = None if field is None else field.json_schema_extra
     return isinstance(about, dict) and mark in about
+
+
+def marked(model: type[BaseModel], mark: str) -> set[str]:
+    """Names of the fields of a model that have a mark; see `is_marked`."""
+    return {name for name, field in model.model_fields.items() if is_marked(field, mark)}
 
 
 def unit_of(field: FieldInfo | None) -> str:

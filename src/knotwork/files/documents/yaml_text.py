@@ -15,19 +15,21 @@ import yaml
 from knotwork.errors import DocumentError, Problem, format_value
 from knotwork.files.documents.document import Document, Location, Locations, field_path
 
-# Deeper than any real document, and shallow enough for the parser, which is recursive.
 MAX_YAML_DEPTH = 100
-# Aliases of aliases can expand a short file beyond any memory. Only repeated values count,
-# not the values of the file itself.
+"""Maximum depth of a document, which the recursive parser bears; real documents are shallower."""
 MAX_REPEATED = 1_000_000
-# A hundred thousand waypoints have a tenth of this.
+"""Maximum number of values that aliases repeat.
+
+Aliases of aliases can expand a short file beyond any memory.
+"""
 MAX_YAML_BYTES = 100_000_000
-# The report of a wrong value takes some 1,400 bytes, and each value may be wrong.
+"""Maximum size of a file; one with a hundred thousand waypoints has a tenth of it."""
 MAX_YAML_VALUES = 1_500_000
-# New values are written in lines of at most this number of characters.
+"""Maximum number of values: each may be wrong, and its report takes some 1,400 bytes."""
 LINE_WIDTH = 100
-# Reserve for the last value of a line, before which PyYAML does not break.
+"""Maximum length of the lines of new values, in characters."""
 LAST_VALUE_WIDTH = 20
+"""Space reserved in a line for its last value, before which PyYAML does not break the line."""
 
 
 class _Loader(yaml.CSafeLoader if hasattr(yaml, "CSafeLoader") else yaml.SafeLoader):  # type: ignore[misc]

@@ -95,15 +95,15 @@ _ALL_FORMATS = (
     Format("scipy", _SCIPY, ".npz", "polynomial_files", binary=True, function="to_scipy_npz"),
 )
 
-FORMATS: Mapping[str, Format] = MappingProxyType({form.name: form for form in _ALL_FORMATS})
+FORMATS: Mapping[str, Format] = MappingProxyType({item.name: item for item in _ALL_FORMATS})
 """All formats by name."""
 
 
 def get_format(name: str) -> Format:
     """Return the format of a name.
 
-    >>> form = get_format("pvt")
-    >>> form.suffix, form.options
+    >>> file_format = get_format("pvt")
+    >>> file_format.suffix, file_format.options
     ('.csv', ('degrees', 'scale', 'offset', 'incremental', 'tolerance'))
 
     Raises:
@@ -114,7 +114,7 @@ def get_format(name: str) -> Format:
     return FORMATS[name]
 
 
-def checked_options(form: Format, options: Mapping[str, Any]) -> dict[str, Any]:
+def checked_options(file_format: Format, options: Mapping[str, Any]) -> dict[str, Any]:
     """Check that a format accepts all options, and return them.
 
     >>> checked_options(get_format("csv"), {"rate": 50})
@@ -125,10 +125,10 @@ def checked_options(form: Format, options: Mapping[str, Any]) -> dict[str, Any]:
     """
     options = renamed_option(options, "fit", "tolerance")
     for name in options:
-        if name not in form.options:
+        if name not in file_format.options:
             takers = ", ".join(other.name for other in _ALL_FORMATS if name in other.options)
             advice = f"; formats that do: {takers}" if takers else ""
-            raise InputError(f"format {form.name!r} takes no option {name!r}{advice}")
+            raise InputError(f"format {file_format.name!r} takes no option {name!r}{advice}")
     return options
 
 
@@ -151,9 +151,10 @@ def content(
         UnknownNameError: The format is unknown.
         InputError: The format does not accept an option, or can't represent the motion.
     """
-    form = get_format(name)
-    make = resolve_name(f"{__package__}.{form.module}:{form.function or f'to_{name}'}")
-    text: str | bytes = make(motion, **checked_options(form, options))
+    file_format = get_format(name)
+    function = file_format.function or f"to_{name}"
+    make = resolve_name(f"{__package__}.{file_format.module}:{function}")
+    text: str | bytes = make(motion, **checked_options(file_format, options))
     return text
 
 

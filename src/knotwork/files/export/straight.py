@@ -29,7 +29,7 @@ AXES_ACCEPTED = (
 LINE_TOLERANCE = 1e-3
 """Default error of straight lines between points [rad or m]."""
 TIME_TICK = 1e-3
-"""Programs have times in whole milliseconds [s]."""
+"""Resolution of times in programs [s]."""
 CONTINUE_ADVICE = "; to continue another motion, stop it first (plan.stop), and begin at the stop"
 _SIX_DECIMALS = np.radians(0.5e-6)
 """Rounding error of six decimals of an angle in deg [rad]."""

@@ -9,16 +9,19 @@ from dataclasses import dataclass
 
 from knotwork.errors import suggest_name
 from knotwork.files.foreign.point_table import QUANTITIES
-from knotwork.joint_quantities import MOTION_QUANTITIES
+from knotwork.joint_quantities import JOINT_QUANTITIES, MOTION_QUANTITIES
 
-_QUANTITY_WORDS = {
-    "position": ("position", "positions", "pos", "q", "angle"),
-    "velocity": ("velocity", "velocities", "vel", "qd", "dq", "qdot", "speed"),
-    "acceleration": ("acceleration", "accelerations", "acc", "accel", "qdd", "ddq", "qddot"),
-    "jerk": ("jerk", "jerks"),
-    "effort": ("effort", "efforts", "torque", "tau", "force", "current", "voltage", "temperature"),
+_OTHER_WORDS = {
+    "position": ("pos", "q", "angle"),
+    "velocity": ("vel", "qd", "dq", "qdot", "speed"),
+    "acceleration": ("acc", "accel", "qdd", "ddq", "qddot"),
+    "effort": ("torque", "tau", "force", "current", "voltage", "temperature"),
 }
-_QUANTITY = {word: quantity for quantity, words in _QUANTITY_WORDS.items() for word in words}
+_QUANTITY = {
+    word: name
+    for name, quantity in JOINT_QUANTITIES.items()
+    for word in (name, quantity.plural, *_OTHER_WORDS.get(name, ()))
+}
 LABELS = ("segment", "event")
 """Headings of columns of text, which are skipped."""
 
@@ -44,7 +47,9 @@ _POSITION_UNITS = (
 )
 _BASES = {word: (unit, size) for unit, size, names in _POSITION_UNITS for word in names}
 """By a word for a unit of position: SI unit of the joint, and size of the unit in it."""
-_PER_TIME = {"s": 1, "sec": 1, "second": 1, "s2": 2, "sec2": 2, "s3": 3, "sec3": 3}
+_PER_TIME = {"s": 1, "sec": 1, "second": 1} | {
+    f"{word}{order}": order for word in ("s", "sec") for order in range(2, len(MOTION_QUANTITIES))
+}
 """Power of seconds by a word in the denominator of a unit."""
 _SKIPPED_UNITS = ("nm", "n", "a", "ma")
 """Units of efforts and currents, whose columns are skipped."""

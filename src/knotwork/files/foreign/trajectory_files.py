@@ -19,7 +19,7 @@ from knotwork.files.documents.csv_rows import MAX_CSV_BYTES
 from knotwork.files.foreign.csv_file import read_csv
 from knotwork.files.foreign.mapping_file import read_mapping
 from knotwork.files.foreign.point_table import Joints, to_trajectory
-from knotwork.files.storage.writing import TRAJECTORY_FORMAT
+from knotwork.files.storage.texts import TRAJECTORY_FORMAT
 
 TIME_RESOLUTION = 1.0000001e-9
 """Resolution of the times in a ROS 2 message [s], rounding included."""

@@ -18,14 +18,17 @@ from knotwork.curves.trajectory import Event, JointTrajectory, Load, Segment
 from knotwork.errors import DocumentError, InputError, Problem
 from knotwork.files import documents
 from knotwork.files.documents import Document, Finite, StrictModel, Text
-from knotwork.files.storage.writing import KNOT_FIELDS, TRAJECTORY_FORMAT
+from knotwork.files.storage.texts import KNOT_FIELDS, TRAJECTORY_FORMAT
 
-# Tolerance of stored knots, relative to the largest value. Knots and coefficients are written with
-# all their digits.
 KNOT_AGREEMENT = 1e-9
-# A trajectory of a hundred thousand waypoints and seven joints has half of this.
+"""Tolerance of stored knots, relative to the largest value.
+
+Knots and coefficients are written with all their digits.
+"""
 MAX_TRAJECTORY_BYTES = 500_000_000
+"""Maximum size of a file; a hundred thousand waypoints of seven joints take half of it."""
 MAX_STORED_VALUES = 25_000_000
+"""Maximum number of values in a file."""
 
 _Row = list[Finite]
 _Table = list[_Row]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,11 +13,11 @@ import numpy as np
 from knotwork.errors import FollowingError, InputError, PathError
 from knotwork.planning.choosing.free_sections import FreeSection
 from knotwork.planning.choosing.frozen_task import solutions_near
-from knotwork.planning.choosing.path_limit_utilisation import planned_utilisation, state_limits
+from knotwork.planning.choosing.path_limit_utilisation import path_state_limits, planned_utilisation
 from knotwork.planning.choosing.path_speed_problem import (
-    ChosenSpeeds,
     NoSpeedsError,
     PathSpeedProblem,
+    PathSpeeds,
     Reason,
     SpeedFault,
     round_speed,
@@ -40,25 +40,30 @@ SLOWDOWN = 0.7
 
 
 @dataclass(frozen=True, eq=False)
-class PathSpeeds:
+class AllPathSpeeds:
     """Speeds along all paths of a task with chosen ones, and what the motion along them shows.
 
     Attributes:
         solved: The task with these speeds, or without them where a path can't be followed.
-        choices: The speeds along each of these paths.
+        by_path: The speeds along each of these paths, and the problem of lower ones.
     """
 
     solved: SolvedScenario
-    choices: Sequence[ChosenSpeeds]
+    by_path: Sequence[PathSpeeds]
+
+    @property
+    def faults(self) -> list[SpeedFault]:
+        """Limits that the motion along the paths exceeds."""
+        return [path_speeds.fault for path_speeds in self.by_path if path_speeds.fault is not None]
 
     @property
     def active_limits(self) -> tuple[ActiveLimit, ...]:
         """Bounds of the chosen speeds."""
         names = [waypoint.name for waypoint in self.solved.scenario.waypoints]
         limits = []
-        for choice in self.choices:
-            for stretch, (_, bound) in choice.speeds.items():
-                i = choice.problem.path.first + stretch
+        for path_speeds in self.by_path:
+            for stretch, (_, bound) in path_speeds.by_stretch.items():
+                i = path_speeds.problem.path.first + stretch
                 subject, quantity = ("", bound.value) if isinstance(bound, Reason) else bound[:2]
                 limits.append(ActiveLimit(names[i], names[i + 1], subject, quantity, None))
         return tuple(limits)
@@ -72,20 +77,20 @@ class PathSpeeds:
             The problems; none if no path is slowed down.
         """
         ends = {section.waypoints[k] for section in sections for k in (0, -1)}
-        problems = [choice.problem for choice in self.choices]
+        problems = [path_speeds.problem for path_speeds in self.by_path]
         slower = [
-            choice.slowed_down(SLOWDOWN, Reason.ADJACENT_MOTION)
-            if ends & {choice.problem.path.first, choice.problem.path.last}
-            or any(bound is Reason.ADJACENT_MOTION for _, bound in choice.speeds.values())
-            else choice.problem
-            for choice in self.choices
+            path_speeds.slowed_down(SLOWDOWN, Reason.ADJACENT_MOTION)
+            if ends & {path_speeds.problem.path.first, path_speeds.problem.path.last}
+            or any(bound is Reason.ADJACENT_MOTION for _, bound in path_speeds.by_stretch.values())
+            else path_speeds.problem
+            for path_speeds in self.by_path
         ]
         return [] if slower == problems else slower
 
 
 def maximum_path_speeds(
     solved: SolvedScenario, problems: Sequence[PathSpeedProblem], budget: Budget
-) -> PathSpeeds:
+) -> AllPathSpeeds:
     """Find the maximum speeds with which the motion along the paths keeps all limits.
 
     Each motion corrects the problems of the next one, as long as the speeds are infeasible, or
@@ -99,22 +104,22 @@ def maximum_path_speeds(
     Raises:
         InputError: No speeds are feasible.
     """
-    feasible: list[PathSpeeds] = []
+    feasible: list[AllPathSpeeds] = []
     faults: list[SpeedFault] = []
     longest = math.inf
     for _ in range(MAX_MOTIONS):
         try:
-            choices = [problem.choose() for problem in problems]
+            by_path = [problem.choose() for problem in problems]
         except NoSpeedsError as no_speeds:
             faults = faults or [no_speeds.fault]
             break
-        duration = sum(choice.timing.duration for choice in choices)
-        if feasible and (duration >= longest or budget.time_limit.is_over):
+        duration = sum(path_speeds.timing.duration for path_speeds in by_path)
+        if feasible and (duration >= longest or budget.has_ended):
             break
-        speeds = _follow(solved, choices)
-        problems = [choice.problem for choice in speeds.choices]
-        if exceeded := [choice.fault for choice in speeds.choices if choice.fault is not None]:
-            faults = exceeded
+        speeds = _follow(solved, by_path)
+        problems = [path_speeds.problem for path_speeds in speeds.by_path]
+        if speeds.faults:
+            faults = speeds.faults
         else:
             feasible.append(speeds)
             longest = (1.0 - MIN_GAIN) * duration
@@ -123,40 +128,35 @@ def maximum_path_speeds(
     return feasible[-1]
 
 
-def _follow(solved: SolvedScenario, choices: Sequence[ChosenSpeeds]) -> PathSpeeds:
+def _follow(solved: SolvedScenario, by_path: Sequence[PathSpeeds]) -> AllPathSpeeds:
     """Plan the motion along the paths with chosen speeds, and correct their problems."""
     try:
-        timed = _with_speeds(solved, choices)
+        timed = _with_speeds(solved, by_path)
     except (PathError, FollowingError) as blocked:
-        start = blocked.path_start
-        faulty = [choice for choice in choices if choice.problem.path.first == start] or choices
-        return PathSpeeds(
-            solved,
-            [choice.blocked() if choice in faulty else choice for choice in choices],
-        )
-    return PathSpeeds(timed, [choice.corrected(timed) for choice in choices])
+        starts = {path_speeds.problem.path.first for path_speeds in by_path}
+        blocked_starts = starts & {blocked.path_start} or starts
+        slower = [
+            speeds.blocked() if speeds.problem.path.first in blocked_starts else speeds
+            for speeds in by_path
+        ]
+        return AllPathSpeeds(solved, slower)
+    return AllPathSpeeds(timed, [path_speeds.corrected(timed) for path_speeds in by_path])
 
 
-def _with_speeds(solved: SolvedScenario, choices: Sequence[ChosenSpeeds]) -> SolvedScenario:
+def _with_speeds(solved: SolvedScenario, by_path: Sequence[PathSpeeds]) -> SolvedScenario:
     """The task with chosen speeds along its paths, solved."""
-    if not choices:
+    if not by_path:
         return solved
     scenario = solved.scenario
-    unit = scenario.units.per_metre
     changes: defaultdict[int, dict[str, Any]] = defaultdict(dict, solutions_near(solved))
-    for choice in choices:
-        for stretch, (speed, _) in choice.speeds.items():
-            end = scenario.task_index[choice.problem.path.first + 1 + stretch]
-            changes[end]["speed"] = round_speed(unit * speed)
-    scenario = change_task(scenario, scenario.task.with_waypoints(changes))
-    given = tuple(
-        replace(waypoint, path_speed_is_free=False) for waypoint in solved.free_values.waypoints
-    )
-    free = scenario.free_values or replace(solved.free_values, waypoints=given)
-    return SolvedScenario.solve(scenario, free)
+    for path_speeds in by_path:
+        for stretch, (speed, _) in path_speeds.by_stretch.items():
+            end = scenario.task_index[path_speeds.problem.path.first + 1 + stretch]
+            changes[end]["speed"] = round_speed(scenario.units.per_metre * speed)
+    return SolvedScenario.solve(change_task(scenario, scenario.task.with_waypoints(changes)))
 
 
-def given_speeds_beyond_limits(speeds: PathSpeeds) -> list[InputError]:
+def given_speeds_beyond_limits(speeds: AllPathSpeeds) -> list[InputError]:
     """Errors for given speeds that exceed a limit along a path.
 
     Args:
@@ -164,11 +164,11 @@ def given_speeds_beyond_limits(speeds: PathSpeeds) -> list[InputError]:
     """
     errors: list[InputError] = []
     solved = speeds.solved
-    chosen_paths = {choice.problem.number for choice in speeds.choices}
+    chosen_paths = {path_speeds.problem.number for path_speeds in speeds.by_path}
     for number, path in enumerate(solved.scenario.paths):
         if number in chosen_paths:
             continue
-        limits = state_limits(solved, path)
+        limits = path_state_limits(solved, path)
         utilisations = planned_utilisation(solved, path, limits).max(axis=1)
         for stretch in np.flatnonzero((utilisations > 1.0 + LIMIT_SLACK).any(axis=1)).tolist():
             limit = limits.quantities[int(utilisations[stretch].argmax())]
@@ -197,10 +197,10 @@ def path_speed_error(
     text = solved.scenario.units.text
     start, end = (waypoint.name for waypoint in solved.scenario.waypoints[i - 1 : i + 1])
     requested = path.requested
-    is_chosen = stretch in requested.at_most
+    is_chosen = stretch in requested.max_speeds
     duration = requested.durations[stretch]
     given = requested.speeds[stretch] or path.stretches[stretch].speed
-    if requested.at_most and duration:  # the stretches still have the nominal speed
+    if requested.max_speeds and duration:  # the stretches still have the nominal speed
         given = requested.lengths[stretch] / duration
     speed = "no speed keeps the limits" if is_chosen else f"at {text(given, 'm/s')}"
     if path.motion.has_own_clock:

@@ -5,21 +5,21 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from knotwork.errors import InputError, merge_errors
 from knotwork.planning.choosing.chosen_path_speeds import (
-    PathSpeeds,
+    AllPathSpeeds,
     given_speeds_beyond_limits,
     maximum_path_speeds,
 )
-from knotwork.planning.choosing.free_section_motions import SectionsUnsolvedError, solve_sections
 from knotwork.planning.choosing.free_sections import FreeSection, assumed_jerk, find_sections
 from knotwork.planning.choosing.frozen_task import with_chosen_values
 from knotwork.planning.choosing.path_speed_problem import PathSpeedProblem, path_speed_problems
 from knotwork.planning.choosing.solved_scenario import SolvedScenario
+from knotwork.planning.choosing.solving_sections import SectionsUnsolvedError, solve_sections
 from knotwork.planning.task_to_joint import TaskSolution
 from knotwork.planning.timing import ActiveLimit, Objective, TimedMotion
 from knotwork.planning.timing.budget import Budget
@@ -43,7 +43,6 @@ class ChosenValues:
         path_limits: Bounds of speeds chosen along tool paths.
         assumed_jerk: Jerk limits assumed for joints without one, by joint
             [rad/s³ or m/s³].
-        fixed_arrivals: Names of waypoints in moving frames, whose times were chosen first.
     """
 
     requested: Scenario
@@ -52,7 +51,16 @@ class ChosenValues:
     sections: tuple[TimedMotion, ...] = ()
     path_limits: tuple[ActiveLimit, ...] = ()
     assumed_jerk: Mapping[str, float] = field(default_factory=dict)
-    fixed_arrivals: tuple[str, ...] = ()
+
+    @property
+    def fixed_arrivals(self) -> tuple[str, ...]:
+        """Names of the waypoints in moving frames, whose times were chosen first."""
+        free = self.requested.required_free_values
+        return tuple(
+            self.requested.waypoints[i].name
+            for i in free.time_dependent
+            if free.waypoints[i].duration_is_free
+        )
 
     @property
     def duration(self) -> float:
@@ -122,53 +130,39 @@ def choose_values(solved: SolvedScenario, budget: Budget) -> ChosenValues:
     Raises:
         InputError: No motion within the limits was found.
     """
-    motions = _find_motions(solved, path_speed_problems(solved), budget)
-    while (shorter := _find_shorter(solved, motions, budget)) is not None:
-        motions = shorter
-    return motions.values
+    speeds, values = _values_at_maximum_speeds(solved, path_speed_problems(solved), budget)
+    while (slower := speeds.slowed_down()) and not budget.has_ended:
+        try:
+            speeds, other = _values_at_maximum_speeds(solved, slower, budget)
+        except InputError:
+            break
+        if other.duration >= values.duration:
+            break
+        values = other
+    return values
 
 
-class _Motions(NamedTuple):
-    """The chosen values of a task, and the speeds along its paths."""
-
-    values: ChosenValues
-    speeds: PathSpeeds
-
-
-def _find_motions(
-    solved: SolvedScenario,
-    problems: Sequence[PathSpeedProblem],
-    budget: Budget,
-    slowdowns: int = MAX_SLOWDOWNS,
-) -> _Motions:
-    """Find motions at the maximum speeds along paths, or the next lower ones that have motions.
+def _values_at_maximum_speeds(
+    solved: SolvedScenario, problems: Sequence[PathSpeedProblem], budget: Budget
+) -> tuple[AllPathSpeeds, ChosenValues]:
+    """Choose the maximum speeds along paths, or the next lower ones with motions between them.
 
     Raises:
         InputError: There are none.
     """
-    speeds = maximum_path_speeds(solved, problems, budget)
-    try:
-        return _Motions(_choose_values(solved.scenario, speeds, budget), speeds)
-    except SectionsUnsolvedError as unsolved:
-        slower = speeds.slowed_down(unsolved.errors)
-        if not slower or not slowdowns:
-            raise unsolved.combined_error() from None
-    return _find_motions(solved, slower, budget, slowdowns - 1)
+    for _ in range(MAX_SLOWDOWNS + 1):
+        speeds = maximum_path_speeds(solved, problems, budget)
+        try:
+            return speeds, _values_at_speeds(solved.scenario, speeds, budget)
+        except SectionsUnsolvedError as error:
+            unsolved = error
+        problems = speeds.slowed_down(unsolved.errors)
+        if not problems:
+            break
+    raise unsolved.combined_error()
 
 
-def _find_shorter(solved: SolvedScenario, motions: _Motions, budget: Budget) -> _Motions | None:
-    """Find motions of shorter total duration, along slowed paths at still lower speeds."""
-    slower = motions.speeds.slowed_down()
-    if not slower or budget.time_limit.is_over:
-        return None
-    try:
-        other = _find_motions(solved, slower, budget)
-    except InputError:
-        return None
-    return other if other.values.duration < motions.values.duration else None
-
-
-def _choose_values(scenario: Scenario, speeds: PathSpeeds, budget: Budget) -> ChosenValues:
+def _values_at_speeds(scenario: Scenario, speeds: AllPathSpeeds, budget: Budget) -> ChosenValues:
     """Choose the motions of all sections, with known speeds along paths.
 
     Raises:
@@ -189,7 +183,7 @@ def _choose_values(scenario: Scenario, speeds: PathSpeeds, budget: Budget) -> Ch
     )
 
 
-def _check_given(speeds: PathSpeeds, sections: Sequence[FreeSection]) -> None:
+def _check_given(speeds: AllPathSpeeds, sections: Sequence[FreeSection]) -> None:
     """Refuse given values beyond a limit, and too short times.
 
     Speeds along paths come first, because sections begin and end with them.

@@ -13,8 +13,8 @@ from knotwork.curves.trajectory import JointTrajectory
 from knotwork.joint_quantities import rate_unit
 from knotwork.planning.choosing.chosen_values import ChosenValues
 from knotwork.planning.choosing.path_speed_problem import Reason
-from knotwork.task import ChosenSectionFields
 from knotwork.task.scenario import Scenario
+from knotwork.task.scenario.motion_segments import StoredClearMotion
 from knotwork.task.scenario.scenario_joints import ScenarioJoints
 from knotwork.verification import Finding, Motion
 from knotwork.verification.bounds.clearance import least_clearance
@@ -73,12 +73,12 @@ def chosen_values_findings(
             group=group,
             subject="waypoint",
             name=end,
-            quantity="binding_limits",
+            quantity="active_limits",
             verdict="information",
             fact=f"{start} to {end}: {', '.join(parts)}",
             interval=(times[start], times[end]),
             short_fact=label,
-            highlight=f"{start} to {end}: bound by {label}",
+            highlight=f"{start} to {end}: limited by {label}",
         )
 
 
@@ -164,7 +164,7 @@ def _longest(limits: _Shares) -> str:
 
 
 def clear_motion_findings(
-    clear_motions: Iterable[tuple[list[int], ChosenSectionFields]],
+    clear_motions: Iterable[StoredClearMotion],
     scenario: Scenario,
     joints: ScenarioJoints,
     trajectory: JointTrajectory,
@@ -172,7 +172,7 @@ def clear_motion_findings(
     """Report the tries and the minimum clearance of each collision-free motion.
 
     Args:
-        clear_motions: Waypoints of each, by index, and its motion in the task.
+        clear_motions: The motions.
         scenario: The scenario, with all times known.
         joints: The joints and their robot.
         trajectory: The planned motion.
@@ -184,13 +184,13 @@ def clear_motion_findings(
     around = replace(model, pairs=tuple(pair for pair in model.pairs if pair.involves_scene))
     length, _ = scenario.task.units.in_si
     resolution = scenario.scene.collisions.resolution
-    for indices, chosen in clear_motions:
-        start, end = (scenario.waypoints[indices[k]] for k in (0, -1))
+    for waypoints, section in clear_motions:
+        start, end = (scenario.waypoints[waypoints[k]] for k in (0, -1))
         name, interval = f"{start.name} to {end.name}", (start.time, end.time)
-        tries = "1 try" if chosen.tries == 1 else f"{chosen.tries} tries"
+        tries = "1 try" if section.tries == 1 else f"{section.tries} tries"
         extra = ""
-        if chosen.room is not None:
-            room = scenario.units.text(chosen.room * length, "m", ".3g")
+        if section.room is not None:
+            room = scenario.units.text(section.room * length, "m", ".3g")
             extra = f" with {room} of extra clearance"
         fact = highlight = f"{name}: clear motion found in {tries}{extra}"
         cut = cut_curve(motion.curve, *interval), resolution, SHOWN_CLEARANCE_PRECISION

@@ -21,8 +21,7 @@ from knotwork.planning.clear_motions.clear_search import find_clear_motion, slow
 from knotwork.planning.timing import TimedMotion, TimingProblem
 from knotwork.planning.timing.budget import Budget
 from knotwork.planning.timing.minimum_durations import lower_bound, sufficient_duration
-from knotwork.planning.timing.section_motion import TimedCurve
-from knotwork.planning.timing.solving import timed_motion
+from knotwork.planning.timing.timed_motion import TimedCurve
 from knotwork.robot import Robot
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.task import PoseWaypoint
@@ -67,46 +66,30 @@ def plan_clear_section(
         resolution=solved.scenario.scene.collisions.resolution,
         stop=lambda: _stop(section, problem),
     )
-    tries = 0
-
-    def report(number: int, best: ClearMotion | None) -> None:
-        nonlocal tries
-        tries, seconds = number, best.duration if best is not None else None
-        budget.step(1, seconds, f"way {number} of {options.tries}", (number - 1) / options.tries)
-
     try:
         motion = find_clear_motion(
-            clear_problem,
-            tries=options.tries,
-            extra_clearance=options.room,
-            is_out_of_time=lambda: budget.time_limit.is_over,
-            report=report,
+            clear_problem, budget, tries=options.tries, extra_clearance=options.room
         )
     except ClearSearchError as fault:
         single = len(clear_problem.starts) == len(clear_problem.goals) == 1
         raise _located_error(fault, section, single=single) from None
-    budget.finish(1)
+    budget.finish(len(section.waypoints) - 1)
     curve = _slowed(motion, problem, section)
-    timed = _timed_motion(motion, curve, problem, clear_problem)
-    extra = motion.extra_clearance if options.room else None
-    return replace(timed, line=motion.line, tries=tries, extra_clearance=extra)
-
-
-def _timed_motion(
-    motion: ClearMotion,
-    curve: PiecewisePolynomial,
-    problem: TimingProblem,
-    ends: ClearMotionProblem,
-) -> TimedMotion:
-    """Convert a collision-free motion to the result that every section has."""
-    least = min(
-        lower_bound(replace(problem, position=np.stack((first, *problem.position[1:-1], last))))
-        for first in ends.starts
-        for last in ends.goals
-    )
     time = motion.time * (float(curve.x[-1]) / motion.duration)
-    part = TimedCurve(time, curve, "resting" if motion.rests else "optimal")
-    return timed_motion(problem, part, least, "way")
+    slowed = TimedCurve(time, curve, "resting" if motion.rests else "optimal")
+    timed = TimedMotion.of(problem, slowed, _lower_bound(clear_problem), "way")
+    extra = motion.extra_clearance if options.room else None
+    return replace(timed, line=motion.line, tries=motion.tries, extra_clearance=extra)
+
+
+def _lower_bound(clear_problem: ClearMotionProblem) -> float:
+    """Lower bound on the duration between any two solutions of the ends [s]."""
+    timing = clear_problem.timing
+    return min(
+        lower_bound(replace(timing, position=np.stack((start, *timing.position[1:-1], goal))))
+        for start in clear_problem.starts
+        for goal in clear_problem.goals
+    )
 
 
 def _stop(section: FreeSection, problem: TimingProblem) -> PiecewisePolynomial | None:
@@ -187,7 +170,7 @@ def _slowed(
 ) -> PiecewisePolynomial:
     """A motion slowed down to the given time, if there is one."""
     given_time = float(problem.total or problem.duration.sum())
-    least = float(problem.at_least.sum())
+    least = float(problem.min_duration.sum())
     duration = max(motion.duration, least) if np.isnan(given_time) else given_time
     if duration == motion.duration:
         return motion.curve

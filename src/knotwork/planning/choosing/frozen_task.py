@@ -130,7 +130,7 @@ def _chosen_section(
     times = np.interp(x, motion.time, timed.times[section.waypoints])
     velocities = {
         timed.waypoints[i].name: by_joint(joints, motion.velocity[k], units)
-        for k, (i, free) in enumerate(zip(section.waypoints, section.free, strict=True))
+        for k, (i, free) in enumerate(zip(section.waypoints, section.free_waypoints, strict=True))
         if free.speed_kind != "given"
     }
     extra: dict[str, Any] = {"velocities": velocities, "tries": motion.tries}

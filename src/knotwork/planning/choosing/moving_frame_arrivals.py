@@ -90,7 +90,7 @@ def fix_arrival_times(scenario: Scenario, budget: Budget) -> Scenario:
 
 def _choose(scenario: Scenario, budget: Budget) -> ChosenValues:
     """Minimum times for the best solutions of the poses at the expected times."""
-    return choose_values(SolvedScenario.solve(scenario, scenario.required_free_values), budget)
+    return choose_values(SolvedScenario.solve(scenario), budget)
 
 
 def _first_choice(

@@ -1,7 +1,12 @@
 """Utilisation of each limit along a path, as a fraction of it: as planned, and at any speeds.
 
 Along a path q(s) and its derivatives are computed once. With q̇ = q' ṡ, q̈ = q'' ṡ² + q' s̈ and
-q⃛ = q''' ṡ³ + 3 q'' ṡ s̈ + q' s⃛ every utilisation then follows from ṡ, s̈ and s⃛.
+q⃛ = q''' ṡ³ + 3 q'' ṡ s̈ + q' s⃛ the ratio of each quantity to its limit is a sum,
+
+    at rest + by_speed ṡ^order + by_acceleration s̈ + by_both ṡ s̈ + by_jerk s⃛,
+
+whose five terms depend on s alone. For the acceleration of a joint, of order 2, they are 0, q'',
+q', 0 and 0, divided by its limit.
 """
 
 from __future__ import annotations
@@ -12,6 +17,7 @@ from knotwork.arrays import FloatArray
 from knotwork.curves.interpolation import ModifiedHermiteSpline
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.tool_paths import TimedPath, Timing, speed_profile
+from knotwork.joint_quantities import MOTION_QUANTITIES
 from knotwork.planning.choosing.solved_scenario import SolvedScenario
 from knotwork.planning.task_to_joint import knots_of
 from knotwork.planning.timing.state_limits import TOOL_SPEED, LimitedQuantity, StateLimits
@@ -36,7 +42,7 @@ CONSTANT_SPEED_PART = 1
 """Index of the part of a stretch with its own speed."""
 
 
-def state_limits(solved: SolvedScenario, path: ScenarioPath) -> StateLimits:
+def path_state_limits(solved: SolvedScenario, path: ScenarioPath) -> StateLimits:
     """The limits of joint states on a path, whose load the efforts depend on."""
     joints, motion = solved.joints, solved.scenario.motion_limits
     frames = {
@@ -46,7 +52,7 @@ def state_limits(solved: SolvedScenario, path: ScenarioPath) -> StateLimits:
         frames[TOOL_SPEED] = (1.0 - TOOL_MARGIN) * motion.tool_speed
     if motion.tool_acceleration is not None:
         frames[LimitedQuantity("", "tool_acceleration", 2)] = motion.tool_acceleration
-    dynamics = solved.dynamics(path.first)
+    dynamics = solved.dynamics[path.first]
     robot = joints.robot if dynamics is None else dynamics.robot
     return StateLimits(joints.joint_names, joints.limits, robot, frames)
 
@@ -115,23 +121,25 @@ class PathUtilisation:
     """
 
     def __init__(self, solved: SolvedScenario, path: ScenarioPath) -> None:
-        self.limits = limits = state_limits(solved, path)
+        self.limits = limits = path_state_limits(solved, path)
         self.orders = np.array([limited.order for limited in limits.quantities])
         lengths = path.requested.lengths
         # at 1 m/s time is the arc length
         timing = speed_profile(lengths, np.ones(len(lengths)), acceleration=1.0)
-        unit = TimedPath(path.motion.path, timing)
-        robot, start, pull = solved.solution.starts[path.first]
-        curve = JointsOnPath(robot, unit, start, pull).curve
+        at_unit_speed = TimedPath(path.motion.path, timing)
+        robot, start, target = solved.solution.starts[path.first]
+        curve = JointsOnPath(robot, at_unit_speed, start, target).curve
         joint_count = len(limits.joint_names)
         self._s = _sample_points(curve)
-        q, d1, d2, d3 = (curve(self._s, order)[:, :joint_count] for order in range(4))
-        zero = np.zeros_like(q)
-        at_rest = limits.fractions(q, zero, zero, zero)
-        # the factors of 1, ṡ to the power of the order, s̈, ṡ s̈ and s⃛
-        factors = ((d1, d2, d3), (zero, d1, zero), (zero, zero, 3.0 * d2), (zero, zero, d1))
-        terms = [limits.fractions(q, *factor) - at_rest for factor in factors]
-        self._terms = np.stack([at_rest, *terms], axis=1)
+        orders = range(len(MOTION_QUANTITIES))
+        q, *derivatives = (curve(self._s, order)[:, :joint_count] for order in orders)
+        (d1, d2, *_), zero = derivatives, np.zeros_like(q)
+        at_rest = limits.ratios(q)
+        by_speed, by_acceleration, by_both, by_jerk = (
+            limits.ratios(q, *rates) - at_rest
+            for rates in (derivatives, (zero, d1), (zero, zero, 3.0 * d2), (zero, zero, d1))
+        )
+        self._terms = np.stack((at_rest, by_speed, by_acceleration, by_both, by_jerk))
         self._ends = timing.times
 
     def with_timing(self, timing: Timing) -> FloatArray:
@@ -143,11 +151,12 @@ class PathUtilisation:
         v, a, j = (curve(t, order)[:, None, None] for order in (1, 2, 3))
         after = np.clip(np.searchsorted(self._s, s), 1, len(self._s) - 1)
         low, high = self._s[after - 1], self._s[after]
-        weight = np.clip((s - low) / (high - low), 0.0, 1.0)[:, None, None, None]
-        terms = (1.0 - weight) * self._terms[after - 1] + weight * self._terms[after]
-        fractions = terms[:, 0] + terms[:, 1] * v ** self.orders[:, None]
-        fractions += terms[:, 2] * a + terms[:, 3] * v * a + terms[:, 4] * j
-        return _largest_by_part(np.linalg.norm(fractions, axis=-1), t, _parts(timing))
+        weight = np.clip((s - low) / (high - low), 0.0, 1.0)[:, None, None]
+        terms = (1.0 - weight) * self._terms[:, after - 1] + weight * self._terms[:, after]
+        at_rest, by_speed, by_acceleration, by_both, by_jerk = terms
+        ratios = at_rest + by_speed * v ** self.orders[:, None]
+        ratios += by_acceleration * a + by_both * v * a + by_jerk * j
+        return _largest_by_part(np.linalg.norm(ratios, axis=-1), t, _parts(timing))
 
     def max_speeds(self, allowed: FloatArray) -> FloatArray:
         """Maximum constant speeds in the middle of each stretch [m/s], in closed form.
@@ -160,9 +169,9 @@ class PathUtilisation:
         Returns:
             The speed that each limit allows on each stretch, shape (n, m).
         """
-        at_rest, factor = self._terms[:, 0], self._terms[:, 1]
-        sizes = np.linalg.norm(factor, axis=-1)
-        at_rest = (at_rest * np.sign(factor)).sum(axis=-1)  # only efforts are not 0 at rest
+        at_rest, by_speed, *_ = self._terms
+        sizes = np.linalg.norm(by_speed, axis=-1)
+        at_rest = (at_rest * np.sign(by_speed)).sum(axis=-1)  # only efforts are not 0 at rest
         index = np.clip(np.searchsorted(self._ends, self._s) - 1, 0, len(allowed) - 1)
         with np.errstate(divide="ignore", invalid="ignore"):
             unused = np.maximum(allowed[index] - at_rest, 0.0)

@@ -110,7 +110,7 @@ class PathSpeedProblem:
     Attributes:
         number: Index of the path among those of the task.
         path: The path at its nominal speed.
-        unit: Number of the file's units of length per metre; speeds are round numbers of them.
+        per_metre: Number of the file's units of length per metre; speeds are round numbers of them.
         utilisation: Utilisation of the limits along it, at any speeds.
         caps: Upper bounds of the free speeds, by index of the stretch.
         correction: Ratio of the planned to the expected utilisation, shape (n, 3, m).
@@ -118,12 +118,12 @@ class PathSpeedProblem:
 
     number: int
     path: ScenarioPath
-    unit: float
+    per_metre: float
     utilisation: PathUtilisation
     caps: Mapping[int, BoundedSpeed]
     correction: FloatArray
 
-    def choose(self) -> ChosenSpeeds:
+    def choose(self) -> PathSpeeds:
         """Choose the maximum speeds that are expected to keep the limits.
 
         Raises:
@@ -135,7 +135,7 @@ class PathSpeedProblem:
             expected = self.utilisation.with_timing(timing) * self.correction
             largest = (expected / MAX_EXPECTED_UTILISATION).max(axis=1)
             if largest.max() <= 1.0:
-                return ChosenSpeeds(self, speeds, timing)
+                return PathSpeeds(self, speeds, timing)
             speeds = speeds | self._lowered(largest, all_speeds)
 
     def _constant_speeds(self) -> dict[int, BoundedSpeed]:
@@ -168,7 +168,7 @@ class PathSpeedProblem:
         """
         while True:
             speeds = {
-                k: BoundedSpeed(round_speed(self.unit * speed) / self.unit, bound)
+                k: BoundedSpeed(round_speed(self.per_metre * speed) / self.per_metre, bound)
                 for k, (speed, bound) in speeds.items()
             }
             try:
@@ -229,33 +229,33 @@ class PathSpeedProblem:
 
 
 @dataclass(frozen=True, eq=False)
-class ChosenSpeeds:
+class PathSpeeds:
     """Chosen speeds along one path.
 
     Attributes:
         problem: The problem that they solve; once the motion with them is planned, corrected by it.
-        speeds: Each speed and its bound, by index of the stretch.
+        by_stretch: Each speed and its bound, by index of the stretch.
         timing: Timing of the whole path with them.
         fault: A limit that the motion with these speeds exceeds, or `None`.
     """
 
     problem: PathSpeedProblem
-    speeds: Mapping[int, BoundedSpeed]
+    by_stretch: Mapping[int, BoundedSpeed]
     timing: Timing
     fault: SpeedFault | None = None
 
     def slowed_down(self, factor: float, reason: Reason) -> PathSpeedProblem:
         """The problem with caps at a fraction of these speeds."""
-        caps = {k: BoundedSpeed(factor * v, reason) for k, (v, _) in self.speeds.items()}
+        caps = {k: BoundedSpeed(factor * v, reason) for k, (v, _) in self.by_stretch.items()}
         return replace(self.problem, caps=caps)
 
-    def blocked(self) -> ChosenSpeeds:
+    def blocked(self) -> PathSpeeds:
         """The speeds as speeds that keep no tolerances, with lower caps of their problem."""
         fault = SpeedFault(self.problem.path, 0, Reason.TOLERANCES)
         slower = self.slowed_down(MIN_SPEED_FACTOR, Reason.TOLERANCES)
         return replace(self, problem=slower, fault=fault)
 
-    def corrected(self, timed: SolvedScenario) -> ChosenSpeeds:
+    def corrected(self, timed: SolvedScenario) -> PathSpeeds:
         """The speeds, with their fault and a problem corrected by the planned motion.
 
         The problem caps the speeds with which this motion exceeds a limit.
@@ -275,7 +275,7 @@ class ChosenSpeeds:
         for k, of_stretch in enumerate(largest):
             if k in caps and of_stretch.max() > MAX_PLANNED_UTILISATION:
                 factor, limit = problem.required_slowdown(of_stretch / MAX_EXPECTED_UTILISATION)
-                caps[k] = BoundedSpeed(factor * self.speeds[k].speed, limit)
+                caps[k] = BoundedSpeed(factor * self.by_stretch[k].speed, limit)
         fault = None
         if largest.max() > MAX_PLANNED_UTILISATION:
             k, column = divmod(int(largest.argmax()), largest.shape[1])
@@ -286,14 +286,16 @@ class ChosenSpeeds:
 
 def path_speed_problems(solved: SolvedScenario) -> list[PathSpeedProblem]:
     """The problems of all paths with chosen speeds, before anything is planned."""
-    unit = solved.scenario.units.per_metre
+    per_metre = solved.scenario.units.per_metre
     problems = []
     for number, path in enumerate(solved.scenario.paths):
-        if bounds := path.requested.at_most:
+        if bounds := path.requested.max_speeds:
             utilisation = PathUtilisation(solved, path)
             caps = {k: BoundedSpeed(speed, Reason.AT_MOST) for k, speed in bounds.items()}
             correction = np.ones((len(path.stretches), 3, len(utilisation.limits.quantities)))
-            problems.append(PathSpeedProblem(number, path, unit, utilisation, caps, correction))
+            problems.append(
+                PathSpeedProblem(number, path, per_metre, utilisation, caps, correction)
+            )
     return problems
 
 

@@ -12,7 +12,8 @@ import numpy as np
 
 from knotwork.arrays import IndexArray
 from knotwork.planning.task_to_joint import TaskSolution, knots_of, solve_task
-from knotwork.task.scenario import FreeValues, Scenario
+from knotwork.task import Weights
+from knotwork.task.scenario import FreeValues, FreeWaypoint, Scenario
 from knotwork.task.scenario.scenario_joints import ScenarioJoints, read_scenario_joints
 from knotwork.waypoints import JointWaypoints
 
@@ -29,21 +30,25 @@ class SolvedScenario:
 
     Attributes:
         scenario: The scenario.
-        free_values: Its free values.
         joints: Its joints.
         solution: Its waypoints at the joints, free times as expected.
     """
 
     scenario: Scenario
-    free_values: FreeValues
     joints: ScenarioJoints
     solution: TaskSolution
 
     @classmethod
-    def solve(cls, scenario: Scenario, free_values: FreeValues) -> SolvedScenario:
+    def solve(cls, scenario: Scenario) -> SolvedScenario:
         """A scenario with its joints and the best solutions of its poses."""
         joints = read_scenario_joints(scenario)
-        return cls(scenario, free_values, joints, solve_task(scenario, joints, knots_of(scenario)))
+        return cls(scenario, joints, solve_task(scenario, joints, knots_of(scenario)))
+
+    @property
+    def free_values(self) -> FreeValues:
+        """Its free values; without any after the choice of all speeds along paths."""
+        nothing = (FreeWaypoint(),) * len(self.scenario.waypoints)
+        return self.scenario.free_values or FreeValues(nothing, Weights(time=1.0))
 
     @property
     def waypoints(self) -> JointWaypoints:
@@ -56,18 +61,15 @@ class SolvedScenario:
         return np.array(self.waypoints.waypoint_rows)
 
     @cached_property
-    def _dynamics(self) -> tuple[Dynamics, ...]:
-        """Dynamics from each waypoint to the next, one object for equal loads."""
+    def dynamics(self) -> tuple[Dynamics | None, ...]:
+        """Dynamics of the robot from each waypoint to the next, one object for equal loads."""
         from knotwork.planning.timing import Dynamics
 
-        loaded_robots = self.joints.loaded_robots
-        robots = () if loaded_robots is None else loaded_robots.by_interval
+        if self.joints.loaded_robots is None:
+            return (None,) * (len(self.scenario.waypoints) - 1)
+        robots = self.joints.loaded_robots.by_interval
         models = {id(robot): Dynamics(robot) for robot in robots}
         return tuple(models[id(robot)] for robot in robots)
-
-    def dynamics(self, i: int) -> Dynamics | None:
-        """Dynamics of its robot, if there is one, with the load from waypoint i on."""
-        return self._dynamics[i] if self._dynamics else None
 
     @cached_property
     def zero_acceleration_points(self) -> Mapping[int, str]:
@@ -77,7 +79,7 @@ class SolvedScenario:
         between them.
         """
         waypoints = self.free_values.waypoints
-        loads = enumerate(pairwise(self._dynamics), start=1)
+        loads = enumerate(pairwise(self.dynamics), start=1)
         points = {i: "the load changes" for i, (before, after) in loads if before is not after}
         return points | {
             i: "a collision-free motion begins or ends"

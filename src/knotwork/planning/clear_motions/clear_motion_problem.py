@@ -27,6 +27,7 @@ class ClearMotion:
             polyline, and the one from rest to the last state, each from time 0 on, or `None`.
         rests: Whether it rests at corners of the polyline between the waypoints.
         extra_clearance: Clearance that it keeps beyond the margins [m].
+        tries: Number of searches of which it is the fastest.
     """
 
     curve: PiecewisePolynomial
@@ -35,6 +36,7 @@ class ClearMotion:
     parts: Sequence[PiecewisePolynomial | None]
     rests: bool
     extra_clearance: float = 0.0
+    tries: int = 1
 
     @property
     def duration(self) -> float:

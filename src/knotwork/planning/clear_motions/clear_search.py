@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
@@ -20,8 +20,9 @@ from knotwork.planning.clear_motions.clear_motion_problem import (
 from knotwork.planning.clear_motions.configuration_space import ConfigurationSpace
 from knotwork.planning.clear_motions.exchange import ExchangeSearch
 from knotwork.planning.clear_motions.rrt import connect, polyline_curve, shorten_polyline
+from knotwork.planning.timing.budget import Budget
 from knotwork.planning.timing.motion_curves import concatenate, reverse, slow_down
-from knotwork.planning.timing.section_motion import resting_motion
+from knotwork.planning.timing.stop_to_stop import resting_motion
 from knotwork.planning.timing.tightening import exceeded_limit, keeps_limits
 from knotwork.planning.timing.timing_problem import TimingProblem
 
@@ -65,12 +66,7 @@ PIECES_AN_EDGE, MIN_PIECES, MAX_PIECES = 4, 12, 20
 
 
 def find_clear_motion(
-    problem: ClearMotionProblem,
-    *,
-    tries: int = 1,
-    extra_clearance: float = 0.0,
-    is_out_of_time: Callable[[], bool] = lambda: False,
-    report: Callable[[int, ClearMotion | None], None] = lambda number, best: None,
+    problem: ClearMotionProblem, budget: Budget, *, tries: int = 1, extra_clearance: float = 0.0
 ) -> ClearMotion:
     """Find a fast motion between two states, proved to keep every margin and limit.
 
@@ -78,13 +74,12 @@ def find_clear_motion(
 
     Args:
         problem: The states, the limits and the bodies.
+        budget: Computing time, at whose end the best motion so far is returned, if there is one;
+            and progress.
         tries: Number of searches; the fastest motion is returned.
         extra_clearance: Clearance of pairs beyond their margins [m]. If no motion is found, it is
             reduced to a half, a quarter or zero. That of a pair need not exceed half of its
             clearance at the waypoints.
-        is_out_of_time: Whether to return the best motion so far, if there is one.
-        report: Called with the number of the search, from 1 on, and the best motion so far, when a
-            search begins and when there is a better motion.
 
     Raises:
         ClearSearchError: No motion was found.
@@ -92,11 +87,11 @@ def find_clear_motion(
     for part in CLEARANCE_SHARES if extra_clearance else ():
         try:
             wider = _with_extra_clearance(problem, part * extra_clearance)
-            motion = _ClearSearch(wider, STAGES[:1], is_out_of_time, report).best_of(tries)
+            motion = _ClearSearch(wider, STAGES[:1], budget, tries).run()
             return replace(motion, extra_clearance=part * extra_clearance)
         except ClearSearchError:
             continue
-    return _ClearSearch(problem, STAGES, is_out_of_time, report).best_of(tries)
+    return _ClearSearch(problem, STAGES, budget, tries).run()
 
 
 def slow_to_duration(motion: ClearMotion, duration: float) -> PiecewisePolynomial | None:
@@ -145,14 +140,9 @@ class _ClearSearch:
     """
 
     def __init__(
-        self,
-        problem: ClearMotionProblem,
-        stages: Sequence[Stage],
-        is_out_of_time: Callable[[], bool],
-        report: Callable[[int, ClearMotion | None], None],
+        self, problem: ClearMotionProblem, stages: Sequence[Stage], budget: Budget, tries: int
     ) -> None:
-        self.problem, self.stages, self.report = problem, stages, report
-        self.is_out_of_time = is_out_of_time
+        self.problem, self.stages, self.budget, self.tries = problem, stages, budget, tries
         model, limits = problem.collision_model, problem.timing.limits
         self.space = ConfigurationSpace(problem.arm_model, model, limits, problem.loaded_arm_model)
         self.inner = problem.timing.position[1:-1]
@@ -220,23 +210,28 @@ class _ClearSearch:
         limit, utilisation = excess
         return ClearSearchError(end, limit=limit, joint=int(utilisation.max(axis=0).argmax()))
 
-    def best_of(self, tries: int) -> ClearMotion:
-        """The fastest motion of a number of searches."""
+    def run(self) -> ClearMotion:
+        """The fastest motion of all searches."""
         best: ClearMotion | None = None
-        for seed in range(tries):
-            if best is not None and self.is_out_of_time():
-                break
-            self.report(seed + 1, best)
-            lines = self._polylines(seed)
+        number = 0
+        while number < self.tries and (best is None or not self.budget.has_ended):
+            number += 1
+            self._report(number, best)
+            lines = self._polylines(number - 1)
             if lines is None:
                 break
-            motion = self._optimised_motion(lines, best, seed + 1)
+            motion = self._optimised_motion(lines, best, number)
             if motion is not None and (best is None or motion.duration < best.duration):
                 best = motion
-                self.report(seed + 1, best)
+                self._report(number, best)
         if best is None:
             raise ClearSearchError(checks=self.space.checks)
-        return best
+        return replace(best, tries=number)
+
+    def _report(self, number: int, best: ClearMotion | None) -> None:
+        """Report the progress of a search, and the best motion so far."""
+        duration = None if best is None else best.duration
+        self.budget.step(1, duration, f"way {number} of {self.tries}", (number - 1) / self.tries)
 
     def _polylines(self, seed: int) -> list[FloatArray] | None:
         """Polylines between consecutive waypoints, proved clear, or `None`."""
@@ -288,12 +283,12 @@ class _ClearSearch:
         if unproved_pairs(motion.curve) or not keeps_limits(ends, motion.curve):
             return None
         if best is None:
-            self.report(number, motion)
+            self._report(number, motion)
         pieces = min(max(PIECES_AN_EDGE * max(edges), MIN_PIECES), MAX_PIECES)
         exchange = ExchangeSearch(
             self.space, ends, motion.curve, motion.time, pieces, unproved_pairs
         )
-        faster = exchange.run(self.is_out_of_time, np.inf if best is None else best.duration)
+        faster = exchange.run(self.budget, np.inf if best is None else best.duration)
         if faster is motion.curve:
             return motion
         return replace(motion, curve=faster, time=faster.x[::pieces], rests=False)

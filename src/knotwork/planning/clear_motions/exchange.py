@@ -17,6 +17,7 @@ import numpy as np
 from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.planning.clear_motions.configuration_space import ConfigurationSpace
+from knotwork.planning.timing.budget import Budget
 from knotwork.planning.timing.motion_states import States, states_of
 from knotwork.planning.timing.nonlinear_program import Block, Kernel, solve_program, symbols
 from knotwork.planning.timing.robot_limits import state_inside
@@ -118,20 +119,18 @@ class ExchangeSearch:
         self._reference = states_of(first, np.repeat(np.diff(times) / pieces, pieces))
         self._improved = False
 
-    def run(
-        self, is_out_of_time: Callable[[], bool], max_duration: float = np.inf
-    ) -> PiecewisePolynomial:
+    def run(self, budget: Budget, max_duration: float = np.inf) -> PiecewisePolynomial:
         """Iterate until convergence, and give the best motion.
 
         Args:
-            is_out_of_time: Whether the iteration must end.
+            budget: Computing time, at whose end the iteration ends.
             max_duration: Duration above which a motion is of no use [s].
         """
         radius, rejected = FIRST_TRUST_RADIUS, 0
         guess, options = self._reference, FIRST_OPTIONS
         planes, contact_planes = self._planes_along(guess), list[Plane]()
         for _ in range(MAX_ROUNDS):
-            if is_out_of_time() or radius < LAST_TRUST_RADIUS:
+            if budget.has_ended or radius < LAST_TRUST_RADIUS:
                 break
             solution = self._solve(guess, planes + contact_planes, radius, options)
             if solution is None:

@@ -11,14 +11,18 @@ from knotwork.planning import Plan, plan
 from knotwork.planning.sweeps.field_path import scenario_with
 from knotwork.planning.sweeps.figures import FIGURES
 
-# verdicts of rows
 ROW_PASSED = "passed"
-ROW_FAILED = "failed"  # a check fails
-ROW_REFUSED = "refused"  # there is no motion
+"""Verdict on a row whose motion passes its check."""
+ROW_FAILED = "failed"
+"""Verdict on a row whose motion fails its check."""
+ROW_REFUSED = "refused"
+"""Verdict on a row without a motion."""
 ROW_TIME_LIMIT = "time limit"
-ROW_CRASHED = "crashed"  # the process ended
-ROW_WRONG_INPUT = "wrong input"  # a reason
-# The first matching class decides.
+"""Verdict on a row that is not planned within the time limit."""
+ROW_CRASHED = "crashed"
+"""Verdict on a row after an internal error or the end of its process."""
+ROW_WRONG_INPUT = "wrong input"
+"""Reason of a row with wrong values."""
 _REASONS: tuple[tuple[type[Exception], str], ...] = (
     (errors.OutOfReachError, "out of reach"),
     (errors.BranchError, "branch"),
@@ -30,6 +34,7 @@ _REASONS: tuple[tuple[type[Exception], str], ...] = (
     (errors.TaskError, "task"),
     (errors.InputError, ROW_WRONG_INPUT),
 )
+"""Reasons by the class of the error; the first class that matches decides."""
 
 
 @dataclass(frozen=True)

@@ -149,15 +149,15 @@ def _plan_missing(
     workers: int,
     scheduler: str | None,
     progress: Callable[[SweepProgress], None] | None,
-    max_passed: float,
+    stop_after: float,
 ) -> None:
-    """Plan the rows that are not finished, until enough rows pass; each outcome is kept at once."""
+    """Plan the unfinished rows until `stop_after` rows pass; each outcome is kept at once."""
     spec = folder.spec
     begin = time.monotonic()
     before = len(folder.rows)
     passed = sum(row["verdict"] == ROW_PASSED for row in folder.rows.values())
     missing = [row for row in range(len(spec)) if row not in folder.rows]
-    if passed >= max_passed or not missing:
+    if passed >= stop_after or not missing:
         return
     with closing(executors.plan_rows(spec, missing, workers, scheduler)) as results:  # type: ignore[type-var]
         for row, outcome in results:
@@ -166,7 +166,7 @@ def _plan_missing(
             if progress is not None:
                 seconds = time.monotonic() - begin
                 progress(SweepProgress(len(folder.rows), len(spec), passed, before, seconds))
-            if passed >= max_passed:
+            if passed >= stop_after:
                 return
 
 

@@ -21,10 +21,10 @@ from knotwork.task import Task
 from knotwork.task.scenario import Scenario, load_scenario
 from knotwork.verification.checks import own_checks
 
-# Columns of a row on its outcome, besides the figures.
 TEXTS = ("verdict", "reason", "message")
-# Width of YAML in a row, in characters, so large that it is never wrapped.
+"""Columns of a row on its outcome, besides the figures."""
 MAX_WIDTH = 10**9
+"""Width of YAML in a row, in characters, so large that it is never wrapped."""
 STUDY_VERSION = 5
 """Version of the meaning of rows; folders of another version are not continued."""
 

@@ -117,16 +117,16 @@ def _checked_axes(axes: Sequence[Mapping[str, Sequence[Any]]]) -> tuple[Axis, ..
     return grid
 
 
-def _values(path: str, spec: Any) -> Sequence[Any] | _Uniform:
-    if isinstance(spec, str):
-        return parse_values(path, spec)
-    if isinstance(spec, np.ndarray | Iterable) and not isinstance(spec, Mapping | bytes):
-        listed = [plain(value) for value in spec]
+def _values(path: str, given: Any) -> Sequence[Any] | _Uniform:
+    if isinstance(given, str):
+        return parse_values(path, given)
+    if isinstance(given, np.ndarray | Iterable) and not isinstance(given, Mapping | bytes):
+        listed = [plain(value) for value in given]
         for value in listed:
             _check_finite(path, value)
         return listed
     raise InputError(
-        f"{path} is varied over {format_value(spec)}; accepted: a list of values, {ACCEPTED}"
+        f"{path} is varied over {format_value(given)}; accepted: a list of values, {ACCEPTED}"
     )
 
 

@@ -101,6 +101,8 @@ class CandidateCollisions:
         held = {held_object.name for held_object in self.scenario.scene.held}
         margin = self.scenario.scene.margin
         start = float(self.scenario.expected_times[0])
+        if self._is_clear(q, start):
+            return
         for distance, first, second in self._gaps(q, start):
             # an object that is picked up at the start is no longer static
             is_static = first.kind == "object" and not first.joint and first.end > start

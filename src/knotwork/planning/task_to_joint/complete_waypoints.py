@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from knotwork.arrays import BoolArray, FloatArray
 from knotwork.curves.interpolation import BalancedKnots
 from knotwork.errors import PathError
+from knotwork.task import Balanced
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.scenario_joints import ScenarioJoints
 from knotwork.waypoints import CartesianWaypoint, JointWaypoints
@@ -43,10 +44,15 @@ class JointRows(NamedTuple):
         return JointRows(*columns)
 
 
-def knots_of(scenario: Scenario) -> Any:
-    """Knot placement of the motion: see `ModifiedHermiteSpline`."""
-    knots = scenario.interpolation_knots
-    return BalancedKnots(float(knots)) if isinstance(knots, int | float) else knots
+def knots_of(scenario: Scenario) -> str | BalancedKnots | Sequence[float]:
+    """Knot placement of the motion: see `ModifiedHermiteSpline`.
+
+    With `knots: optimal` it is `"paper"`: knots are chosen only outside tool paths.
+    """
+    knots = scenario.task.knots
+    if isinstance(knots, Balanced):
+        return BalancedKnots(knots.balanced)
+    return "paper" if knots == "optimal" else knots
 
 
 def complete_waypoints(
@@ -135,7 +141,9 @@ def _insert_waypoints(
     begin = track.start(start)
     continuation = track.continuation_from(begin.q)
     try:
-        joints_on_path = JointsOnPath(begin.robot, path.motion, begin.q, begin.pull, continuation)
+        joints_on_path = JointsOnPath(
+            begin.robot, path.motion, begin.q, begin.self_motion_target, continuation
+        )
         followed = with_waypoints_inserted(
             joints_on_path, tolerances, times=path.times, knots=knots
         )

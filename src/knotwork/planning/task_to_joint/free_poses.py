@@ -106,7 +106,7 @@ class FreedomChains:
         shared = _merge_joints([joint for joints in joints_of.values() for joint in joints])
         column_of = {kind: robot.dof + k for k, kind in enumerate(shared)}
         self.whole = robot.with_virtual_joints(*shared.values()) if shared else robot
-        self._of: dict[tuple[bool, PoseFreedom | None], FreedomChain] = {}
+        self._chains: dict[tuple[bool, PoseFreedom | None], FreedomChain] = {}
         in_base = [(False, freedom) for freedom in joints_of]
         of_poses = [(True, pose.freedom) for pose in poses if pose.in_world_frame]
         for in_world_frame, freedom in dict.fromkeys([*in_base, *of_poses]):
@@ -116,22 +116,23 @@ class FreedomChains:
             chain = arm.with_virtual_joints(*joints) if joints else arm
             if len(columns) == self.whole.dof and all(map(operator.is_, joints, shared.values())):
                 chain = self.whole
-            self._of[in_world_frame, freedom] = FreedomChain(
+            self._chains[in_world_frame, freedom] = FreedomChain(
                 chain, np.array(columns), self.whole.dof
             )
 
     def __iter__(self) -> Iterator[FreedomChain]:
-        return iter(self._of.values())
+        return iter(self._chains.values())
 
     def for_freedom(self, freedom: PoseFreedom | None) -> FreedomChain:
         """The chain of a freedom, for poses in the base frame."""
-        return self._of[False, freedom]
+        in_world_frame = False
+        return self._chains[in_world_frame, freedom]
 
     def for_waypoint(self, waypoint: object) -> FreedomChain:
         """The chain at a waypoint: the arm alone where joint positions are given."""
         if not isinstance(waypoint, CartesianWaypoint):
             return self.for_freedom(None)
-        return self._of[waypoint.in_world_frame, waypoint.freedom]
+        return self._chains[waypoint.in_world_frame, waypoint.freedom]
 
 
 def with_virtual_joints(

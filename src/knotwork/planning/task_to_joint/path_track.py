@@ -21,7 +21,7 @@ from knotwork.planning.task_to_joint.task_solution import PathStart
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.chain.joint_ranges import arm_limits, whole_turns
 from knotwork.robot.kinematics.following.continuation import Continuation, continue_along
-from knotwork.robot.kinematics.following.joint_field import Guide, Pull
+from knotwork.robot.kinematics.following.joint_field import Guide, SelfMotionTarget
 from knotwork.robot.kinematics.geometry.configuration_flags import configuration_flags
 from knotwork.robot.kinematics.sequence.candidates import Candidates
 from knotwork.robot.kinematics.sequence.nearness import limit_nearness
@@ -39,28 +39,30 @@ class PathTrack(NamedTuple):
     Attributes:
         path: The path.
         chain: The arm with the virtual joints of the path's freedom.
-        rate: Rate at which self-motion moves joints to the middle of their ranges [1/s].
+        rate_to_middle: Rate at which self-motion moves joints to the middle of their ranges [1/s].
         guide: Curve that self-motion follows in place of that.
         continuation: Motions along the path from the candidates at its start, if known.
     """
 
     path: ScenarioPath
     chain: FreedomChain
-    rate: float
+    rate_to_middle: float
     guide: Guide | None = None
     continuation: Continuation | None = None
 
-    def pull(self, time: float, q: FloatArray) -> Pull:
+    def self_motion_target(self, time: float, q: FloatArray) -> SelfMotionTarget:
         """Target of the self-motion at joint positions (d,) of the chain at a time [s]."""
         if self.guide is None:
-            return self.rate
+            return self.rate_to_middle
         s = self.path.motion.arc_length(time)
         return self.guide.offset(whole_turns(q - self.guide.posture(s)))
 
     def start(self, q: FloatArray) -> PathStart:
         """Start of the path, from the positions of all joints [rad or m]."""
         start = q[self.chain.columns]
-        return PathStart(self.chain.robot, start, self.pull(self.path.motion.start_time, start))
+        return PathStart(
+            self.chain.robot, start, self.self_motion_target(self.path.motion.start_time, start)
+        )
 
     def continuation_from(self, start: FloatArray) -> Continuation | None:
         """The continuation from joint positions (d,) of the chain, if it is known."""
@@ -110,9 +112,9 @@ class CandidateMotions:
         """Follow a path from the candidates at its start, and ignore limits and collisions."""
         q, times = start.q[:, track.chain.columns], track.path.times
         _, firsts, branch = np.unique(start.branch, return_index=True, return_inverse=True)
-        pull = track.pull(float(times[0]), q[firsts[0]])
+        target = track.self_motion_target(float(times[0]), q[firsts[0]])
         continuation = continue_along(
-            track.chain.robot, track.path.motion, q[firsts], times, pull=pull
+            track.chain.robot, track.path.motion, q[firsts], times, target=target
         )
         return cls(track, start, continuation, branch, q - q[firsts][branch], collisions)
 

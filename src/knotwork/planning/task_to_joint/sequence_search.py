@@ -249,8 +249,10 @@ def velocity_at(
     chain = chains.for_waypoint(target) if track is None else track.chain
     robot, q = chain.robot, q[chain.columns]
     if track is not None:
-        pull = track.pull(target.time, q)
-        return chain.scatter(velocity_on_path(robot, track.path.motion, q, target.time, pull))
+        self_motion_target = track.self_motion_target(target.time, q)
+        return chain.scatter(
+            velocity_on_path(robot, track.path.motion, q, target.time, self_motion_target)
+        )
 
     def solve(preferred: FloatArray | None) -> FloatArray:
         return solve_velocity_ik(

@@ -11,7 +11,7 @@ from knotwork.waypoints import JointWaypoints
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
-    from knotwork.robot.kinematics.following.joint_field import Pull
+    from knotwork.robot.kinematics.following.joint_field import SelfMotionTarget
     from knotwork.verification import Finding
 
 SequenceStep: TypeAlias = tuple[int, FloatArray, FloatArray]
@@ -46,12 +46,12 @@ class PathStart(NamedTuple):
     Attributes:
         robot: The arm followed by the virtual joints of the path's freedom.
         q: Joint positions at the start [rad or m], shape (d,).
-        pull: Target of the self-motion along the path.
+        self_motion_target: Target of the self-motion along the path.
     """
 
     robot: Robot
     q: FloatArray
-    pull: Pull
+    self_motion_target: SelfMotionTarget
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""Time limit and progress of the solution of one or several timing problems."""
+"""Computing time and progress of the solution of one or several timing problems."""
 
 from __future__ import annotations
 
@@ -33,43 +33,8 @@ class Progress:
     trying: str = ""
 
 
-class TimeLimit:
-    """A limit of computing time, which begins when it is made.
-
-    Args:
-        seconds: The limit [s], or `None`.
-        now: The clock [s].
-
-    Raises:
-        InputError: The limit is not positive.
-    """
-
-    def __init__(
-        self, seconds: float | None = None, now: Callable[[], float] = clock.perf_counter
-    ) -> None:
-        limited = seconds is not None
-        self.seconds = require_number(seconds, "budget", "s", positive=True) if limited else np.inf
-        self._now = now
-        self._begun = now()
-
-    @property
-    def elapsed(self) -> float:
-        """Time since the beginning [s]."""
-        return self._now() - self._begun
-
-    @property
-    def remaining(self) -> float:
-        """Remaining time [s], infinite without a limit."""
-        return self.seconds - self.elapsed
-
-    @property
-    def is_over(self) -> bool:
-        """Whether the time has ended."""
-        return self.remaining <= 0.0
-
-
 class Budget:
-    """Time limit and progress, which all problems of a plan share.
+    """Computing time and progress, which all problems of a plan share. It begins when it is made.
 
     Args:
         report: Called with the progress after each run of the solver, or `None`.
@@ -78,7 +43,7 @@ class Budget:
         now: The clock [s].
 
     Attributes:
-        time_limit: The time limit.
+        seconds: Time for all problems [s], infinite without a limit.
         iterations: Number of solver steps so far.
 
     Raises:
@@ -92,10 +57,28 @@ class Budget:
         intervals: int = 1,
         now: Callable[[], float] = clock.perf_counter,
     ) -> None:
-        self.time_limit = TimeLimit(seconds, now)
+        limited = seconds is not None
+        self.seconds = require_number(seconds, "budget", "s", positive=True) if limited else np.inf
         self.iterations = 0
         self._report = report
+        self._now = now
+        self._begun = now()
         self.begin(intervals)
+
+    @property
+    def elapsed(self) -> float:
+        """Time since the beginning [s]."""
+        return self._now() - self._begun
+
+    @property
+    def remaining(self) -> float:
+        """Remaining time [s], infinite without a limit."""
+        return self.seconds - self.elapsed
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether no time remains."""
+        return self.remaining <= 0.0
 
     def begin(self, intervals: int) -> None:
         """Begin with problems of a number of intervals in total."""
@@ -125,5 +108,4 @@ class Budget:
         self.iterations += count
         if self._report is not None:
             done = min((self._solved + share) / self._intervals, 1.0)
-            elapsed = self.time_limit.elapsed
-            self._report(Progress(self.iterations, elapsed, done, duration, trying))
+            self._report(Progress(self.iterations, self.elapsed, done, duration, trying))

@@ -2,14 +2,30 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from knotwork.arrays import FloatArray
 
 
+class FeasibleDurations(NamedTuple):
+    """Feasible durations of each joint: from the first to a gap, and after it.
+
+    Attributes:
+        first: Minimum durations [s], shape (d,).
+        gap_start: Largest durations below the gap [s], shape (d,); infinite without a gap.
+        gap_end: Smallest durations above the gap [s], shape (d,); infinite without a gap.
+    """
+
+    first: FloatArray
+    gap_start: FloatArray
+    gap_end: FloatArray
+
+
 def feasible_durations(
     move: FloatArray, v0: FloatArray, v1: FloatArray, V: FloatArray, A: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+) -> FeasibleDurations:
     """Find the feasible durations of each joint.
 
     Args:
@@ -18,10 +34,6 @@ def feasible_durations(
         v1: Velocity at the end, shape (d,).
         V: Velocity limits, shape (d,).
         A: Acceleration limits, shape (d,).
-
-    Returns:
-        t1, t2 and t3, shape (d,) each: durations from t1 to t2 and from t3 on are feasible. t2 is
-        infinite if every duration from t1 on is.
     """
     unlimited = np.isinf(A)
     A = np.where(unlimited, 1.0, A)
@@ -39,7 +51,7 @@ def feasible_durations(
     blocked = (np.minimum(a, b) > 0.0) & (lowest_squared > 0.0)
     last = (a + b - 2.0 * np.sqrt(np.maximum(lowest_squared, 0.0))) / A
     later = _peaked_duration(-D, -a, -b, V, A)
-    return (
+    return FeasibleDurations(
         np.where(unlimited, np.abs(move) / V, first),
         np.where(blocked & ~unlimited, np.maximum(last, first), np.inf),
         np.where(blocked & ~unlimited, later, np.inf),

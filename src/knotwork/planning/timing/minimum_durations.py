@@ -13,7 +13,6 @@ from __future__ import annotations
 import numpy as np
 
 from knotwork.arrays import FloatArray
-from knotwork.planning.timing.feasible_durations import feasible_durations
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.units import rounded_up
 
@@ -40,8 +39,8 @@ def lower_bound(problem: TimingProblem) -> float:
 
 def interval_bounds(problem: TimingProblem) -> FloatArray:
     """Lower bounds on the durations of the intervals [s], shape (n-1,), or given durations."""
-    bounds = np.maximum(min_durations(problem), problem.at_least)
-    return np.where(problem.free, bounds, problem.duration)
+    bounds = np.maximum(min_durations(problem), problem.min_duration)
+    return np.where(problem.duration_is_free, bounds, problem.duration)
 
 
 def min_durations(problem: TimingProblem) -> FloatArray:
@@ -71,7 +70,7 @@ def _of_joints(problem: TimingProblem) -> FloatArray:
     durations = np.abs(D) / V
     for i in np.flatnonzero(known[:-1] | known[1:]):
         if known[i] and known[i + 1]:
-            durations[i] = feasible_durations(D[i], v[i], v[i + 1], V, A)[0]
+            durations[i] = problem.feasible_durations(int(i)).first
         else:
             durations[i] = _one_end_free(D[i], v[i] if known[i] else v[i + 1], V, A)
     return durations
@@ -88,13 +87,11 @@ def _straight_lines(problem: TimingProblem) -> FloatArray:
 
 def _common_duration(problem: TimingProblem, i: int) -> float:
     """Minimum duration of an interval that is feasible for every joint."""
-    first, last, next_first = problem.feasible_durations(i)
-    duration = float(first.max())
-    while True:
-        blocked = (duration > last) & (duration < next_first)
-        if not blocked.any():
-            return duration
-        duration = float(next_first[blocked].max())
+    feasible = problem.feasible_durations(i)
+    duration = float(feasible.first.max())
+    while (in_gap := (duration > feasible.gap_start) & (duration < feasible.gap_end)).any():
+        duration = float(feasible.gap_end[in_gap].max())
+    return duration
 
 
 def _one_end_free(move: FloatArray, v: FloatArray, V: FloatArray, A: FloatArray) -> FloatArray:

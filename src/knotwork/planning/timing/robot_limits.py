@@ -17,13 +17,13 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.planning.timing.nonlinear_program import Block, Kernel, symbols
 from knotwork.planning.timing.spline import Layout, Scale
-from knotwork.planning.timing.state_limits import limits_of
+from knotwork.planning.timing.state_limits import problem_state_limits
 from knotwork.planning.timing.timing_problem import TimingProblem
 
 if TYPE_CHECKING:
     from knotwork.planning.timing.symbolic_dynamics import Dynamics
 
-SAMPLES_EACH = 16
+SAMPLES_PER_PIECE = 16
 """Samples in each piece, without its end."""
 
 ROBOT_LIMITS: dict[str, tuple[float, ...]] = {
@@ -36,27 +36,27 @@ Tool speed may vary much faster than effort.
 """
 
 
-def state_inside(tau: Any, start: Sequence[Any], end_acceleration: Any, fraction: Any) -> Any:
+def state_inside(tau: Any, start: Sequence[Any], end_acceleration: Any, at: Any) -> Any:
     """Position, velocity and acceleration of the joints in a cubic piece.
 
     Args:
         tau: Duration of the piece.
         start: Position, velocity and acceleration at its start.
         end_acceleration: Acceleration at its end.
-        fraction: The fraction of its duration after which the state is wanted.
+        at: The fraction of its duration after which the state is wanted.
     """
     q, v, a = start
-    t = fraction * tau
+    t = at * tau
     return (
-        q + t * v + t**2 * ((3 - fraction) * a + fraction * end_acceleration) / 6,
-        v + t * ((2 - fraction) * a + fraction * end_acceleration) / 2,
-        (1 - fraction) * a + fraction * end_acceleration,
+        q + t * v + t**2 * ((3 - at) * a + at * end_acceleration) / 6,
+        v + t * ((2 - at) * a + at * end_acceleration) / 2,
+        (1 - at) * a + at * end_acceleration,
     )
 
 
 def _inside_kernel(
     d: int,
-    fractions: Sequence[float],
+    positions: Sequence[float],
     parameters: Mapping[str, Any],
     terms: Callable[[Any, list[Any]], tuple[Mapping[str, Any], Any]],
 ) -> Kernel:
@@ -64,7 +64,7 @@ def _inside_kernel(
 
     Args:
         d: Number of joints.
-        fractions: Positions of the states in the piece, as fractions of its duration.
+        positions: Positions of the states in the piece, as fractions of its duration.
         parameters: Parameters in addition to `units` of a state.
         terms: Gives constraints by name and cost, from the duration of the piece and the positions,
             velocities and accelerations of the states in SI units.
@@ -74,10 +74,9 @@ def _inside_kernel(
     tau, ends, given = ca.SX.sym("tau"), ca.SX.sym("ends", 6 * d), symbols(units=3 * d)
     q0, v0, a0, _, _, a1 = ca.vertsplit(ends, d)
     values = [
-        ca.vertcat(*state_inside(tau, (q0, v0, a0), a1, fraction)) * given["units"]
-        for fraction in fractions
+        ca.vertcat(*state_inside(tau, (q0, v0, a0), a1, at)) * given["units"] for at in positions
     ]
-    states = [ca.SX.sym(f"state{k}", 3 * d) for k in range(len(fractions))]
+    states = [ca.SX.sym(f"state{k}", 3 * d) for k in range(len(positions))]
     constraints, cost = terms(tau, [ca.vertsplit(state, d) for state in states])
     inner = ca.vertcat(*states), ca.vertcat(*values)
     return Kernel(ca.vertcat(tau, ends), {**given, **parameters}, constraints, cost, inner)
@@ -117,7 +116,7 @@ def limit_kernel(dynamics: Dynamics, name: str, *, inside: bool) -> Kernel:
 
 def robot_limit_blocks(
     problem: TimingProblem,
-    fractions: Mapping[str, FloatArray],
+    allowed_utilisation: Mapping[str, FloatArray],
     margin: float,
     scale: Scale,
     layout: Layout,
@@ -126,14 +125,14 @@ def robot_limit_blocks(
 
     Args:
         problem: The problem.
-        fractions: Allowed fractions of each limit of `ROBOT_LIMITS` in the program, alternately at
-            each break and inside each piece, shape (2 pieces + 1, d or 1).
+        allowed_utilisation: Allowed utilisation of each limit of `ROBOT_LIMITS` in the program,
+            alternately at each break and inside each piece, shape (2 pieces + 1, d or 1).
         margin: Relative margin to each.
         scale: Units of the program.
         layout: Its variables.
     """
     bound = 1.0 - margin
-    for name, allowed in fractions.items():
+    for name, allowed in allowed_utilisation.items():
         known = problem.velocity_known
         if name == "effort":
             known = known & problem.acceleration_known
@@ -141,13 +140,13 @@ def robot_limit_blocks(
         unknown[:: layout.interval_pieces][known] = False
         at_breaks = layout.state[:, unknown], allowed[::2][unknown]
         inside_pieces = layout.piece, allowed[1::2]
-        for inside, (columns, fraction) in ((False, at_breaks), (True, inside_pieces)):
+        for inside, (columns, utilisation) in ((False, at_breaks), (True, inside_pieces)):
             yield Block(
                 limit_kernel(problem.required_dynamics, name, inside=inside),
                 columns,
                 parameters={
                     "units": scale.state[:, None],
-                    "inverse_limit": 1.0 / (fraction * problem.limit(name)).T,
+                    "inverse_limit": 1.0 / (utilisation * problem.limit(name)).T,
                 },
                 bounds={"utilisation": (-bound, bound)},
             )
@@ -181,9 +180,9 @@ def sampled_utilisation(
     if not names:
         return {}
     span = np.diff(curve.x)[:, None]
-    inside = curve.x[:-1, None] + np.arange(SAMPLES_EACH) / SAMPLES_EACH * span
+    inside = curve.x[:-1, None] + np.arange(SAMPLES_PER_PIECE) / SAMPLES_PER_PIECE * span
     times = np.minimum(np.hstack((inside, curve.x[1:, None])), curve.x[-1])
-    limits = limits_of(problem)
+    limits = problem_state_limits(problem)
     utilisation = limits.utilisation(curve, times).max(axis=1)
     quantities = np.array([limited.quantity for limited in limits.quantities])
     return {name: utilisation[:, quantities == name] for name in names}

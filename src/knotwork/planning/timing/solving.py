@@ -4,40 +4,34 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 
-from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import TimingError, merge_errors
 from knotwork.planning.timing.budget import Budget, Progress
 from knotwork.planning.timing.infeasible import infeasible_values, unsolved_errors
+from knotwork.planning.timing.initial_guess import plain_guess
 from knotwork.planning.timing.minimum_durations import lower_bound
 from knotwork.planning.timing.motion_curves import concatenate
-from knotwork.planning.timing.section_motion import TimedCurve, solve_at_once
-from knotwork.planning.timing.state_limits import LimitedQuantity, limits_of
-from knotwork.planning.timing.timed_motion import ActiveLimit, TimedMotion, worst_status
+from knotwork.planning.timing.nonlinear_program import Solution
+from knotwork.planning.timing.stop_to_stop import resting_motion
+from knotwork.planning.timing.tightening import first_tightening, tighten
+from knotwork.planning.timing.timed_motion import TimedCurve, TimedMotion, worst_status
 from knotwork.planning.timing.timing_problem import TimingProblem
-from knotwork.verification import metrics
+from knotwork.planning.timing.timing_program import TimingProgram
 
 WINDOW_INTERVALS = 8
 """Number of intervals of each window that are kept."""
 INTERVALS_AHEAD = 4
 """Number of following intervals that are solved with them."""
 MAX_INTERVALS = 24
-"""Maximum number of intervals of a motion that is solved as a whole."""
-LIMIT_SAMPLES = 100
-"""Number of samples in each interval."""
-ACTIVE_LIMIT_DISTANCE = 1e-3
-"""Relative distance within which a joint is at a limit."""
-MIN_ACTIVE_SHARE = 0.02
-"""Minimum fraction of an interval in which a limit is active to be reported, if there are other
-ones.
-"""
-TOUCH_DISTANCE = 0.02
-"""Relative distance within which a limit counts as touched."""
+"""Maximum number of intervals of a motion that is solved at once."""
+MAX_TIGHTENINGS = 12
+"""Maximum number of solutions from a start, each with more tightening."""
+
+MAX_RESTING_RATIO = 1.001
+"""Maximum ratio of the duration of a motion with rests to the given time for which it is kept."""
 
 
 def solve(
@@ -86,18 +80,101 @@ def solve_with_budget(problem: TimingProblem, budget: Budget) -> TimedMotion:
     if wrong := infeasible_values(problem):
         raise merge_errors(wrong)
     earlier_iterations = budget.iterations
-    motion = solve_windows(problem, budget)
-    if motion is None and budget.time_limit.is_over:
+    intervals = len(problem.duration)
+    if intervals <= MAX_INTERVALS or problem.total is not None:
+        motion = _solve_at_once(problem, budget)
+        budget.finish(intervals)
+    else:
+        motion = _solve_in_windows(problem, budget)
+    if motion is None and budget.has_ended:
         message = (
             "no motion that keeps every limit was found within the budget of "
-            f"{budget.time_limit.seconds:g} s; accepted: a larger budget, or none for no limit of "
+            f"{budget.seconds:g} s; accepted: a larger budget, or none for no limit of "
             "time"
         )
         raise TimingError(message, cause="budget")
     if motion is None:
         raise merge_errors(unsolved_errors(problem))
-    timed = timed_motion(problem, motion, lower_bound(problem), "fastest")
+    timed = TimedMotion.of(problem, motion, lower_bound(problem), "fastest")
     return replace(timed, iterations=budget.iterations - earlier_iterations)
+
+
+def _solve_in_windows(problem: TimingProblem, budget: Budget) -> TimedCurve | None:
+    """Solve a long problem window by window, or at once if a window has no motion.
+
+    Each window begins with the state at the end of the one before.
+    """
+    windows: list[TimedCurve] = []
+    start_known = problem
+    first, last = 0, len(problem.duration)
+    while first < last:
+        is_last = last - first <= WINDOW_INTERVALS + 2 * INTERVALS_AHEAD
+        end = last if is_last else first + WINDOW_INTERVALS + INTERVALS_AHEAD
+        count = end - first if is_last else WINDOW_INTERVALS
+        motion = _solve_at_once(start_known.between(first, end), budget)
+        if motion is None or motion.status == "resting":  # the start state may be the reason
+            budget.finish(last - first)
+            return _solve_at_once(problem, budget)
+        budget.finish(count)
+        first += count
+        seam = motion.time[count]
+        start_known = start_known.with_state(first, motion.curve(seam, 1), motion.curve(seam, 2))
+        windows.append(_first_intervals(motion, count))
+    return _consecutive(windows)
+
+
+def _solve_at_once(problem: TimingProblem, budget: Budget) -> TimedCurve | None:
+    """Solve a problem, or a window of one, with all its intervals together.
+
+    Returns:
+        The motion. If the solver does not converge within the budget, one that rests in each
+        interval; `None` if there is none.
+    """
+    given_time = float(np.nansum(problem.duration))
+    if problem.objective.only_time and problem.duration_is_free.any() and given_time:
+        resting = resting_motion(problem, "resting")
+        if resting is not None and resting.time[-1] <= MAX_RESTING_RATIO * given_time:
+            return resting  # the free time is negligible against the given one
+    motion = _optimised_motion(problem, budget)
+    if motion is not None:
+        return motion
+    return resting_motion(problem, "budget" if budget.has_ended else "resting")
+
+
+def _optimised_motion(problem: TimingProblem, budget: Budget) -> TimedCurve | None:
+    """Run the solver, with more tightening whenever the exact check finds an excess."""
+    guess, tightening = plain_guess(problem), first_tightening(problem)
+    last: Solution | None = None
+    for _ in range(MAX_TIGHTENINGS):
+        seconds = budget.remaining
+        if seconds <= 0.0:
+            return None
+        program = TimingProgram(problem, guess, tightening)
+        solution = program.solve(last, seconds)
+        budget.step(solution.iterations)
+        if not solution.solved:
+            if last is None:
+                return None
+            last = None  # the previous solution is too far away
+            continue
+        time, curve = program.motion_of(solution.x)
+        more = tighten(problem, tightening, curve)
+        if more is None:
+            return TimedCurve(time, curve, "optimal")
+        if more.margin >= 1.0:
+            return None  # no margin is left
+        # with further equations the solution is a poor start
+        last = solution if more.equations == tightening.equations else None
+        tightening = more
+    return None
+
+
+def _first_intervals(motion: TimedCurve, count: int) -> TimedCurve:
+    """The first intervals of a motion."""
+    time, curve = motion.time[: count + 1], motion.curve
+    pieces = int(np.searchsorted(curve.x, time[-1]))
+    first = PiecewisePolynomial(curve.c[:, :pieces], curve.x[: pieces + 1])
+    return TimedCurve(time, first, motion.status)
 
 
 def _consecutive(motions: Sequence[TimedCurve]) -> TimedCurve:
@@ -109,128 +186,3 @@ def _consecutive(motions: Sequence[TimedCurve]) -> TimedCurve:
         concatenate(*(motion.curve for motion in motions)),
         worst_status(motion.status for motion in motions),
     )
-
-
-def timed_motion(
-    problem: TimingProblem, motion: TimedCurve, bound: float, origin: str
-) -> TimedMotion:
-    """A motion that keeps the limits of a problem, with its figures; see `TimedMotion`.
-
-    Args:
-        problem: The waypoints and the limits.
-        motion: The motion.
-        bound: Lower bound on the duration [s].
-        origin: Source of the motion, see `JointTrajectory`.
-    """
-    time, curve = motion.time, motion.curve
-    trajectory = JointTrajectory(
-        problem.joint_names,
-        curve,
-        joint_units=problem.joint_units,
-        origin=origin,
-        waypoint_times=time,
-    )
-    return TimedMotion(
-        trajectory,
-        time=time,
-        velocity=np.where(problem.velocity_known[:, None], problem.velocity, curve(time, 1)),
-        lower_bound=bound,
-        status=motion.status,
-        active_limits=find_active_limits(problem, time, curve),
-        objective_values=_terms(problem, trajectory),
-    )
-
-
-def solve_windows(problem: TimingProblem, budget: Budget) -> TimedCurve | None:
-    """Solve a section, window by window if it is long.
-
-    Args:
-        problem: The section.
-        budget: Progress and budget.
-
-    Returns:
-        The motion, or `None` if there is none.
-    """
-    last = len(problem.position) - 1
-    if last <= MAX_INTERVALS or problem.total is not None:
-        motion = solve_at_once(problem, budget)
-        budget.finish(last)
-        return motion
-    windows: list[TimedCurve] = []
-    start_known = problem
-    first = 0
-    while first < last:
-        is_last = last - first <= WINDOW_INTERVALS + 2 * INTERVALS_AHEAD
-        end = last if is_last else first + WINDOW_INTERVALS + INTERVALS_AHEAD
-        count = end - first if is_last else WINDOW_INTERVALS
-        motion = solve_at_once(start_known.between(first, end), budget)
-        if motion is None or motion.status == "resting":  # the start state may be the reason
-            budget.finish(last - first)
-            return solve_at_once(problem, budget)
-        budget.finish(count)
-        first += count
-        seam = motion.time[count]
-        start_known = start_known.with_state(first, motion.curve(seam, 1), motion.curve(seam, 2))
-        windows.append(_first_intervals(motion, count))
-    return _consecutive(windows)
-
-
-def _first_intervals(motion: TimedCurve, count: int) -> TimedCurve:
-    """The first intervals of a motion."""
-    time, curve = motion.time[: count + 1], motion.curve
-    pieces = int(np.searchsorted(curve.x, time[-1]))
-    first = PiecewisePolynomial(curve.c[:, :pieces], curve.x[: pieces + 1])
-    return TimedCurve(time, first, motion.status)
-
-
-def _terms(problem: TimingProblem, motion: JointTrajectory) -> dict[str, float]:
-    """Unweighted values by name: the time, and the other terms with a weight.
-
-    The integrals run over the motion and are summed over the joints.
-    """
-    values, objective = {"time": motion.duration}, problem.objective
-    if objective.jerk:
-        values["jerk"] = metrics.integral_of_square(motion, 3)
-    if objective.acceleration:
-        values["acceleration"] = metrics.integral_of_square(motion, 2)
-    if objective.effort:
-        values["effort"] = metrics.squared_effort(problem.required_dynamics.robot, motion)
-    return values
-
-
-def find_active_limits(
-    problem: TimingProblem, time: FloatArray, curve: PiecewisePolynomial
-) -> tuple[ActiveLimit, ...]:
-    """Find the active limits of each interval, those that are active longest first.
-
-    Args:
-        problem: The waypoints and the limits.
-        time: Times of the waypoints [s], shape (n,).
-        curve: Joint positions.
-    """
-    fractions = (np.arange(LIMIT_SAMPLES) + 0.5) / LIMIT_SAMPLES
-    times = time[:-1, None] + fractions * np.diff(time)[:, None]
-    limits = problem.limits
-    q = curve(times)
-    width = limits.upper - limits.lower
-    slack = np.where(np.isfinite(width), ACTIVE_LIMIT_DISTANCE * width, 0.0)
-    at_end = (q <= limits.lower + slack) | (q >= limits.upper - slack)
-    of_states = limits_of(problem)
-    utilisation = of_states.utilisation(curve, times)
-    utilisation = np.concatenate((utilisation, at_end), axis=-1)
-    quantities = of_states.quantities
-    quantities += [LimitedQuantity(joint, "position") for joint in problem.joint_names]
-    peaks = utilisation.max(axis=1)
-    shares = np.mean(utilisation >= 1.0 - ACTIVE_LIMIT_DISTANCE, axis=1)
-    active: list[ActiveLimit] = []
-    for i, (start, end) in enumerate(pairwise(problem.names)):
-        longest_first = np.argsort(-shares[i], kind="stable")
-        at_limit = longest_first[shares[i, longest_first] >= MIN_ACTIVE_SHARE]
-        if not at_limit.size and (problem.free[i] or problem.total is not None):
-            at_limit = peaks[i].argmax(keepdims=True)
-            at_limit = at_limit[peaks[i, at_limit] >= 1.0 - TOUCH_DISTANCE]
-        for k in at_limit.tolist():
-            share = round(float(shares[i, k]), 2)
-            limited = quantities[k]
-            active.append(ActiveLimit(start, end, limited.subject, limited.quantity, share))
-    return tuple(active)

@@ -34,7 +34,7 @@ pieces, six joints are as fast as the slowest of them alone.
 
 
 def pieces_per_interval(intervals: int) -> int:
-    """Number of cubic pieces in each interval of a section."""
+    """Number of cubic pieces in each interval of a motion."""
     return SINGLE_INTERVAL_PIECES if intervals == 1 else INTERVAL_PIECES
 
 

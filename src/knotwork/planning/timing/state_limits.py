@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 from typing import NamedTuple
 
 import numpy as np
@@ -68,17 +69,17 @@ class StateLimits:
         ]
         return [*of_joints, *self.frames]
 
-    def fractions(self, q: FloatArray, *rates: FloatArray) -> FloatArray:
+    def ratios(self, q: FloatArray, *rates: FloatArray) -> FloatArray:
         """Quantities divided by their limits, as vectors; those of joints have one component.
 
         Args:
             q: Joint positions, shape (n, d).
-            rates: Each of `RATE_QUANTITIES` of the joints, shape (n, d).
+            rates: The first of `RATE_QUANTITIES` of the joints, shape (n, d); the others are zero.
 
         Returns:
             Vectors, shape (n, m, 3).
         """
-        values = dict(zip(RATE_QUANTITIES, rates, strict=True))
+        values = dict(zip_longest(RATE_QUANTITIES, rates, fillvalue=np.zeros_like(q)))
         states = list(zip(q, values["velocity"], values["acceleration"], strict=True))
         robot = self.robot
         values["effort"] = np.zeros_like(q)
@@ -86,22 +87,22 @@ class StateLimits:
             efforts = [pin.rnea(robot.model, robot.data, *state) for state in states]
             values["effort"] = np.array(efforts)
         of_joints = np.hstack([values[name] / self.joints[name] for name in MAGNITUDES])
-        fractions = np.zeros((*of_joints.shape, 3))
-        fractions[..., 0] = of_joints
+        ratios = np.zeros((*of_joints.shape, 3))
+        ratios[..., 0] = of_joints
         if robot is None or not self.frames:
-            return fractions
+            return ratios
         of_frames = _rates_of_frames(robot, list(self.frames), states)
         limits = np.array(list(self.frames.values()))
-        return np.concatenate((fractions, of_frames / limits[:, None]), axis=1)
+        return np.concatenate((ratios, of_frames / limits[:, None]), axis=1)
 
     def utilisation(self, curve: PiecewisePolynomial, times: FloatArray) -> FloatArray:
         """Utilisation of each limit by a motion at times of any shape, shape (..., m)."""
         states = (curve(times.ravel(), order) for order in range(len(MOTION_QUANTITIES)))
-        sizes = np.linalg.norm(self.fractions(*states), axis=-1)
+        sizes = np.linalg.norm(self.ratios(*states), axis=-1)
         return np.asarray(sizes.reshape(*times.shape, -1))
 
 
-def limits_of(problem: TimingProblem) -> StateLimits:
+def problem_state_limits(problem: TimingProblem) -> StateLimits:
     """All limits of a timing problem but those of positions."""
     robot = None if problem.dynamics is None else problem.dynamics.robot
     frames = {TOOL_SPEED: problem.tool_speed} if np.isfinite(problem.tool_speed) else {}

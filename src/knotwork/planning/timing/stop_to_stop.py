@@ -13,6 +13,8 @@ from knotwork.curves.polynomial.from_accelerations import cubics_from_accelerati
 from knotwork.curves.retiming.stops import stop_joints
 from knotwork.joint_quantities import JointLimits
 from knotwork.planning.timing.motion_curves import concatenate, reverse, slow_down
+from knotwork.planning.timing.tightening import keeps_limits
+from knotwork.planning.timing.timed_motion import Status, TimedCurve
 from knotwork.planning.timing.timing_problem import Objective, TimingProblem
 
 MIN_RAMP_SHARE = 1e-3
@@ -33,7 +35,26 @@ SLOWDOWN_FACTORS = (1.0, 1.01, 1.1, 1.3, 1.6, 2.0, 3.0, 4.0, 6.0, 9.0)
 """Candidate factors by which a motion is slowed down for efforts and tool speed, in order."""
 
 
-def resting_intervals(
+def resting_motion(problem: TimingProblem, status: Status) -> TimedCurve | None:
+    """A motion that rests in every interval and keeps every limit, or `None`.
+
+    It is the first of `SLOWDOWN_FACTORS` that does; a smaller factor between them may be enough.
+    """
+    moving = bool(problem.velocity[problem.velocity_known].any())
+    for slower in SLOWDOWN_FACTORS:
+        # a moving arm may have to brake at once, and can move slowly after that
+        for braking in sorted({1.0, slower} if moving else {slower}):
+            intervals = _resting_intervals(problem, slower, braking)
+            if intervals is None:
+                return None
+            curve = concatenate(*intervals)
+            if keeps_limits(problem, curve):
+                time = np.cumsum([0.0, *(interval.x[-1] for interval in intervals)])
+                return TimedCurve(time, curve, status)
+    return None
+
+
+def _resting_intervals(
     problem: TimingProblem, slower: float, braking: float = 1.0
 ) -> list[PiecewisePolynomial] | None:
     """A motion with a stop at every waypoint, or if it moves there, after it and before the next.
@@ -62,7 +83,7 @@ def resting_intervals(
         shortest = float(straight.x[-1]) if moves else 0.0
         span = float(problem.duration[i]) - used
         if np.isnan(span):
-            span = max(slower * shortest, float(problem.at_least[i]) - used)
+            span = max(slower * shortest, float(problem.min_duration[i]) - used)
         if span < shortest:
             return None
         between = slow_down(straight, span / float(straight.x[-1])) if span > 0.0 else None
@@ -71,14 +92,14 @@ def resting_intervals(
         intervals.append(concatenate(before, between, after))
     if problem.total is None:
         return intervals
-    durations, free = np.array([interval.x[-1] for interval in intervals]), problem.free
+    durations, free = np.array([interval.x[-1] for interval in intervals]), problem.duration_is_free
     excess = problem.total - durations.sum()
     if abs(excess) <= 1e-12 * problem.total:
         return intervals
     if excess < 0.0 or not free.any():
         return None
     durations[free] *= 1.0 + excess / durations[free].sum()
-    return resting_intervals(replace(problem, duration=durations, total=None), slower, braking)
+    return _resting_intervals(replace(problem, duration=durations, total=None), slower, braking)
 
 
 def with_longer(problem: TimingProblem) -> TimingProblem:
@@ -86,7 +107,7 @@ def with_longer(problem: TimingProblem) -> TimingProblem:
     return replace(
         problem,
         duration=np.full(problem.duration.shape, np.nan),
-        at_least=np.where(problem.free, problem.at_least, problem.duration),
+        min_duration=np.where(problem.duration_is_free, problem.min_duration, problem.duration),
         total=None,
         objective=Objective(),
     )

@@ -31,18 +31,18 @@ class Tightening:
     Attributes:
         margin: Relative margin to each limit.
         position: Whether positions between the breaks are limited.
-        fractions: Allowed fractions of the limits of `ROBOT_LIMITS` that the solver has, by name:
-            see `robot_limit_blocks`.
+        allowed_utilisation: Allowed utilisation of the limits of `ROBOT_LIMITS` that the solver
+            has, by name: see `robot_limit_blocks`.
     """
 
     margin: float = SOLVER_MARGIN
     position: bool = False
-    fractions: Mapping[str, FloatArray] = field(default_factory=dict)
+    allowed_utilisation: Mapping[str, FloatArray] = field(default_factory=dict)
 
     @property
     def equations(self) -> tuple[bool, set[str]]:
         """Kinds of limits that the solver has in addition to those at the breaks."""
-        return self.position, set(self.fractions)
+        return self.position, set(self.allowed_utilisation)
 
 
 def first_tightening(problem: TimingProblem) -> Tightening:
@@ -52,10 +52,10 @@ def first_tightening(problem: TimingProblem) -> Tightening:
     """
     limits = problem.limits
     unlimited = np.isinf(limits.acceleration) & np.isinf(limits.jerk) & np.isfinite(limits.effort)
-    if problem.objective.time and problem.free.any() and unlimited.any():
+    if problem.objective.time and problem.duration_is_free.any() and unlimited.any():
         intervals = len(problem.position) - 1
         utilisation = np.zeros((pieces_per_interval(intervals) * intervals, len(unlimited)))
-        return Tightening(fractions={"effort": _allowed_fractions(None, utilisation)})
+        return Tightening(allowed_utilisation={"effort": _allowed_utilisation(None, utilisation)})
     return Tightening()
 
 
@@ -81,17 +81,18 @@ def tighten(
     if over is None:
         return None
     name, utilisation = over
-    allowed = _allowed_fractions(tightening.fractions.get(name), utilisation)
-    return replace(tightening, fractions={**tightening.fractions, name: allowed})
+    allowed = dict(tightening.allowed_utilisation)
+    allowed[name] = _allowed_utilisation(allowed.get(name), utilisation)
+    return replace(tightening, allowed_utilisation=allowed)
 
 
-def _allowed_fractions(before: FloatArray | None, utilisation: FloatArray) -> FloatArray:
-    """Allowed fractions of a limit for the solver.
+def _allowed_utilisation(before: FloatArray | None, utilisation: FloatArray) -> FloatArray:
+    """Allowed utilisation of a limit for the solver.
 
-    The first ones leave a margin; later ones are reduced in and around pieces that exceed it.
+    The first leaves a margin; later it is reduced in and around pieces that exceed the limit.
 
     Args:
-        before: Fractions that the solver had, if it had the limit.
+        before: Allowed utilisation in the previous solution, if it had the limit.
         utilisation: Utilisation of the limit in each piece, shape (pieces, d or 1).
     """
     pieces, width = utilisation.shape

@@ -1,4 +1,4 @@
-"""Result of a timing problem."""
+"""Results of a timing problem: `TimedCurve`, and `TimedMotion` with its figures."""
 
 from __future__ import annotations
 
@@ -6,8 +6,14 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
+import numpy as np
+
 from knotwork.arrays import FloatArray, ReadOnlyArrays
+from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.trajectory import JointTrajectory
+from knotwork.planning.timing.active_limits import ActiveLimit, find_active_limits
+from knotwork.planning.timing.timing_problem import TimingProblem
+from knotwork.verification import metrics
 
 Status = Literal["optimal", "resting", "budget"]
 
@@ -17,24 +23,19 @@ def worst_status(statuses: Iterable[Status]) -> Status:
     return max(statuses, key=("optimal", "resting", "budget").index, default="optimal")
 
 
-@dataclass(frozen=True)
-class ActiveLimit:
-    """An active limit of an interval.
+@dataclass(frozen=True, eq=False)
+class TimedCurve:
+    """A motion that keeps every limit of a `TimingProblem`, without the figures of `TimedMotion`.
 
     Attributes:
-        start, end: Names of the waypoints at the ends of the interval.
-        subject: Name of the joint or link; empty for the tool and for other bounds.
-        quantity: `"velocity"`, `"acceleration"`, `"jerk"`, `"position"`, `"effort"` or
-            `"tool_speed"`; for a speed along a path also other bounds.
-        share: Fraction of the interval's duration in which the limit is active. It is 0 if a peak
-            is only near the limit, and `None` for a bound on a constant speed along a path.
+        time: Times of the waypoints from 0 on [s], shape (n,).
+        curve: Joint positions over time.
+        status: Status, see `TimedMotion`.
     """
 
-    start: str
-    end: str
-    subject: str
-    quantity: str
-    share: float | None
+    time: FloatArray
+    curve: PiecewisePolynomial
+    status: Status
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +74,52 @@ class TimedMotion(ReadOnlyArrays):
     tries: int = 0
     extra_clearance: float | None = None
 
+    @classmethod
+    def of(
+        cls, problem: TimingProblem, motion: TimedCurve, lower_bound: float, origin: str
+    ) -> TimedMotion:
+        """A motion that keeps the limits of a problem, with its figures.
+
+        Args:
+            problem: The waypoints and the limits.
+            motion: The motion.
+            lower_bound: Lower bound on the duration [s].
+            origin: Source of the motion, see `JointTrajectory`.
+        """
+        time, curve = motion.time, motion.curve
+        trajectory = JointTrajectory(
+            problem.joint_names,
+            curve,
+            joint_units=problem.joint_units,
+            origin=origin,
+            waypoint_times=time,
+        )
+        return cls(
+            trajectory,
+            time=time,
+            velocity=np.where(problem.velocity_known[:, None], problem.velocity, curve(time, 1)),
+            lower_bound=lower_bound,
+            status=motion.status,
+            active_limits=find_active_limits(problem, time, curve),
+            objective_values=_objective_values(problem, trajectory),
+        )
+
     @property
     def duration(self) -> float:
         """Time from the first waypoint to the last [s]."""
         return float(self.time[-1] - self.time[0])
+
+
+def _objective_values(problem: TimingProblem, motion: JointTrajectory) -> dict[str, float]:
+    """Unweighted values by name: the time, and the other terms with a weight.
+
+    The integrals run over the motion and are summed over the joints.
+    """
+    values, objective = {"time": motion.duration}, problem.objective
+    if objective.jerk:
+        values["jerk"] = metrics.integral_of_square(motion, 3)
+    if objective.acceleration:
+        values["acceleration"] = metrics.integral_of_square(motion, 2)
+    if objective.effort:
+        values["effort"] = metrics.squared_effort(problem.required_dynamics.robot, motion)
+    return values

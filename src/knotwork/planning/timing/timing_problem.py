@@ -18,8 +18,9 @@ from knotwork.arrays import (
 )
 from knotwork.errors import InputError, WaypointDataError
 from knotwork.errors.arguments import require_number
+from knotwork.errors.old_names import OldAttribute
 from knotwork.joint_quantities import JointLimits
-from knotwork.planning.timing.feasible_durations import feasible_durations
+from knotwork.planning.timing.feasible_durations import FeasibleDurations, feasible_durations
 from knotwork.units import SI, Units
 
 if TYPE_CHECKING:
@@ -90,7 +91,7 @@ class TimingProblem(ReadOnlyArrays):
         acceleration: Joint accelerations at the waypoints [rad/s² or m/s²], shape (n, d); a row of
             NaN where they are free, the default.
         duration: Durations between waypoints [s], shape (n-1,); NaN where free, the default.
-        at_least: Lower bound of a free duration [s], shape (n-1,); by default 0.
+        min_duration: Lower bound of a free duration [s], shape (n-1,); by default 0.
         total: Sum of the durations [s], or `None`.
         tool_speed: Speed limit of the tool centre point [m/s], by default infinite; needs dynamics.
         objective: The objective; by default the time.
@@ -103,7 +104,7 @@ class TimingProblem(ReadOnlyArrays):
 
     >>> from knotwork.joint_quantities import JointLimits
     >>> problem = TimingProblem(("a",), [[0], [1]], [[0], [0]], JointLimits([1.0], [2.0]))
-    >>> problem.free, problem.names
+    >>> problem.duration_is_free, problem.names
     (array([ True]), ('0', '1'))
     """
 
@@ -117,7 +118,7 @@ class TimingProblem(ReadOnlyArrays):
     max_factor: FloatArray = field(default=_NOT_GIVEN, kw_only=True)
     acceleration: FloatArray = field(default=_NOT_GIVEN, kw_only=True)
     duration: FloatArray = field(default=_NOT_GIVEN, kw_only=True)
-    at_least: FloatArray = field(default=_NOT_GIVEN, kw_only=True)
+    min_duration: FloatArray = field(default=_NOT_GIVEN, kw_only=True)
     total: float | None = field(default=None, kw_only=True)
     tool_speed: float = field(default=np.inf, kw_only=True)
     objective: Objective = field(default_factory=Objective, kw_only=True)
@@ -144,7 +145,7 @@ class TimingProblem(ReadOnlyArrays):
             ("is_direction", (n,), False),
             ("max_factor", (n,), np.inf),
             ("duration", (n - 1,), np.nan),
-            ("at_least", (n - 1,), 0.0),
+            ("min_duration", (n - 1,), 0.0),
         ):
             given = getattr(self, name)
             values = np.full(shape, default) if given is None else given
@@ -190,8 +191,8 @@ class TimingProblem(ReadOnlyArrays):
                 waypoint_index=i,
                 value=float(self.duration[i]),
             )
-        if not (self.at_least >= 0.0).all() or not np.isfinite(self.at_least).all():
-            raise WaypointDataError("at_least must be finite and not negative [s]")
+        if not (self.min_duration >= 0.0).all() or not np.isfinite(self.min_duration).all():
+            raise WaypointDataError("min_duration must be finite and not negative [s]")
         if not (self.max_factor >= 0.0).all():
             raise WaypointDataError("max_factor must not be negative")
         if self.total is not None:
@@ -202,19 +203,22 @@ class TimingProblem(ReadOnlyArrays):
             i = int(np.argmax(lost))
             raise WaypointDataError(f"{self.names[i]!r} has no direction along which to move")
 
+    at_least = OldAttribute("min_duration")
+    free = OldAttribute("duration_is_free")
+
     @property
     def required_dynamics(self) -> Dynamics:
         """The dynamics, which must be given."""
         if self.dynamics is None:
-            raise InputError("the problem has no dynamics")
+            raise TypeError("the problem has no dynamics")
         return self.dynamics
 
     def limit(self, name: str) -> FloatArray:
         """Limits of effort, shape (d,), or of tool speed, shape (1,)."""
         return np.array([self.tool_speed]) if name == "tool_speed" else self.limits[name]
 
-    def feasible_durations(self, i: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Feasible durations of each joint for an interval; see `feasible_durations`."""
+    def feasible_durations(self, i: int) -> FeasibleDurations:
+        """Feasible durations of each joint for an interval."""
         return feasible_durations(
             self.position[i + 1] - self.position[i],
             self.velocity[i],
@@ -224,7 +228,7 @@ class TimingProblem(ReadOnlyArrays):
         )
 
     @property
-    def free(self) -> BoolArray:
+    def duration_is_free(self) -> BoolArray:
         """Whether each duration is free, shape (n-1,)."""
         return np.isnan(self.duration)
 
@@ -248,6 +252,6 @@ class TimingProblem(ReadOnlyArrays):
 
     def between(self, first: int, last: int) -> TimingProblem:
         """The problem from one waypoint to another."""
-        rows = dict.fromkeys(("duration", "at_least"), slice(first, last))
+        rows = dict.fromkeys(("duration", "min_duration"), slice(first, last))
         rows |= dict.fromkeys(_OF_WAYPOINTS, slice(first, last + 1))
         return replace(self, **{name: getattr(self, name)[kept] for name, kept in rows.items()})

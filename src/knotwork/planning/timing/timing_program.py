@@ -1,4 +1,4 @@
-"""The nonlinear program of a section, and the curve of its solution."""
+"""The nonlinear program of a timing problem, and the curve of its solution."""
 
 from __future__ import annotations
 
@@ -57,10 +57,10 @@ WARM_START_OPTIONS: dict[str, Any] = {
 
 
 class TimingProgram:
-    """The nonlinear program of a section; IPOPT solves it.
+    """The nonlinear program of a timing problem; IPOPT solves it.
 
     Args:
-        problem: The section.
+        problem: The timing problem, or a window of it.
         guess: Initial guess, which also sets the pieces and the units.
         tightening: Margins of the limits.
 
@@ -195,16 +195,16 @@ class TimingProgram:
             parameters = {"units": scale.state[:, None], "weight": weight}
             kernel = work_kernel(problem.required_dynamics)
             blocks.append(Block(kernel, layout.piece, parameters))
-        fractions = self.tightening.fractions
-        return [*blocks, *robot_limit_blocks(problem, fractions, self.margin, scale, layout)]
+        allowed = self.tightening.allowed_utilisation
+        return [*blocks, *robot_limit_blocks(problem, allowed, self.margin, scale, layout)]
 
     def _duration_block(self) -> Block:
         """Given durations of intervals, and lower bounds of free ones."""
         problem, layout = self.problem, self.layout
-        bounded = ~problem.free | (problem.at_least > 0.0)
-        lower = np.where(problem.free, problem.at_least, problem.duration)[bounded]
+        bounded = ~problem.duration_is_free | (problem.min_duration > 0.0)
+        lower = np.where(problem.duration_is_free, problem.min_duration, problem.duration)[bounded]
         lower = lower / self.scale.time
-        upper = np.where(problem.free[bounded], np.inf, lower)
+        upper = np.where(problem.duration_is_free[bounded], np.inf, lower)
         pieces = layout.tau.reshape(layout.intervals, -1)[bounded].T
         return Block(sum_kernel(layout.interval_pieces), pieces, bounds={"sum": (lower, upper)})
 
@@ -305,12 +305,12 @@ class TimingProgram:
 
     def _exact_durations(self, durations: FloatArray) -> FloatArray:
         """Durations of the intervals [s] that meet the given ones to rounding, shape (n-1,)."""
-        problem, free = self.problem, self.problem.free
+        problem, free = self.problem, self.problem.duration_is_free
         durations = np.where(free, durations, problem.duration)
         if problem.total is not None:
             free_time = problem.total - durations[~free].sum()
             durations[free] *= free_time / durations[free].sum()
-        return np.where(free, np.maximum(durations, problem.at_least), durations)
+        return np.where(free, np.maximum(durations, problem.min_duration), durations)
 
 
 def _scale(problem: TimingProblem, guess: States, time: float) -> Scale:
@@ -319,10 +319,10 @@ def _scale(problem: TimingProblem, guess: States, time: float) -> Scale:
     with np.errstate(invalid="ignore"):
         unit = np.minimum(limits.velocity * time, limits.acceleration * time**2)
         unit = np.minimum(unit, limits.jerk * time**3)
-    span = np.ptp(problem.position, axis=0)
-    largest = float(span.max()) or 1.0
-    typical = np.maximum(span, 1e-3 * largest)
-    if problem.objective.jerk and not problem.free.any():
+    travel = np.ptp(problem.position, axis=0)
+    largest = float(travel.max()) or 1.0
+    typical = np.maximum(travel, 1e-3 * largest)
+    if problem.objective.jerk and not problem.duration_is_free.any():
         # given times set the scale of the motion, even if the limits are loose
         peak = np.abs(guess.a).max(axis=0)
         unit = np.minimum(unit, np.maximum(typical, peak * time**2))

@@ -10,12 +10,12 @@ import pinocchio as pin
 from knotwork.errors import ArrayError
 from knotwork.errors.arguments import require_number
 
-# Tolerance of RᵀR = I for rotation matrices.
 POSE_ROTATION_TOLERANCE = 1e-6
-# Finest tolerance of a pose, because of rounding [m, rad].
+"""Tolerance of RᵀR = I for rotation matrices."""
 FINEST_TOLERANCE = 1e-12
-# Squares of larger numbers overflow [m].
+"""Finest tolerance of a pose, because of rounding [m, rad]."""
 MAX_COORDINATE = 1e150
+"""Squares of larger numbers overflow [m]."""
 
 
 def check_pose(pose: Any, name: str = "pose") -> None:

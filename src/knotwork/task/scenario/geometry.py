@@ -21,9 +21,11 @@ from knotwork.errors import InputError, PathError
 from knotwork.files.documents import Location, Locations
 from knotwork.task import Frame, FrameMotion, Placement, SeamTorch
 
-# Tolerance for values in a file, which are often rounded to four digits. A larger deviation from a
-# rotation is a mistake.
 FILE_ROTATION_TOLERANCE = 1e-3
+"""Tolerance for values in a file, which are often rounded to four digits.
+
+A larger deviation from a rotation is a mistake.
+"""
 
 _AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
 

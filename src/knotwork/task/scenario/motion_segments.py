@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,13 +15,26 @@ from knotwork.task.scenario.free_values_reader import ends_wait
 from knotwork.task.scenario.scenario import Scenario
 
 
-def find_clear_motions(scenario: Scenario) -> Iterator[tuple[list[int], ChosenSectionFields]]:
-    """Waypoints of each collision-free motion in the task, by index, and the motion."""
+class StoredClearMotion(NamedTuple):
+    """A collision-free motion that a task has as numbers.
+
+    Attributes:
+        waypoints: Indices of its waypoints in the scenario.
+        section: The motion.
+    """
+
+    waypoints: list[int]
+    section: ChosenSectionFields
+
+
+def stored_clear_motions(scenario: Scenario) -> Iterator[StoredClearMotion]:
+    """The collision-free motions in the task of a scenario."""
     times = scenario.expected_times
     for motion in scenario.task.chosen or ():
         if motion.tries:
             low, high = motion.times[0] - EVENT_TOLERANCE, motion.times[-1] + EVENT_TOLERANCE
-            yield np.flatnonzero((low <= times) & (times <= high)).tolist(), motion
+            inside = np.flatnonzero((low <= times) & (times <= high)).tolist()
+            yield StoredClearMotion(inside, motion)
 
 
 def motion_segments(scenario: Scenario, motion_starts: Collection[int] = ()) -> tuple[Segment, ...]:

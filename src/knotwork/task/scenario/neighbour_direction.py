@@ -17,11 +17,13 @@ import pinocchio as pin
 from knotwork.arrays import FloatArray
 from knotwork.files.documents import Locations
 
-# Minimum distance of waypoints that define a direction [m].
 MIN_CHORD = 1e-9
-# Minimum sum of the directions before and after a waypoint. Below it the path reverses and defines
-# no direction.
+"""Minimum distance of waypoints that define a direction [m]."""
 MIN_TANGENT = 1e-6
+"""Minimum sum of the directions before and after a waypoint.
+
+Below it the path reverses and defines no direction.
+"""
 
 
 class NoDirectionError(ValueError):

@@ -225,7 +225,7 @@ class _PathReader:
                 0.0 if self.reading.stops(self.last) else None,
             ),
             acceleration=self.reading.task.path.acceleration,
-            at_most={
+            max_speeds={
                 k: end.max_speed for k, end in enumerate(free_values) if end.path_speed_is_free
             },
         )
@@ -233,7 +233,7 @@ class _PathReader:
     def _solve_timing(self, requested: RequestedTiming) -> tuple[Timing, tuple[float, ...]]:
         limit = requested.acceleration
         units = self.reading.units
-        if requested.at_most:
+        if requested.max_speeds:
             return requested.at_nominal_speed()
         try:
             return requested.timed()

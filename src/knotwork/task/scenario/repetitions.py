@@ -11,7 +11,7 @@ import numpy as np
 
 from knotwork.curves.tool_paths.points_file import read_points
 from knotwork.files.documents import Location, Locations
-from knotwork.files.documents.values import is_marked
+from knotwork.files.documents.values import is_marked, marked
 from knotwork.task import ExpandedTask, Frame, Grid, HeldObject, PlacesFile, Repeat, Task, Tool
 from knotwork.task.scenario.free_values_reader import ends_wait
 from knotwork.task.scenario.scenario import Scenario
@@ -124,7 +124,7 @@ class _Expansion:
             for name, held in block.holds.items():
                 changes = {
                     key: f"{waypoint} {number}"
-                    for key in ("taken_at", "released_at", "appears")
+                    for key in marked(HeldObject, "names_waypoint")
                     if (waypoint := getattr(held, key)) in names
                 }
                 held = held.model_copy(update=changes)

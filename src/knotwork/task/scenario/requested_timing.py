@@ -29,7 +29,7 @@ class RequestedTiming:
         durations: Duration of each [s], or `None`.
         ends: Speeds at both ends of the path [m/s]; `None` for that of the stretch there.
         acceleration: Largest acceleration along the path where its speed changes [m/s²].
-        at_most: Upper bounds of chosen speeds [m/s], by index, infinite without one.
+        max_speeds: Upper bounds of chosen speeds [m/s], by index, infinite without one.
     """
 
     lengths: tuple[float, ...]
@@ -37,7 +37,7 @@ class RequestedTiming:
     durations: tuple[float | None, ...]
     ends: tuple[float | None, float | None]
     acceleration: float
-    at_most: Mapping[int, float]
+    max_speeds: Mapping[int, float]
 
     def timed(
         self, chosen: Mapping[int, float] = MappingProxyType({})

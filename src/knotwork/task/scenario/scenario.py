@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from knotwork.errors.old_names import OldAttribute
 from knotwork.files.documents import Locations
 from knotwork.task.scenario.free_values_reader import FreeValues
 from knotwork.task.scenario.scene_model import Scene
-from knotwork.task.task_options import Balanced, ToolTolerances
+from knotwork.task.task_options import ToolTolerances
 from knotwork.task.tool_and_limits import MotionLimits
 from knotwork.units import Units
 from knotwork.waypoints import CartesianWaypoint, PoseFreedom
@@ -203,17 +203,6 @@ class Scenario:
         if isinstance(branch, str):
             return branch
         return {part: word for part, word in branch if word is not None}
-
-    @property
-    def interpolation_knots(self) -> Any:
-        """`"paper"`, `"balanced"`, the constant of balanced knots, or the knot times [s].
-
-        With `knots: optimal` this is `"paper"`: knots are chosen only outside tool paths.
-        """
-        knots = self.task.knots
-        if isinstance(knots, Balanced):
-            return knots.balanced
-        return "paper" if isinstance(knots, str) and knots == "optimal" else knots
 
     @property
     def frame_placements(self) -> dict[str, pin.SE3]:

@@ -32,7 +32,7 @@ FIRST_INTERVALS = 500
 EVALUATION_BUDGET = 20_000
 """Maximum number of evaluations after the first division.
 
-A verdict that is then undecided is not proved.
+A verdict that is still undecided then is not proved.
 """
 
 EVALUATIONS_PER_PIECE = 8
@@ -50,7 +50,7 @@ allow.
 """
 
 MIN_EXCESS = np.finfo(float).tiny
-"""Excess in place of zero, because others are divided by it."""
+"""Excess in place of zero, so that others can be divided by it."""
 
 BLOCK_INTERVALS = 8192
 """Number of intervals per block, to limit memory."""

@@ -64,8 +64,8 @@ class Clearance(NamedTuple):
         time: Time of the minimum distance found [s].
         nearest: Nearest points at that time, in the axes of the URDF's root.
         state: `"clear"`, `"collides"` (the required clearance is not kept) or `"unproved"`.
-        interval: Interval in which it is not kept, or unproved [s], or `None`.
-        contacts: Intervals in which it is not kept [s]; `interval` is the worst.
+        interval: Interval in which the required clearance is not kept or not proved [s], or `None`.
+        contacts: Intervals in which it is not kept [s]; `interval` is the worst of them.
     """
 
     first: Body
@@ -109,7 +109,7 @@ def clearances(
 def least_clearance(
     model: CollisionModel, curve: PiecewisePolynomial, resolution: float, precision: float
 ) -> Clearance | None:
-    """Find the minimum clearance of all pairs, relative to their margins; `None` without pairs.
+    """Find the minimum clearance of all pairs, relative to the required ones; `None` without pairs.
 
     Args:
         model: Bodies and pairs.
@@ -177,6 +177,8 @@ class _ClearanceSearch:
         self.relative_precision = RELATIVE_PRECISION if precision is None else 0.0
         self.distance = np.full(len(self.body_pair), np.inf)
         self.time = np.full(len(self.body_pair), curve.x[0])
+        # Bound at which an interval is closed, for the minimum distance found so far [m].
+        self.goal = np.full(len(self.body_pair), np.inf)
         self.bound = np.full(len(self.body_pair), np.inf)
         self.measurements = 0
         self.unproved_from = np.full(len(self.body_pair), np.inf)
@@ -205,15 +207,14 @@ class _ClearanceSearch:
         """Measure where needed, close decided intervals, and divide the others into three."""
         motions = RelativeMotion(self.table, self.curve, intervals)
         time = self.curve.x[intervals.piece] + intervals.middle
-        placed = self.table.placements(motions.rotation, motions.origin)
         where = tests.interval, tests.solid_pair
-        distance_bound = self.table.min_distances(*where, motions.rotation, motions.origin)
+        distance_bound = self.table.min_distances(*where, *motions.placed)
         motion = motions.largest(*where)
-        self._measure(tests, time, placed, distance_bound - motion, motion)
+        self._measure(tests, time, motions.placed, distance_bound - motion, motion)
         is_measured = ~np.isnan(tests.distance)
         distance_bound[is_measured] = tests.distance[is_measured] - DISTANCE_ERROR
-        goal = self._goal(self.distance, self.margin)[tests.solid_pair]
-        lower = self._bounds_by_planes(tests, motions, placed, distance_bound - motion, goal)
+        goal = self.goal[tests.solid_pair]
+        lower = self._bounds_by_planes(tests, motions, distance_bound - motion, goal)
         is_closed = (lower >= goal) | (motion <= self.resolution)
         is_closed |= self.measurements >= DISTANCE_BUDGET
         np.minimum.at(self.bound, tests.solid_pair[is_closed], lower[is_closed])
@@ -229,7 +230,6 @@ class _ClearanceSearch:
         self,
         tests: _PairTests,
         motions: RelativeMotion,
-        placed: tuple[FloatArray, FloatArray],
         lower: FloatArray,
         goal: FloatArray,
     ) -> FloatArray:
@@ -238,7 +238,6 @@ class _ClearanceSearch:
         Args:
             tests: Pairs of solids over intervals, measured.
             motions: Their relative motion.
-            placed: Rotations and origins of the solids' axes, see `SolidPairs.placements`.
             lower: Lower bound of each distance over the interval [m], shape (m,).
             goal: Bound at which an interval is closed [m], shape (m,).
 
@@ -248,17 +247,10 @@ class _ClearanceSearch:
         is_separable = self.table.convex[tests.solid_pair] & (tests.distance > 0.0) & (lower < goal)
         rows = np.flatnonzero(is_separable)
         where = tests.interval[rows], tests.solid_pair[rows], tests.normal[rows]
-        distance = self.table.distances_along(*where, *placed) - DISTANCE_ERROR
+        distance = self.table.distances_along(*where, *motions.placed) - DISTANCE_ERROR
         by_planes = np.full_like(lower, -np.inf)
         by_planes[rows] = distance - motions.approach(*where)
         return np.maximum(lower, by_planes)
-
-    def _goal(self, distance: FloatArray, margin: FloatArray) -> FloatArray:
-        """Bound at which an interval is closed, for the minimum distance found so far [m]."""
-        with np.errstate(invalid="ignore"):  # inf - inf, of pairs that are not measured yet
-            tolerance = np.maximum(self.precision, self.relative_precision * np.abs(distance))
-            goal = np.where(np.isinf(distance), np.inf, distance - tolerance)
-        return np.where(distance > margin, np.maximum(goal, margin), goal)
 
     def _measure(
         self,
@@ -280,10 +272,9 @@ class _ClearanceSearch:
             lower: Lower bound from boxes over each interval [m].
             motion: Upper bound on the relative motion of the two solids [m].
         """
-        first_goal = self._goal(self.distance, self.margin)
-        waiting = np.flatnonzero(np.isnan(tests.distance) & (lower < first_goal[tests.solid_pair]))
+        waiting = np.flatnonzero(np.isnan(tests.distance) & (lower < self.goal[tests.solid_pair]))
         waiting = waiting[np.argsort(np.round(lower[waiting], LENGTH_DIGITS), kind="stable")]
-        goal, smallest = first_goal.tolist(), self.distance.tolist()  # faster than arrays
+        goal, smallest = self.goal.tolist(), self.distance.tolist()  # faster than arrays
         columns = (tests.solid_pair, tests.interval, lower, motion)
         listed = (column[waiting].tolist() for column in columns)
         for test, c, interval, bound, moved in zip(waiting.tolist(), *listed, strict=True):
@@ -295,8 +286,9 @@ class _ClearanceSearch:
             self.measurements += 1
             if d < smallest[c] - 10.0**-LENGTH_DIGITS:
                 smallest[c] = self.distance[c] = d
-                self.time[c] = time[interval]
-                goal[c] = float(self._goal(np.array(d), self.margin[c]))
+                self.time[c], margin = time[interval], float(self.margin[c])
+                wanted = d - max(self.precision, self.relative_precision * abs(d))
+                goal[c] = self.goal[c] = max(wanted, margin) if d > margin else wanted
 
     def _find_enclosed(self) -> None:
         """Find solids inside meshes. If the surfaces never touch, one test decides for all time."""

@@ -1,4 +1,4 @@
-"""Intervals in which two colliding bodies do not keep their margin."""
+"""Intervals in which two bodies are nearer than their required clearance."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ CONTACT_PRECISION = 1e-4
 def contact_intervals(
     model: CollisionModel, curve: PiecewisePolynomial, k: int, low: float, high: float, time: float
 ) -> tuple[tuple[float, float], ...]:
-    """Find the intervals in which a pair of bodies does not keep its margin [s].
+    """Find the intervals in which two bodies are nearer than their required clearance [s].
 
     Contacts shorter than a time step may be missed, except the one at `time`.
 
@@ -60,7 +60,7 @@ def _contact_end(
 def _is_too_near(
     model: CollisionModel, curve: PiecewisePolynomial, k: int, times: FloatArray
 ) -> list[bool]:
-    """Whether a pair of bodies does not keep its margin, at each time."""
+    """Whether two bodies are nearer than their required clearance, at each time."""
     pair = model.pairs[k]
     bodies = model.bodies[pair.first], model.bodies[pair.second]
     placed = zip(*place_joints(model.tree, curve(times)), strict=True)

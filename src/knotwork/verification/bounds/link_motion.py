@@ -125,8 +125,8 @@ def unit_bounds(angular: FloatArray, constant: float = 1.0) -> FloatArray:
     result = np.empty((orders + 1, *angular.shape[1:]))
     result[0] = 1.0
     for k in range(orders):
-        factor = constant * _choose(orders)[k, : k + 1]
-        result[k + 1] = (factor * (angular[: k + 1] * result[k::-1])).sum(axis=0)
+        factor = constant * _choose(orders)[k, : k + 1, 0]
+        np.einsum("m,mn,mn->n", factor, angular[: k + 1], result[k::-1], out=result[k + 1])
     return result
 
 

@@ -85,19 +85,19 @@ class PathCriterion(NamedTuple):
     upper: FloatArray
 
     @property
-    def is_broken(self) -> bool:
+    def is_exceeded(self) -> bool:
         """Whether a sample is beyond the limit."""
         return bool(self.ends.max() > self.limit)
 
     @property
     def utilisation(self) -> FloatArray:
         """Bound on each interval relative to the limit; if a sample is beyond it, the samples."""
-        return (self.ends if self.is_broken else self.upper) / self.limit
+        return (self.ends if self.is_exceeded else self.upper) / self.limit
 
     @property
     def parts(self) -> FloatArray:
         """Number of parts of each interval that would decide it; zero if it is decided."""
-        if self.is_broken:
+        if self.is_exceeded:
             return np.zeros_like(self.upper)
         gap = np.maximum(self.limit - self.ends, 1e-3 * self.limit)
         parts = np.sqrt(np.maximum(self.upper - self.ends, 0.0) / gap)

@@ -36,6 +36,7 @@ class RelativeMotion:
     Attributes:
         rotation: Rotations of all joints at the middles of the intervals, shape (k, n + 1, 3, 3).
         origin: Origins of all joints at these times [m], shape (k, n + 1, 3).
+        placed: Rotations and origins of the solids' axes, see `SolidPairs.placements`.
     """
 
     def __init__(self, table: SolidPairs, curve: PiecewisePolynomial, intervals: Intervals) -> None:
@@ -54,7 +55,8 @@ class RelativeMotion:
         self.rate = np.zeros_like(self.speed)
         self.rate[:, 1:] = horner(differentiate(c), middle)[:, columns]
         self.axis = (self.rotation @ tree.axis[:, :, None])[..., 0]
-        self.corners = table.corners(self.rotation, self.origin)
+        self.placed = table.placements(self.rotation, self.origin)
+        self.corners = table.corners(*self.placed)
         self.levers = self._levers(carriers)
         self.moves = (self.speed * self.half[:, None])[:, :, None] * self.levers
 

@@ -76,7 +76,7 @@ class StretchBounds(NamedTuple):
     Attributes:
         times: Ends of the n intervals into which the stretch was divided [s], shape (n + 1,).
         errors: Errors at these times, and bounds on the intervals between them.
-        progress: Progress along the path. It is proved if the distance is proved.
+        progress: Progress along the path. It is proved where the deviation is proved.
     """
 
     times: FloatArray

@@ -89,11 +89,11 @@ def speed_quantity(model: Any, frame: int, order: int) -> Quantity:
     tree, data, (joint, lever) = joint_tree(model), model.createData(), carrier_of(model, frame)
 
     def values(q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
-        sizes = np.empty((len(q), 1))
-        for row, state in zip(sizes, zip(q, v, a, strict=True), strict=True):
+        vectors = np.empty((len(q), 3))
+        for row, state in zip(vectors, zip(q, v, a, strict=True), strict=True):
             pin.forwardKinematics(model, data, *state)
-            row[0] = np.linalg.norm(moved(model, data, frame).linear)
-        return sizes
+            row[:] = moved(model, data, frame).linear
+        return np.asarray(np.linalg.norm(vectors, axis=1, keepdims=True))
 
     def bounds(rates: FloatArray) -> FloatArray:
         return tree_motion(tree, rates).point(joint, lever)[order : order + 3, None]

@@ -19,7 +19,7 @@ from knotwork.verification.recording.smoothing import ERROR_ORDERS, Smoothed
 COARSE_STEPS = 2000
 """Maximum number of steps into which a plan is divided in the search for the shift."""
 STANDARD_ERRORS = 4.0
-"""A margin of at most this many standard errors leaves a requirement undecided."""
+"""Margin, in standard errors, up to which a requirement is undecided."""
 PLAN_RESIDUAL_RATIO = 1.5
 """Maximum residual of a noise-free log, as a multiple of that of the smoothed plan."""
 PIECE_TIMES = 17
@@ -170,7 +170,7 @@ class PlanResidual:
 def plan_residual(curve: Smoothed, plan: JointTrajectory, lead: float) -> PlanResidual:
     """Smooth a plan like a log, and measure how far the smooth curve is from the plan.
 
-    If the position or velocity of the plan jumps, the residual is zero.
+    The residual is taken as zero if the position or velocity of the plan jumps.
 
     Args:
         curve: The smoothed log.

@@ -40,11 +40,11 @@ if TYPE_CHECKING:
 REPLACED_SUBJECTS = ("waypoint", "path", "wait", "motion", "event")
 """Subjects of requirements that are left out if tolerances of the log are given."""
 JUMP_DEVIATIONS = 8.0
-"""A sample with a residual of more standard deviations is a jump, or wrong."""
+"""Residual, in standard deviations, above which the motion jumps or a sample is wrong."""
 GAP_PERIODS = 5.5
-"""A longer time without samples, in sample periods, is a gap."""
+"""Time without samples, in sample periods, above which it is a gap."""
 MOVING_GAP_PERIODS = 1.75
-"""A longer time without samples, in sample periods, is a gap if the plan moves far meanwhile."""
+"""Time without samples, in sample periods, above which it is a gap if the plan moves far in it."""
 MOVING_GAP_RANGE = 0.1
 """Fraction of the range of a joint's motion beyond which it moves far in a gap."""
 REST_DEVIATIONS = 4.0
@@ -170,7 +170,7 @@ def _check_tolerances(
 
 
 def _uncertainty(finding: Finding, alignment: Alignment, joints: ScenarioJoints) -> float | None:
-    """Uncertainty of a finding's value due to the log's noise; `None` if unknown."""
+    """Uncertainty of a finding's value because of the noise of the log; `None` if unknown."""
     if finding.value is None or not np.isfinite(finding.value) or finding.margin is None:
         return None
     names, robot = joints.joint_names, joints.robot

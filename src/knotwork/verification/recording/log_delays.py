@@ -23,9 +23,9 @@ MAX_PLAN_STEPS = 1000
 CHANGE_COST = 10.0
 """Cost of a change of the delay, in mean squares of the plan's motion in one time step."""
 EVIDENCE = 0.25
-"""Several delays count if their sum of squares is below this fraction of a constant delay's."""
+"""Fraction of the sum of squares of a constant delay, below which several delays count."""
 MIN_DELAY_STEPS = 3.0
-"""Delays are equal if they differ by fewer time steps."""
+"""Minimum difference of two delays, in time steps; with a smaller one they are equal."""
 MAX_FIT_ITERATIONS = 50
 """Maximum number of Gauss-Newton iterations."""
 
@@ -88,7 +88,7 @@ def fit_delay(
 ) -> tuple[float, float]:
     """Delay of a span since the log's first sample, and its standard error [s].
 
-    It is the least-squares fit to the span's samples by Gauss-Newton iterations. One iteration is
+    The delay is fitted to the span's samples by least squares (Gauss-Newton). One iteration is
     sufficient if the delay is known to the sample period.
     """
     delay, samples = span.delay, _samples_in(curve, span)

@@ -120,7 +120,7 @@ def _to_recording(
     time, order = np.unique(since, return_inverse=True)
     sorting = []
     if (np.diff(since) < 0.0).any():
-        sorting.append(f"{int((np.diff(since) < 0.0).sum())} rows were out of the order of time")
+        sorting.append(f"{int((np.diff(since) < 0.0).sum())} rows were not in order of time")
     if time.size < since.size:
         sorting.append(f"{since.size - time.size} rows had the time of another")
     notes += [" and ".join(sorting)] if sorting else []
@@ -183,6 +183,6 @@ def _refuse_degrees(
             raise rows.heading_error(
                 column.index,
                 f"joint {names[j]!r} reaches {largest:.6g} rad, more than two whole turns",
-                "degrees with their unit, as [deg] in the heading or as the unit of the log; for "
-                "so many radians, [rad] in the heading",
+                "degrees with their unit, as [deg] in the heading or as the unit of the log; if "
+                "they are radians, [rad] in the heading",
             )

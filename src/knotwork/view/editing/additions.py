@@ -24,10 +24,10 @@ from knotwork.view.editing.handles import (
 from knotwork.waypoints import CartesianWaypoint
 
 Change = Mapping[str, Any]
-# Rounding radius of a corner added on a line [m].
 CORNER_BLEND = 0.01
-# Rounding of positions on a line, and distance within which positions snap to it [m].
+"""Rounding radius of a corner added on a line [m]."""
 LINE_STEP, SNAP_DISTANCE = 1e-9, 1e-3
+"""Rounding of positions on a line, and distance within which positions snap to it [m]."""
 POSE_COORDINATES = 6  # coordinates of a pose; arms with fewer joints can't reach a rounded one
 
 

@@ -19,8 +19,8 @@ from knotwork.files.documents.edits import with_change
 from knotwork.robot import Robot
 from knotwork.task.si_units import unit_at
 
-# Maximum number of edits that can be undone.
 MAX_EDITS = 1000
+"""Maximum number of edits that can be undone."""
 
 
 class Draft:

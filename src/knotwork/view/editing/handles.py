@@ -20,10 +20,10 @@ from knotwork.task.scenario.geometry import Frames, read_placement
 from knotwork.task.si_units import to_si
 from knotwork.waypoints import CartesianWaypoint
 
-# Keys of the orientations that can be edited.
 FORMS = tuple(form for form in ORIENTATIONS if form != "torch")  # which depends on a path
-# Rounding of edited values [m, rad].
+"""Keys of the orientations that can be edited."""
 LENGTH_STEP, ANGLE_STEP = 1e-5, 1e-4
+"""Rounding of edited values [m, rad]."""
 
 
 @dataclass(frozen=True, eq=False)

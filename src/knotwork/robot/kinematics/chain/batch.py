@@ -26,13 +26,18 @@ from knotwork.robot.kinematics.chain.levenberg_marquardt import (
     SearchBudget,
 )
 
-# Enumerations need every solution, so a search may halve its error in more steps than a single one:
-# with twelve, one of three solutions of an arm without a closed form was missed.
 BATCH_BUDGET = SearchBudget(patience=16)
-# Most successful searches are within `STRAGGLER_ERROR` after `STRAGGLER_ITERATIONS` iterations. The
-# others take as long as two new starts, so they are stopped.
+"""Budget of a search for all solutions, more patient than a single search.
+
+With a patience of twelve, one of three solutions of an arm without a closed form was missed.
+"""
 STRAGGLER_ITERATIONS = 20
+"""Number of iterations after which a search is stopped if its error is not below `STRAGGLER_ERROR`.
+
+Few such searches succeed, and they take as long as two new starts.
+"""
 STRAGGLER_ERROR = 0.03
+"""Pose error [m, rad]; see `STRAGGLER_ITERATIONS`."""
 
 
 @dataclass(frozen=True, eq=False)

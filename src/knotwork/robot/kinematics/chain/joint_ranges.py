@@ -19,10 +19,10 @@ from knotwork.robot.joint_axes import joint_axes
 Limits: TypeAlias = tuple[FloatArray, FloatArray]
 
 FULL_TURN = 2 * np.pi
-# Rounding tolerance of position limits [rad or m].
 LIMIT_TOLERANCE = 1e-9
-# Maximum number of turns of one configuration. Six joints with two turns each have 64.
+"""Rounding tolerance of position limits [rad or m]."""
 MAX_TURNS = 1024
+"""Maximum number of turns of one configuration. Six joints with two turns each have 64."""
 
 
 def position_limits(robot: Robot) -> Limits:

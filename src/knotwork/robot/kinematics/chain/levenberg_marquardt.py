@@ -13,23 +13,29 @@ from knotwork.arrays import FloatArray
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.chain.joint_ranges import Limits, find_blocked_joints
 
-# Largest motion of a joint in a step. Beyond it the linearisation is not valid, and the search
-# leaves the neighbourhood of the start.
 MAX_STEP = 1.0
-# Damping λ² = factor · error². It is large where the error is large. It decreases fast enough near
-# the solution to keep quadratic convergence (Fan and Yuan, Computing 74, 2005).
+"""Largest motion of a joint in a step.
+
+Beyond it the linearisation is not valid, and the search leaves the neighbourhood of the start.
+"""
 FIRST_FACTOR = 1e-2
+"""First factor of the damping λ² = factor · error².
+
+The damping is large where the error is large. Near the solution it decreases fast enough to keep
+quadratic convergence (Fan and Yuan, Computing 74, 2005).
+"""
 MAX_FACTOR = 1e8
-# Error below which a search gets the usual budget, because the solution is near [m, rad].
+"""Factor of the damping at which a search ends."""
 CLOSE_ERROR = 0.3
-# Ratio of the square of an error that has halved.
+"""Error below which a search gets the usual budget, because the solution is near [m, rad]."""
 HALVED_SQUARE = 0.25
-# Fraction of the tolerances that searches must reach, so that rounding does not decide.
+"""Ratio of the squares of an error and of its half."""
 TOLERANCE_MARGIN = 0.9
-# Within the tolerances, a search continues until the error is this fraction of them, or for this
-# number of steps.
+"""Fraction of the tolerances that searches must reach, so that rounding does not decide."""
 POLISHED_SHARE = 1e-4
+"""Fraction of the tolerances at which a search ends."""
 POLISH_STEPS = 2
+"""Maximum number of further steps of a search whose error is within the tolerances."""
 
 
 class SearchBudget(NamedTuple):
@@ -46,14 +52,18 @@ class SearchBudget(NamedTuple):
     min_factor: float = 1e-6
 
 
-# A search that has not halved its error in twelve steps is at a local minimum. Even at a
-# singularity of a stretched arm, a Newton step reduces the error to a quarter.
 USUAL_BUDGET = SearchBudget()
-# At simultaneous singularities convergence takes longer.
+"""Usual budget: a search that has not halved its error in twelve steps is at a local minimum.
+
+Even at a singularity of a stretched arm, a Newton step reduces the error to a quarter.
+"""
 PATIENT_BUDGET = SearchBudget(iterations=400, patience=60)
-# Searches for any solution stop earlier and keep more damping. Over random poses this takes the
-# smallest total number of steps.
+"""Budget for poses at simultaneous singularities, where convergence takes longer."""
 HASTY_BUDGET = SearchBudget(patience=5, min_factor=1e-2)
+"""Budget of a search for any solution, which stops earlier and keeps more damping.
+
+Over random poses this takes the smallest total number of steps.
+"""
 
 
 class LocalSolution(NamedTuple):

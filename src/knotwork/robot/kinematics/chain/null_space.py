@@ -15,10 +15,10 @@ from knotwork.robot.kinematics.chain.joint_ranges import (
 from knotwork.robot.kinematics.chain.levenberg_marquardt import PoseSearch, SearchBudget
 
 MAX_NULL_SPACE_STEPS = 30
-# Shorter steps end the motion [rad or m].
 MIN_STEP = 1e-6
-# Maximum effort of the correction back onto the pose after a null-space step.
+"""Shorter steps end the motion [rad or m]."""
 CORRECTION = SearchBudget(iterations=12)
+"""Maximum effort of the correction back onto the pose after a null-space step."""
 
 
 def minimise_by_self_motion(

@@ -18,18 +18,26 @@ from knotwork.robot.joint_tree import cache_per_robot
 from knotwork.robot.kinematics.chain.joint_ranges import position_limits, range_middles
 from knotwork.units import SI, Units
 
-# Singular value below which the joint velocities are checked against plausible limits. There a
-# joint at 3 rad/s moves the tool by less than 3 mm/s in the lost direction.
 IMPLAUSIBLE_SINGULAR_VALUE = 1e-3
-# Velocity limit near a singularity for a joint without one [rad/s or m/s]. No joint of an arm is
-# faster.
+"""Singular value below which the joint velocities are checked against plausible limits.
+
+There a joint at 3 rad/s moves the tool by less than 3 mm/s in the lost direction.
+"""
 MAX_JOINT_SPEED = 10.0
-# Condition number below which Jacobians are inverted. One correction then reduces the rounding
-# errors to those of a singular value decomposition.
+"""Velocity limit near a singularity for a joint without one [rad/s or m/s].
+
+No joint of an arm is faster.
+"""
 WELL_CONDITIONED = 1e4
-# Fraction of the largest singular value below which a singular value counts as zero. It is of this
-# size if a joint is a few 1e-13 rad away from a singularity.
+"""Condition number below which Jacobians are inverted.
+
+One correction then reduces the rounding errors to those of a singular value decomposition.
+"""
 RANK_TOLERANCE = 1e-11
+"""Fraction of the largest singular value below which a singular value counts as zero.
+
+It is of this size if a joint is a few 1e-13 rad away from a singularity.
+"""
 
 
 def singular_values(robot: Robot, q: ArrayLike) -> FloatArray:

@@ -22,24 +22,24 @@ from knotwork.errors import FollowingObstruction
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.chain.joint_ranges import LIMIT_TOLERANCE, position_limits
 from knotwork.robot.kinematics.chain.velocity import plausible_speeds
-from knotwork.robot.kinematics.following.joint_field import JointField, Pull
+from knotwork.robot.kinematics.following.joint_field import JointField, SelfMotionTarget
 from knotwork.robot.kinematics.following.obstruction import find_obstruction
 from knotwork.robot.kinematics.following.steps import Stages, take_step
 
-# Largest motion of a joint in one step [rad or m].
 JOINT_STEP = 0.1
-# Factor on `JOINT_STEP`. A step in which a joint moves by more is repeated.
+"""Largest motion of a joint in one step [rad or m]."""
 REPEAT_FACTOR = 2.0
-# Factor on the joint speeds above which steps that were planned together are planned again.
+"""Factor on `JOINT_STEP`. A step in which a joint moves by more is repeated."""
 FASTER_FACTOR = 1.3
-# Number of steps for which the path is evaluated at once.
+"""Factor on the joint speeds above which steps that were planned together are planned again."""
 STEPS_AT_ONCE = 16
-# Smallest number of steps between given times and breaks of a path.
+"""Number of steps for which the path is evaluated at once."""
 MIN_STEPS = 4
-# Rounding of a number of steps.
+"""Smallest number of steps between given times and breaks of a path."""
 ROUNDING = 1e-9
-# Joint motion of the finite differences for accelerations [rad or m].
+"""Rounding of a number of steps."""
 ACCELERATION_DIFFERENCE = 2e-3
+"""Joint motion of the finite differences for accelerations [rad or m]."""
 
 
 class Continuation(NamedTuple):
@@ -136,7 +136,7 @@ def continue_along(
     starts: FloatArray,
     times: FloatArray,
     *,
-    pull: Pull = 0.0,
+    target: SelfMotionTarget = 0.0,
     step: float = JOINT_STEP,
 ) -> Continuation:
     """Follow a path from several starts at once, and ignore limits.
@@ -146,10 +146,10 @@ def continue_along(
         path: Poses of the tool over time.
         starts: Joint positions at the first of the times [rad or m], shape (m, d).
         times: Increasing times [s], shape (k,).
-        pull: See `JointField`.
+        target: See `JointField`.
         step: Largest motion of a joint between corrections [rad or m].
     """
-    field = JointField(robot, pull, path.full_speed)
+    field = JointField(robot, target, path.full_speed)
     limit = plausible_speeds(robot)
     q = np.array(starts, dtype=float)
     step_index = np.zeros(len(times), dtype=np.intp)
@@ -207,10 +207,10 @@ def _evaluate_velocities(field: JointField, q: FloatArray, stages: Stages, k: in
 
 
 def velocity_on_path(
-    robot: Robot, path: TimedPath, q: FloatArray, time: float, pull: Pull = 0.0
+    robot: Robot, path: TimedPath, q: FloatArray, time: float, target: SelfMotionTarget = 0.0
 ) -> FloatArray:
     """Joint velocities that follow a path at a time [rad/s or m/s], shape (d,)."""
-    field = JointField(robot, pull, path.full_speed)
+    field = JointField(robot, target, path.full_speed)
     time = min(max(time, path.start_time), path.end_time)
     motion = Stages.evaluate(field, path, np.array([time]), time)
     return np.asarray(motion.velocities(field, q[None], 0)[0])
@@ -223,7 +223,7 @@ def compute_rates_on_path(
     times: FloatArray,
     side: ArrayLike,
     *,
-    pull: Pull = 0.0,
+    target: SelfMotionTarget = 0.0,
 ) -> tuple[FloatArray, FloatArray]:
     """Compute joint velocities and accelerations on a path, one-sided limits at times, (k, d) each.
 
@@ -238,9 +238,9 @@ def compute_rates_on_path(
         q: Joint positions at the times [rad or m], shape (k, d).
         times: Times [s], shape (k,).
         side: `"right"` or `"left"`, or one for each time, shape (k,).
-        pull: See `JointField`.
+        target: See `JointField`.
     """
-    field = JointField(robot, pull, path.full_speed)
+    field = JointField(robot, target, path.full_speed)
     _, _, twist, change = path.state(times, side=side)
     speed = np.linalg.norm(twist[:, :3], axis=1)
     tangential_acceleration = np.einsum("ki,ki->k", twist[:, :3], change[:, :3])

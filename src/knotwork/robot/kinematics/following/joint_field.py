@@ -15,18 +15,20 @@ from knotwork.robot.joint_axes import joint_axes, pose_errors
 from knotwork.robot.kinematics.chain.joint_ranges import position_limits, range_middles
 from knotwork.robot.kinematics.chain.velocity import joint_scales, solve_velocities
 
-# Tolerance of the projection onto the path [m, rad].
 PROJECTION_TOLERANCE = 1e-11
+"""Tolerance of the projection onto the path [m, rad]."""
 PROJECTION_ROUNDS = 6
+"""Maximum number of Newton steps of the projection."""
 
 
-# Exponent n: over the whole path, self-motion approaches its guide by a factor of e⁻ⁿ.
 GUIDE_RATE = 8.0
+"""Exponent n: over the whole path, self-motion approaches its guide by a factor of e⁻ⁿ."""
 
 
-# Virtual joints that slow at their limits: fraction of their ranges beyond which their mobility is
-# the minimum, and that minimum.
-SLOWING_RANGE, MIN_MOBILITY = 0.95, 8e-9
+SLOWING_RANGE = 0.95
+"""Fraction of the range of a virtual joint that slows, beyond which its mobility is minimal."""
+MIN_MOBILITY = 8e-9
+"""Minimum mobility of virtual joints that slow at their limits."""
 
 
 class Guide(NamedTuple):
@@ -56,7 +58,7 @@ class Guide(NamedTuple):
         return np.asarray(self.posture(s, nu + 1) + GUIDE_RATE / (x[-1] - x[0]) * off)
 
 
-Pull = float | Guide
+SelfMotionTarget = float | Guide
 
 
 class JointField:
@@ -64,18 +66,18 @@ class JointField:
 
     Args:
         robot: The arm.
-        pull: For an arm of more than six joints, the rate at which self-motion moves joints to the
-            middle of their ranges [1/s], or the guide that it follows.
+        target: Target of the self-motion, for an arm of more than six joints: a guide to follow, or
+            the rate at which joints move to the middle of their ranges [1/s].
         speed: The full speed of the path [m/s].
     """
 
-    def __init__(self, robot: Robot, pull: Pull = 0.0, speed: float = 1.0) -> None:
+    def __init__(self, robot: Robot, target: SelfMotionTarget = 0.0, speed: float = 1.0) -> None:
         self.robot, self.axes, self.scale = robot, joint_axes(robot), joint_scales(robot)
         self.speed = speed
-        self.guide = pull if isinstance(pull, Guide) else None
+        self.guide = target if isinstance(target, Guide) else None
         limits = position_limits(robot)
-        rate = 0.0 if isinstance(pull, Guide) or not robot.is_redundant else pull
-        self.pull = np.where(np.isfinite(limits).all(axis=0), rate, 0.0)
+        rate = 0.0 if isinstance(target, Guide) or not robot.is_redundant else target
+        self.rates_to_middle = np.where(np.isfinite(limits).all(axis=0), rate, 0.0)
         self.middle = range_middles(limits)
         span = np.full(robot.dof, np.inf)
         for joint, virtual in enumerate(
@@ -134,8 +136,8 @@ class JointField:
         """Joint velocities that self-motion approximates, shape (n, d), or `None` without any."""
         if self.guide is not None:
             return _to_column(speed_fraction) * self.speed * self.guide.rate(arc_length, q)
-        if self.pull.any():
-            return _to_column(speed_fraction) * self.pull * (self.middle - q)
+        if self.rates_to_middle.any():
+            return _to_column(speed_fraction) * self.rates_to_middle * (self.middle - q)
         return None
 
     def _solve(

@@ -17,20 +17,22 @@ from knotwork.robot.kinematics.following.continuation import (
     continue_along,
     interpolate_curve,
 )
-from knotwork.robot.kinematics.following.joint_field import JointField, Pull
+from knotwork.robot.kinematics.following.joint_field import JointField, SelfMotionTarget
 from knotwork.robot.kinematics.following.obstruction import (
     find_obstruction,
     make_following_error,
 )
 from knotwork.robot.kinematics.following.steps import MAX_CORRECTION, PATH_ERROR
 
-# Largest motion of a joint in a step with self-motion [rad or m]. The projection onto the path does
-# not correct self-motion. With this step it is exact to about 1e-9.
 SELF_MOTION_STEP = 0.05
-# Number of steps in place of one when limits are violated.
+"""Largest motion of a joint in a step with self-motion [rad or m].
+
+The projection onto the path does not correct self-motion. With this step it is exact to about 1e-9.
+"""
 FINE_STEPS = 8
-# Tolerance on limits of a curve close to the path [rad or m, relative].
+"""Number of steps in place of one when limits are violated."""
 CURVE_TOLERANCE = 1e-6
+"""Tolerance on limits of a curve close to the path [rad or m, relative]."""
 
 
 class JointsOnPath:
@@ -44,9 +46,9 @@ class JointsOnPath:
         robot: The arm.
         path: Poses of the tool over time.
         start: Joint positions near the start of the path [rad or m], shape (d,).
-        pull: See `JointField`.
-        continuation: The continuation from there with the same pull, if known. For a redundant arm
-            it is recomputed if its steps are too long.
+        target: See `JointField`.
+        continuation: The continuation from there with the same target, if known. For a redundant
+            arm it is recomputed if its steps are too long.
 
     Attributes:
         robot, path: The arguments.
@@ -62,11 +64,11 @@ class JointsOnPath:
         robot: Robot,
         path: TimedPath,
         start: FloatArray,
-        pull: Pull,
+        target: SelfMotionTarget,
         continuation: Continuation | None = None,
     ) -> None:
-        self.robot, self.path, self.pull = robot, path, pull
-        self.field = JointField(robot, pull, path.full_speed)
+        self.robot, self.path, self.target = robot, path, target
+        self.field = JointField(robot, target, path.full_speed)
         self._step = SELF_MOTION_STEP if robot.is_redundant else JOINT_STEP
         if continuation is None or not self._is_fine(continuation):
             position, rotation, _, _ = path.state([path.start_time])
@@ -76,7 +78,7 @@ class JointsOnPath:
             self._refuse(continuation.obstruction(robot, 0, np.zeros(robot.dof)))
         time, q = continuation.time, continuation.position[:, 0]
         sides = np.append(np.where(np.diff(time) == 0.0, "left", "right"), "left")
-        _, a = compute_rates_on_path(robot, path, q, time, sides, pull=pull)
+        _, a = compute_rates_on_path(robot, path, q, time, sides, target=target)
         self.curve = interpolate_curve(time, q, continuation.velocity[:, 0], a)
 
     def _is_fine(self, continuation: Continuation) -> bool:
@@ -87,7 +89,7 @@ class JointsOnPath:
         return self.field.guide is None and bool(far <= self._step)
 
     def _continue(self, q: FloatArray, times: FloatArray, step: float) -> Continuation:
-        return continue_along(self.robot, self.path, q, times, pull=self.pull, step=step)
+        return continue_along(self.robot, self.path, q, times, target=self.target, step=step)
 
     def check(self, curve: PiecewisePolynomial | None = None) -> None:
         """Check that the joints keep their limits.
@@ -136,7 +138,7 @@ class JointsOnPath:
         rows, n = np.append(np.arange(len(times)), inner), len(times)
         sides = np.repeat(["right", "left"], [n, len(inner)])
         v, a = compute_rates_on_path(
-            self.robot, self.path, q[rows], times[rows], sides, pull=self.pull
+            self.robot, self.path, q[rows], times[rows], sides, target=self.target
         )
         a[inner] = 0.5 * (a[inner] + a[n:])
         return v[:n], a[:n]

@@ -31,26 +31,28 @@ from knotwork.robot.kinematics.solutions.self_motion import (
     sample_self_motion,
 )
 
-# Distance between rungs [m, rad], and their minimum and maximum number per path.
 RUNG_SPACING = 0.03, 0.15
+"""Distance between rungs [m, rad]."""
 MIN_RUNGS, MAX_RUNGS = 6, 150
-# Number of samples for the length of a path.
+"""Minimum and maximum number of rungs per path."""
 RUNG_GRID = 600
-# Number of configurations on each rung, including projections of the previous rung.
+"""Number of samples for the length of a path."""
 RUNG_SAMPLES = 64
-# Largest joint motion between rungs [rad or m]; after smoothing, half of it.
+"""Number of configurations on each rung, including projections of the previous rung."""
 MAX_RUNG_MOVE = 0.6
-# Margin to position limits, for the curves between samples [rad or m].
+"""Largest joint motion between rungs [rad or m]; after smoothing, half of it."""
 LIMIT_CLEARANCE = 0.01
-# Cost of a configuration on a limit or a singularity, as the square of a motion.
+"""Margin to position limits, for the curves between samples [rad or m]."""
 NEARNESS_COST = 0.02
-# Sweeps of smoothing, and the smallest improvement that counts.
+"""Cost of a configuration on a limit or a singularity, as the square of a motion."""
 SMOOTHING_SWEEPS, SMOOTHING_GAIN = 30, 1e-9
-# Maximum number of candidate sequences.
+"""Sweeps of smoothing, and the smallest improvement that counts."""
 MAX_SEQUENCES = 40
-# Number of Newton steps of a projection onto a pose.
+"""Maximum number of candidate sequences."""
 PROJECTION_STEPS = 12
+"""Number of Newton steps of a projection onto a pose."""
 RUNG_ERROR = 1e-9
+"""Maximum pose error of a configuration on a rung [m, rad]."""
 
 Clear = Callable[[FloatArray, float], BoolArray]
 

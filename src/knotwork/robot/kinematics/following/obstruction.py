@@ -16,9 +16,11 @@ from knotwork.robot.kinematics.chain.velocity import plausible_speeds
 from knotwork.robot.kinematics.following.joint_field import JointField
 from knotwork.units import SI, Units
 
-# Smallest singular value below which a path ends at a singularity. Above it, only the joint speeds
-# are too high.
 SINGULAR_VALUE = 0.01
+"""Smallest singular value below which a path ends at a singularity.
+
+Above it, only the joint speeds are too high.
+"""
 
 
 def find_obstruction(

@@ -10,18 +10,24 @@ from knotwork.arrays import FloatArray
 from knotwork.curves.tool_paths import TimedPath
 from knotwork.robot.kinematics.following.joint_field import JointField
 
-# Distance from the path after a step [m, rad] above which the step was too long.
 PATH_ERROR = 1e-7
-# Correction by Newton's method above which a step is halved [rad or m], because it could end in
-# another branch. After `MAX_HALVINGS` the start is blocked.
+"""Distance from the path after a step [m, rad] above which the step was too long."""
 MAX_CORRECTION = 1e-3
+"""Correction by Newton's method above which a step is halved [rad or m], because it could end in
+another branch.
+"""
 MAX_HALVINGS = 9
-# Difference of the two midpoints of a step above which it is halved [rad or m]. Joint speeds may
-# peak within such a step, and the self-motion of a redundant arm would deviate from the integral.
+"""Number of halvings after which the start is blocked."""
 MIDPOINT_TOLERANCE = 1e-3
-# Factor on the limits of joint speeds above which a continuation ends, because the arm is singular
-# there. It does not end if a tool speed above 1 m/s or rad/s is the cause.
+"""Difference of the two midpoints of a step above which it is halved [rad or m].
+
+Joint speeds may peak within such a step, and the self-motion of a redundant arm would deviate from
+the integral.
+"""
 HOPELESS_SPEED_FACTOR = 1000.0
+"""Factor on the limits of joint speeds above which a continuation ends, because the arm is singular
+there. It does not end if a tool speed above 1 m/s or rad/s is the cause.
+"""
 
 
 class Stages(NamedTuple):

@@ -23,13 +23,15 @@ from knotwork.robot.joint_tree import cache_per_robot
 from knotwork.robot.kinematics.chain.batch import Targets
 from knotwork.robot.kinematics.geometry.configuration_flags import find_axis_geometry
 
-# Margin within which rounding and pose tolerances decide whether an equation has solutions. There a
-# search is needed. It is a sine, for the shoulder a length [m].
 CLEAR_MARGIN = 3e-3
-# Largest pose error of solutions [m, rad].
+"""Margin within which rounding and pose tolerances decide whether an equation has solutions.
+
+There a search is needed. It is a sine, for the shoulder a length [m].
+"""
 SOLUTION_ERROR = 1e-11
-# Signs of the shoulder, the wrist and the elbow.
+"""Largest pose error of solutions [m, rad]."""
 _SIGNS = np.array([(a, b, c) for a in (1.0, -1.0) for b in (1.0, -1.0) for c in (1.0, -1.0)]).T
+"""Signs of the shoulder, the wrist and the elbow."""
 
 
 class ClosedForm(NamedTuple):

@@ -26,8 +26,8 @@ from knotwork.robot.joint_tree import cache_per_robot
 from knotwork.robot.kinematics.chain.joint_ranges import low_discrepancy_points
 
 FLAGS = {"shoulder": ("left", "right"), "elbow": ("up", "down"), "wrist": ("no flip", "flip")}
-# Lengths below this [m] and sines below this are rounding.
 FLAG_ROUNDING = 1e-6
+"""Lengths below this [m] and sines below this are rounding."""
 
 
 class Geometry(NamedTuple):

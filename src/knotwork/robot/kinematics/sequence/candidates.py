@@ -40,14 +40,14 @@ from knotwork.robot.kinematics.solutions.self_motion import (
 from knotwork.units import SI, Units
 from knotwork.waypoints import CartesianWaypoint
 
-# Residual above which a twist is infeasible [m/s, rad/s].
 TWIST_RESIDUAL = 1e-7
-# Number of samples of a self-motion.
+"""Residual above which a twist is infeasible [m/s, rad/s]."""
 SELF_MOTION_SAMPLES = 24
-# Number of the nearest ones that are moved nearer to a configuration.
+"""Number of samples of a self-motion."""
 NEARBY_SAMPLES = 2
-# Pose error of solutions [m, rad].
+"""Number of the nearest ones that are moved nearer to a configuration."""
 CANDIDATE_ERROR = 1e-9
+"""Pose error of solutions [m, rad]."""
 
 
 class Candidates(NamedTuple):

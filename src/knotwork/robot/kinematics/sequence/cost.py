@@ -10,12 +10,16 @@ import numpy as np
 
 from knotwork.arrays import BoolArray, FloatArray
 
-# Absolute and relative differences below which costs are equal. Then the next level decides, and
-# finally the order of the candidates, so that every machine chooses the same one.
 COST_TIE = 1e-9
+"""Absolute difference below which costs are equal.
+
+Then the next level decides, and finally the order of the candidates, so that every machine chooses
+the same one.
+"""
 RELATIVE_COST_TIE = 1e-14
-# Absolute and relative widening of a bound, so that equal costs are within it.
+"""Relative difference below which costs are equal."""
 BOUND_WIDENING = 1e-6
+"""Absolute and relative widening of a bound, so that equal costs are within it."""
 
 
 class CostLevel(IntEnum):

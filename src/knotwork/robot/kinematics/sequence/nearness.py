@@ -9,10 +9,10 @@ from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.robot.kinematics.chain.joint_ranges import Limits, arm_limits
 
-# Distance from a limit [rad or m], and singular value, below which travel has a higher weight. On a
-# limit and at a singularity the weight is larger by 1.
 LIMIT_MARGIN = 0.2
+"""Distance from a limit below which travel has a higher weight: larger by 1 at 0 [rad or m]."""
 SINGULAR_MARGIN = 0.05
+"""Singular value below which travel has a higher weight: larger by 1 at a singularity."""
 
 
 def limit_nearness(q: FloatArray, limits: Limits) -> FloatArray:

@@ -10,15 +10,16 @@ from knotwork.arrays import BoolArray, FloatArray, IndexArray
 from knotwork.robot.kinematics.chain.joint_ranges import whole_turns
 from knotwork.robot.kinematics.sequence.cost import COST_TIE, CostLevel, make_cost
 
-# Factor on the limit above which a speed is too high, so that rounding does not decide at the
-# limit.
 OVERSPEED_FACTOR = 1.0 + 1e-9
-# Distance of joint positions within which steps are the same [rad or m].
+"""Factor on the limit above which a speed is too high, so that rounding does not decide at the
+limit.
+"""
 STEP_TOLERANCE = 1e-6
-# Fractions of an interval at which cubics are compared with position limits.
+"""Distance of joint positions within which steps are the same [rad or m]."""
 CUBIC_SAMPLES = (0.25, 0.5, 0.75)
-# Weight of the travel of all joints next to the time of the slowest joint.
+"""Fractions of an interval at which cubics are compared with position limits."""
 TRAVEL_WEIGHT = 0.1
+"""Weight of the travel of all joints next to the time of the slowest joint."""
 
 
 class Layer(NamedTuple):

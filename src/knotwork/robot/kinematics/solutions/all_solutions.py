@@ -26,8 +26,8 @@ from knotwork.robot.kinematics.solutions.diagnosis import find_solution_or_raise
 from knotwork.robot.kinematics.solutions.enumeration import MAX_BRANCHES
 from knotwork.robot.kinematics.solutions.self_motion import choose_farthest_apart
 
-# Number of samples of the self-motion of a redundant arm.
 SELF_MOTION_SPREAD = 32
+"""Number of samples of the self-motion of a redundant arm."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,9 +18,10 @@ from knotwork.robot.kinematics.chain.levenberg_marquardt import PoseSearch
 from knotwork.robot.kinematics.solutions.enumeration import find_branches
 from knotwork.robot.kinematics.solutions.self_motion import sample_self_motion
 
-# Excess over the limits [rad or m] up to which a solution may have a second one next to it inside
-# them. Near a singularity rounding moves solutions by as much.
 EDGE_DISTANCE = 1e-2
+"""Excess over the limits [rad or m] up to which a solution may have a second one next to it inside
+them. Near a singularity rounding moves solutions by as much.
+"""
 
 
 def find_solutions_within_limits(search: PoseSearch, near: FloatArray | None = None) -> FloatArray:

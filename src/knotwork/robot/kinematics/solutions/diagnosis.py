@@ -28,17 +28,20 @@ from knotwork.robot.kinematics.chain.levenberg_marquardt import (
 )
 from knotwork.units import SI, Units
 
-# Weight of a metre relative to a radian: the closest pose is at the nearest point, and there turned
-# as little as possible.
 POINT_FIRST = 1e3
-# Searches in one batch. They stop near a minimum; `MAX_REFINED` of the best, with at least this
-# distance between them [rad or m], are refined.
+"""Weight of a metre relative to a radian: the closest pose is at the nearest point, and there
+turned as little as possible.
+"""
 CLOSEST_SEARCHES = 120
+"""Number of searches in one batch, which stop near a minimum."""
 MAX_REFINED = 8
+"""Maximum number of the best searches that are refined."""
 MIN_SEPARATION = 0.1
-# Maximum steps of the minimisation, and the gradient at which it ends [m or rad per joint unit].
+"""Minimum distance between refined searches [rad or m]."""
 MINIMISER_STEPS = 500
+"""Maximum number of steps of the minimisation."""
 FLAT_GRADIENT = 1e-10
+"""Gradient at which the minimisation ends [m or rad per joint unit]."""
 
 
 def find_solution_or_raise(

@@ -20,23 +20,28 @@ from knotwork.robot.kinematics.chain.joint_ranges import (
 from knotwork.robot.kinematics.geometry.closed_form import SOLUTION_ERROR, solve_closed_form
 from knotwork.robot.kinematics.geometry.configuration_flags import are_all_branches
 
-# Branches attract about equal shares of the starts: each of a UR5's gets an eighth. A step of a
-# batch of this size takes hardly longer than one of half the size.
 STARTS = 48
+"""Number of starts in a batch, whose steps take hardly longer than those of one of half the size.
+
+Branches attract about equal shares of the starts: each of a UR5's gets an eighth.
+"""
 SEARCH_ROUNDS = 6
 SEARCH_ITERATIONS = 72
-# Distance within which solutions are equal [rad or m]. The remaining pose error moves no joint by
-# more, except where two branches meet.
 SOLUTION_TOLERANCE = 1e-5
-# Two solutions within `JOINED_DISTANCE` are equal if the pose error between them is below
-# `JOINED_ERROR` [m, rad].
+"""Distance within which solutions are equal [rad or m].
+
+The remaining pose error moves no joint by more, except where two branches meet.
+"""
 JOINED_DISTANCE = 1e-2
+"""Distance within which solutions are equal if the pose is kept halfway between [rad or m]."""
 JOINED_ERROR = 1e-9
-# Near a singularity searches start at these distances along the singular direction [rad or m].
+"""Error below which a pose is kept [m, rad]."""
 NEAR_SINGULAR_VALUE = 3e-3
+"""Singular value below which searches also start along the singular direction."""
 SINGULAR_STEPS = np.array([-2.4, -1.6, -0.8, -0.4, -0.2, 0.2, 0.4, 0.8, 1.6, 2.4])
-# An arm with more solutions than any six-joint arm (16) is redundant at the pose.
+"""Distances of these starts from a solution along that direction [rad or m]."""
 MAX_BRANCHES = 16
+"""Maximum number of solutions of a six-joint arm; one with more is redundant at the pose."""
 
 
 def find_branches(robot: Robot, targets: Targets) -> list[FloatArray]:

@@ -30,21 +30,29 @@ from knotwork.robot.kinematics.solutions.diagnosis import find_solution_or_raise
 from knotwork.robot.kinematics.solutions.enumeration import NEAR_SINGULAR_VALUE
 from knotwork.units import SI, Units
 
-# Maximum number of restarts for a first solution. After them one batch searches for all solutions.
 MAX_RESTARTS = 50
-# A solution of the local search within this distance of the start [rad or m] counts as the nearest,
-# unless a second solution may lie within `TWIN_DISTANCE_FACTOR` times the distance from the start;
-# in theory a nearer one lies within twice the distance.
+"""Maximum number of restarts for a first solution.
+
+After them one batch searches for all solutions.
+"""
 NEAR_DISTANCE = 0.5
+"""Distance from the start within which a solution of the local search counts as the nearest [rad or
+m], unless a second one may be as near.
+"""
 TWIN_DISTANCE_FACTOR = 3.0
-# A solution within this distance is the nearest one [rad or m].
+"""Factor on the distance of a solution, within which a second one is searched; in theory 2."""
 NEAREST_TOLERANCE = 1e-6
-# Self-motion is followed from at most `MAX_FOLLOWED` solutions within `FOLLOW_DISTANCE_FACTOR`
-# times the minimum distance, until steps are `ROUGH_STEP_FACTOR` times the distance (the remaining
-# gain is about the square of it); and from the nearest one to the end.
+"""Distance within which a solution is the nearest one [rad or m]."""
 MAX_FOLLOWED = 8
+"""Maximum number of solutions from which self-motion is followed; only the nearest one to the end.
+"""
 FOLLOW_DISTANCE_FACTOR = 1.5
+"""Factor on the minimum distance, within which solutions are followed."""
 ROUGH_STEP_FACTOR = 0.1
+"""Size of a step relative to the distance, at which the others are followed no further.
+
+The remaining gain is about the square of this.
+"""
 
 
 @dataclass(frozen=True, eq=False)

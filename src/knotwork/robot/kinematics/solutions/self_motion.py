@@ -16,9 +16,10 @@ from knotwork.robot.kinematics.chain.joint_ranges import (
 
 SELF_MOTION_STARTS = 96
 SAMPLE_ITERATIONS = 18
-# Additional starts near a configuration, within this distance of a joint [rad or m].
 NEARBY_STARTS = 16
+"""Number of additional starts near a configuration."""
 NEARBY_DISTANCE = 0.25
+"""Maximum distance of these starts in each joint [rad or m]."""
 
 
 def sample_self_motion(

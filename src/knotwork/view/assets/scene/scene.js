@@ -45,7 +45,7 @@ class Stage {
     };
     night.addEventListener("change", () => {
       addSurroundings(viewer, this.data);
-      for (const thing of this.data.things) if (thing.around) thing.object.material = paint(thing);
+      for (const item of this.data.meshes) if (item.around) item.object.material = paint(item);
       viewer.set_dirty();
     });
     this.strip = new Strip(this.player);
@@ -102,12 +102,12 @@ class Stage {
     if (miss) this.camera.near(miss.at);
   }
 
-  // Show the things that are present at the time shown, and hide others.
+  // Show the meshes that are present at the time shown, and hide others.
   arrange() {
     const { player } = this;
     player.update();
     this.editing?.arrange();
-    showWhenThere(this.data.things, player.start + player.time);
+    showWhenThere(this.data.meshes, player.start + player.time);
     this.redden(player.start + player.time);
   }
 
@@ -115,10 +115,10 @@ class Stage {
   redden(time) {
     const touching = this.data.contacts.filter(({ spans }) => spans.some(([from, to]) => time >= from - AT_FRAME && time <= to + AT_FRAME));
     const joints = new Set(touching.flatMap((contact) => contact.joints));
-    const things = new Set(touching.flatMap((contact) => contact.things));
+    const bodies = new Set(touching.flatMap((contact) => contact.bodies));
     const dye = ({ material: paint }, on) => paint.emissive?.setHex(on ? TOUCHING : 0);
     this.links.forEach((parts, joint) => parts.forEach((part) => dye(part, joints.has(joint))));
-    for (const { object, of } of this.data.things) dye(object, things.has(of));
+    for (const { object, of } of this.data.meshes) dye(object, bodies.has(of));
     this.uncover(time, touching, joints);
   }
 
@@ -136,7 +136,7 @@ class Stage {
     const spans = touching.flatMap((contact) => contact.spans);
     const within = (at) => spans.some(([from, to]) => at >= from - AT_FRAME && at <= to + AT_FRAME);
     const others = this.links.filter((_, joint) => !joints.has(joint)).flat();
-    const around = [...others, ...this.data.things.filter(({ around, of, object }) => (around || of) && object.visible).map(({ object }) => object)];
+    const around = [...others, ...this.data.meshes.filter(({ around, of, object }) => (around || of) && object.visible).map(({ object }) => object)];
     const eye = camera.getWorldPosition(new THREE.Vector3());
     const misses = this.data.labels.filter((label) => label.kind === "miss" && within(label.time));
     const nearest = misses.sort((a, b) => Math.abs(a.time - time) - Math.abs(b.time - time)).slice(0, MISSES);
@@ -173,10 +173,10 @@ class Switches {
     const list = byId("switches");
     list.replaceChildren();
     this.add("labels", (on) => labels.show(on), true);
-    const named = new Map(); // paths of the things of each name
-    data.things.forEach((thing, number) => named.set(thing.name, [...(named.get(thing.name) ?? []), thingPath(data, thing, number)]));
+    const named = new Map(); // paths of the meshes of each name
+    data.meshes.forEach((item, number) => named.set(item.name, [...(named.get(item.name) ?? []), meshPath(data, item, number)]));
     named.delete("tool");
-    const hidden = new Set(data.things.filter((thing) => thing.hidden).map((thing) => thing.name));
+    const hidden = new Set(data.meshes.filter((item) => item.hidden).map((item) => item.name));
     for (const [name, paths] of named) this.add(name, (on) => paths.forEach((path) => this.viewer.set_property(path, "visible", on)), !hidden.has(name));
   }
 

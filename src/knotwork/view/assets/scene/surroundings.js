@@ -42,7 +42,7 @@ function addLamps(viewer, from) {
   });
 }
 
-// The material of a thing; surroundings such as a floor or a table are dark in dark mode.
+// The material of a mesh; surroundings such as a floor or a table are dark in dark mode.
 function paint({ mesh, lit, around }) {
   const paint = material(mesh, { lit });
   if (around) paint.color.multiply(new THREE.Color(...sky().objects));
@@ -52,26 +52,26 @@ function paint({ mesh, lit, around }) {
 // The path, waypoints, arrows and failures, and the tool, which moves with the joint that carries it.
 // They replace those of the previous scene.
 function addMarks(viewer, data, before) {
-  (before?.things ?? []).forEach((thing, number) => {
-    thing.object.geometry.dispose();
-    viewer.delete_path(thingPath(before, thing, number));
+  (before?.meshes ?? []).forEach((item, number) => {
+    item.object.geometry.dispose();
+    viewer.delete_path(meshPath(before, item, number));
   });
-  data.things.forEach((thing, number) => {
-    thing.object = new THREE.Mesh(geometry(thing.mesh), paint(thing));
-    viewer.set_object(thingPath(data, thing, number), new THREE.Group().add(thing.object));
+  data.meshes.forEach((item, number) => {
+    item.object = new THREE.Mesh(geometry(item.mesh), paint(item));
+    viewer.set_object(meshPath(data, item, number), new THREE.Group().add(item.object));
   });
 }
 
-// Path of a thing in the scene; one with a carrier moves with that joint.
-function thingPath(data, { name, carrier }, number) {
+// Path of a mesh in the scene; one with a carrier moves with that joint.
+function meshPath(data, { name, carrier }, number) {
   const path = carrier ? pathOf(data.joints, carrier) : ROOT;
-  const alone = data.things.filter((other) => other.name === name).length === 1;
+  const alone = data.meshes.filter((other) => other.name === name).length === 1;
   return [...path, alone ? name : `${name} ${number}`];
 }
 
-// Show things that are present for a limited time only, such as held objects.
-function showWhenThere(things, time) {
-  for (const { object, between } of things) {
+// Show meshes that are present for a limited time only, such as held objects.
+function showWhenThere(meshes, time) {
+  for (const { object, between } of meshes) {
     if (!between) continue;
     const [start, end] = between;
     object.visible = (start === null || time >= start - 1e-6) && (end === null || time < end - 1e-6);

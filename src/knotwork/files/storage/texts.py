@@ -25,8 +25,8 @@ _NUMBERS = re.compile(r"\[\n\s*-?\d[-+\d.eE,\s]*\]")
 def trajectory_to_dict(trajectory: JointTrajectory) -> dict[str, Any]:
     """Convert a trajectory to plain data, ready for JSON, in SI with its units named.
 
-    `coefficients` have SciPy's `PPoly` order and the shape (degree + 1, pieces, joints). A curve
-    of cubics also states its `knots`, which define all of it.
+    `planner` is the origin. `coefficients` have SciPy's `PPoly` order and the shape (degree + 1,
+    pieces, joints). A curve of cubics also states its `knots`, which define all of it.
 
     >>> data = trajectory_to_dict(kw.plan("paper_case").trajectory)
     >>> data["version"], data["planner"], data["units"]["time"]
