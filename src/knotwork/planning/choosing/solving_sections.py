@@ -66,13 +66,13 @@ def solve_sections(
     objective = Objective(**dict(free.objective))
     with_free_times = [section for section in sections if section.has_free_durations]
     solved_twice = with_free_times if free.total_duration is not None else []
-    budget.begin(sum(len(section.waypoints) - 1 for section in sections + solved_twice))
+    budget.begin(sum(len(section.indices) - 1 for section in sections + solved_twice))
     if free.total_duration is None:
         return _solve_each(sections, objective, budget)
     fastest = _solve_each(with_free_times, Objective(), budget)
     durations = solved.scenario.durations
     for section in with_free_times:
-        durations[section.waypoints[:-1]] = 0.0
+        durations[section.indices[:-1]] = 0.0
     outside = float(durations.sum())
     shortest = outside + sum(motion.duration for motion in fastest.values())
     if free.total_duration < shortest:
@@ -101,13 +101,13 @@ def _solve_each(
     for section in sections:
         problem = section.timing_problem(objective, totals.get(section))
         if objective.only_time and section not in totals and not problem.duration_is_free.any():
-            single = len(section.waypoints) == 2
+            single = len(section.indices) == 2
             problem = replace(problem, objective=SMOOTHEST if single else CALMEST)
         try:
             if section.way is None:
                 motions[section] = solve_with_budget(problem, budget)
             else:
-                first, *_, last = section.waypoints
+                first, *_, last = section.indices
                 motion = plan_clear_section(section, problem, budget, ends.get(first))
                 motions[section], ends[last] = motion, motion.trajectory.position(motion.duration)
         except TimingError as error:
