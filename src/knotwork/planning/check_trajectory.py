@@ -57,13 +57,14 @@ def check_without_task(
     Args:
         path: The trajectory.
         robot: Name or file of its robot; by default the one named in the scene.
-        scene: Name or file of a scenario. Its surroundings, tool, limits and units are used,
-            without its waypoints.
+        scene: Name or file of a scenario. All of it is used but what defines its motion, such as
+            waypoints; so no object may be held or appear at one.
         limits: Limits in place of the robot's and the scene's, in its units: a mapping, the path
             of a file, or YAML.
 
     Raises:
-        InputError: A file can't be read or is wrong, or no robot is named.
+        InputError: A file can't be read or is wrong, no robot is named, or an object of the scene
+            refers to a waypoint.
     """
     surroundings = read_document(scene) if scene is not None else Document({})
     if not isinstance(surroundings.data, dict):

@@ -118,7 +118,7 @@ class SequencePlanner:
         scenario, joints, waypoints = self.scenario, self.joints, solution.waypoints
         trajectory = self._trajectory(waypoints)
         clear_motions = [*stored_clear_motions(scenario)] if self.options.chosen else []
-        starts = {i for motion in clear_motions for i in motion.waypoints[:-1]}
+        starts = {i for motion in clear_motions for i in motion.indices[:-1]}
         trajectory = replace(
             trajectory,
             events=tuple(event.event for event in scenario.events),

@@ -76,7 +76,7 @@ class AllPathSpeeds:
         Returns:
             The problems; none if no path is slowed down.
         """
-        ends = {section.waypoints[k] for section in sections for k in (0, -1)}
+        ends = {section.indices[k] for section in sections for k in (0, -1)}
         problems = [path_speeds.problem for path_speeds in self.by_path]
         slower = [
             path_speeds.slowed_down(SLOWDOWN, Reason.ADJACENT_MOTION)

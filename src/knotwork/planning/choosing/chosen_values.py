@@ -15,11 +15,11 @@ from knotwork.planning.choosing.chosen_path_speeds import (
     given_speeds_beyond_limits,
     maximum_path_speeds,
 )
-from knotwork.planning.choosing.free_section_motions import SectionsUnsolvedError, solve_sections
 from knotwork.planning.choosing.free_sections import FreeSection, assumed_jerk, find_sections
 from knotwork.planning.choosing.frozen_task import with_chosen_values
 from knotwork.planning.choosing.path_speed_problem import PathSpeedProblem, path_speed_problems
 from knotwork.planning.choosing.solved_scenario import SolvedScenario
+from knotwork.planning.choosing.solving_sections import SectionsUnsolvedError, solve_sections
 from knotwork.planning.task_to_joint import TaskSolution
 from knotwork.planning.timing import ActiveLimit, Objective, TimedMotion
 from knotwork.planning.timing.budget import Budget

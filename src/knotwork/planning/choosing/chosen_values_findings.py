@@ -184,8 +184,8 @@ def clear_motion_findings(
     around = replace(model, pairs=tuple(pair for pair in model.pairs if pair.involves_scene))
     length, _ = scenario.task.units.in_si
     resolution = scenario.scene.collisions.resolution
-    for waypoints, section in clear_motions:
-        start, end = (scenario.waypoints[waypoints[k]] for k in (0, -1))
+    for indices, section in clear_motions:
+        start, end = (scenario.waypoints[indices[k]] for k in (0, -1))
         name, interval = f"{start.name} to {end.name}", (start.time, end.time)
         tries = "1 try" if section.tries == 1 else f"{section.tries} tries"
         extra = ""

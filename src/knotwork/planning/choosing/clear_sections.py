@@ -73,7 +73,7 @@ def plan_clear_section(
     except ClearSearchError as fault:
         single = len(clear_problem.starts) == len(clear_problem.goals) == 1
         raise _located_error(fault, section, single=single) from None
-    budget.finish(len(section.waypoints) - 1)
+    budget.finish(len(section.indices) - 1)
     curve = _slowed(motion, problem, section)
     time = motion.time * (float(curve.x[-1]) / motion.duration)
     slowed = TimedCurve(time, curve, "resting" if motion.rests else "optimal")
@@ -95,7 +95,7 @@ def _lower_bound(clear_problem: ClearMotionProblem) -> float:
 def _stop(section: FreeSection, problem: TimingProblem) -> PiecewisePolynomial | None:
     """The motion that the task continues, stopped on its path or at its end; `None` without one."""
     continued = section.solved.scenario.continued_motion
-    if continued is None or section.waypoints[0]:
+    if continued is None or section.indices[0]:
         return None
     motion, start_time = continued
     curve, limits = motion.polynomial, problem.limits
@@ -115,8 +115,8 @@ def _bodies(section: FreeSection) -> CollisionModel:
         InputError: The bodies change during the section, or an obstacle moves.
     """
     solved = section.solved
-    first, *later = (solved.bodies_in_interval(i) for i in section.waypoints[:-1])
-    for model, i in zip(later, section.waypoints[1:-1], strict=True):
+    first, *later = (solved.bodies_in_interval(i) for i in section.indices[:-1])
+    for model, i in zip(later, section.indices[1:-1], strict=True):
         if model.pairs != first.pairs:
             raise InputError(
                 "the velocity is chosen, but a body comes or goes here; accepted: stop, or a "
@@ -129,7 +129,7 @@ def _bodies(section: FreeSection) -> CollisionModel:
         raise InputError(
             f"does not support moving obstacles ({', '.join(moving)}); "
             "accepted: no way here, and waypoints around them with times or after: fastest",
-            where=solved.where(section.waypoints[-1], "way"),
+            where=solved.where(section.indices[-1], "way"),
         )
     return first
 
@@ -141,7 +141,7 @@ def _solutions(section: FreeSection, problem: TimingProblem, robot: Robot, end: 
     on the choice. This is so if the arm stops there, no motion precedes the start, and a motion
     after the end is planned collision-free as well.
     """
-    scenario, i = section.solved.scenario, section.waypoints[end]
+    scenario, i = section.solved.scenario, section.indices[end]
     chosen, waypoint = problem.position[end], scenario.waypoints[i]
     task_waypoint = scenario.task.waypoints[scenario.task_index[i]]
     if not isinstance(waypoint, CartesianWaypoint) or not isinstance(task_waypoint, PoseWaypoint):
@@ -187,7 +187,7 @@ def _slowed(
             f"a motion of {duration:g} s is infeasible with the velocities at its ends; "
             "accepted: no time, or a stop at both ends"
         )
-    raise InputError(message, where=section.solved.where(section.waypoints[-1]))
+    raise InputError(message, where=section.solved.where(section.indices[-1]))
 
 
 def _located_error(
@@ -201,7 +201,7 @@ def _located_error(
         single: Whether only one solution of each end was a candidate.
     """
     solved = section.solved
-    names = [solved.scenario.waypoints[i].name for i in section.waypoints]
+    names = [solved.scenario.waypoints[i].name for i in section.indices]
     text = solved.scenario.units.text
     k = fault.waypoint_index
     bodies: tuple[str, ...] = ()
@@ -234,9 +234,9 @@ def _located_error(
     return NoWayFoundError(
         f"no collision-free motion from {names[0]!r} to {names[-1]!r}{reason}; "
         f"accepted: {accepted}",
-        waypoint_index=None if k is None else section.waypoints[k],
+        waypoint_index=None if k is None else section.indices[k],
         bodies=bodies,
         shortfall=fault.shortfall,
-        between=(section.waypoints[0], section.waypoints[-1]) if single else None,
-        where=solved.where(section.waypoints[-1 if k is None else k]),
+        between=(section.indices[0], section.indices[-1]) if single else None,
+        where=solved.where(section.indices[-1 if k is None else k]),
     )

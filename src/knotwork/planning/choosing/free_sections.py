@@ -35,41 +35,41 @@ class FreeSection:
 
     Attributes:
         solved: The scenario and its IK solutions.
-        waypoints: Their indices in the scenario.
+        indices: Indices of the waypoints in the scenario.
     """
 
     solved: SolvedScenario
-    waypoints: range
+    indices: range
 
     @property
     def rows(self) -> IndexArray:
         """Rows of the waypoints in the joint waypoints of the scenario, shape (n,)."""
-        return self.solved.rows[self.waypoints]
+        return self.solved.rows[self.indices]
 
     @property
-    def free(self) -> tuple[FreeWaypoint, ...]:
+    def free_waypoints(self) -> tuple[FreeWaypoint, ...]:
         """The free values at each waypoint, and on the way to it from the one before."""
-        return self.solved.free_values.waypoints[self.waypoints[0] : self.waypoints[-1] + 1]
+        return self.solved.free_values.waypoints[self.indices[0] : self.indices[-1] + 1]
 
     @property
     def way(self) -> ClearWay | None:
         """Options of a collision-free motion, or `None`."""
-        return self.free[-1].way
+        return self.free_waypoints[-1].way
 
     @property
     def has_free_durations(self) -> bool:
         """Whether any time between the waypoints is free."""
-        return any(free.duration_is_free for free in self.free[1:])
+        return any(free.duration_is_free for free in self.free_waypoints[1:])
 
     @property
     def has_free_values(self) -> bool:
         """Whether anything is chosen between the waypoints or at them."""
-        ends = {self.waypoints[0], self.waypoints[-1]}
+        ends = {self.indices[0], self.indices[-1]}
         return bool(
             self.solved.zero_acceleration_points.keys() & ends
             or self.solved.free_values.knots_are_free
             or self.has_free_durations
-            or any(free.speed_kind != "given" for free in self.free)
+            or any(free.speed_kind != "given" for free in self.free_waypoints)
         )
 
     def add_locations(self, errors: Iterable[TimingError]) -> None:
@@ -77,7 +77,7 @@ class FreeSection:
         for error in errors:
             error.where = self.solved.scenario.name
             if error.waypoint_index is not None:
-                error.waypoint_index = self.waypoints[error.waypoint_index]
+                error.waypoint_index = self.indices[error.waypoint_index]
                 error.where = self.solved.where(error.waypoint_index + error.in_interval)
 
     def timing_problem(self, objective: Objective, total: float | None = None) -> TimingProblem:
@@ -91,9 +91,9 @@ class FreeSection:
             InputError: A joint has neither an acceleration nor an effort limit.
         """
         solved = self.solved
-        joints, waypoints, scenario = solved.joints, solved.waypoints, solved.scenario
+        joints, waypoints, scenario = solved.joints, solved.joint_waypoints, solved.scenario
         velocity = waypoints.velocity[self.rows].copy()
-        velocity[[free.speed_kind == "free" for free in self.free]] = np.nan
+        velocity[[free.speed_kind == "free" for free in self.free_waypoints]] = np.nan
         limits = replace(joints.limits, jerk=jerk_limits(joints))
         if joints.robot is None:  # no dynamics are known
             limits = replace(limits, effort=np.full(len(joints.joint_names), np.inf))
@@ -102,7 +102,7 @@ class FreeSection:
             _check_limits(scenario, joints, limits)
         effort = bool(np.isfinite(limits.effort).any() or objective.effort)
         needs_dynamics = effort or np.isfinite(tool_speed)
-        dynamics = solved.dynamics[self.waypoints[0]] if needs_dynamics else None
+        dynamics = solved.dynamics[self.indices[0]] if needs_dynamics else None
         if needs_dynamics and dynamics is None and joints.robot is not None:
             raise _moving_base_error(scenario, joints.robot)
         return TimingProblem(
@@ -112,11 +112,11 @@ class FreeSection:
             limits,
             names=tuple(waypoints.names[row] for row in self.rows),
             joint_units=joints.joint_units,
-            is_direction=np.array([free.speed_kind == "direction" for free in self.free]),
-            max_factor=np.array([free.max_speed for free in self.free]),
+            is_direction=np.array([free.speed_kind == "direction" for free in self.free_waypoints]),
+            max_factor=np.array([free.max_speed for free in self.free_waypoints]),
             acceleration=self._accelerations(),
-            duration=scenario.durations[self.waypoints[:-1]],
-            min_duration=np.array([free.min_duration for free in self.free[1:]]),
+            duration=scenario.durations[self.indices[:-1]],
+            min_duration=np.array([free.min_duration for free in self.free_waypoints[1:]]),
             total=total,
             tool_speed=tool_speed,
             objective=objective,
@@ -132,7 +132,7 @@ class FreeSection:
         ends.
         """
         solved, rows = self.solved, self.rows
-        joints, waypoints = solved.joints, solved.waypoints
+        joints, waypoints = solved.joints, solved.joint_waypoints
         accelerations = np.full((len(rows), len(joints.joint_names)), np.nan)
         for end, last in ((0, 0), (-1, len(waypoints.time) - 1)):
             row, given = rows[end], waypoints.acceleration
@@ -140,7 +140,7 @@ class FreeSection:
                 accelerations[end] = given[row]
             elif row == last and joints.end_acceleration is not None:
                 accelerations[end] = joints.end_acceleration[end]
-            elif self.waypoints[end] in solved.zero_acceleration_points or (
+            elif self.indices[end] in solved.zero_acceleration_points or (
                 row == last and solved.free_values.has_free_durations
             ):
                 accelerations[end] = 0.0

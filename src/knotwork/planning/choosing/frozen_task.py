@@ -35,7 +35,7 @@ def with_chosen_values(
     """The scenario with numbers in place of its free values, from the motions of all sections."""
     scenario, free = solved.scenario, solved.free_values.waypoints
     waypoints: defaultdict[int, dict[str, Any]] = defaultdict(dict)
-    positions = np.array(solved.waypoints.position)
+    positions = np.array(solved.joint_waypoints.position)
     for section, motion in motions.items():
         if section.way is not None:  # its end was chosen
             positions[section.rows] = motion.trajectory.position(motion.time)
@@ -44,7 +44,7 @@ def with_chosen_values(
         if waypoint.way is not None:
             waypoints[scenario.task_index[i]]["way"] = None
     for section, motion in motions.items():
-        for k, i in enumerate(section.waypoints):
+        for k, i in enumerate(section.indices):
             changes = waypoints[scenario.task_index[i]]
             if k and free[i].duration_is_free:
                 after = float(motion.time[k] - motion.time[k - 1])
@@ -71,7 +71,7 @@ def solutions_near(
         solved: The scenario and its IK solutions.
         positions: Joint positions of all rows [rad or m], by default those of its solution.
     """
-    positions = solved.waypoints.position if positions is None else positions
+    positions = solved.joint_waypoints.position if positions is None else positions
     index, paths = solved.scenario.task_index, solved.scenario.paths
     units = solved.scenario.task.units
     # In the task, the end of a path and the end of the wait there are one waypoint. A wait on a
@@ -127,10 +127,10 @@ def _chosen_section(
     """
     units, joints = timed.task.units, section.solved.joints
     x = motion.trajectory.breaks
-    times = np.interp(x, motion.time, timed.times[section.waypoints])
+    times = np.interp(x, motion.time, timed.times[section.indices])
     velocities = {
         timed.waypoints[i].name: by_joint(joints, motion.velocity[k], units)
-        for k, (i, free) in enumerate(zip(section.waypoints, section.free, strict=True))
+        for k, (i, free) in enumerate(zip(section.indices, section.free_waypoints, strict=True))
         if free.speed_kind != "given"
     }
     extra: dict[str, Any] = {"velocities": velocities, "tries": motion.tries}

@@ -67,7 +67,7 @@ def planned_utilisation(
         path: The path in this scenario.
         limits: Its limits.
     """
-    rows, points = solved.rows, solved.waypoints
+    rows, points = solved.rows, solved.joint_waypoints
     inserted = slice(rows[path.first], rows[path.last] + 1)
     time, q, v, a = (
         np.asarray(values)[inserted]

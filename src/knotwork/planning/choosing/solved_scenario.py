@@ -51,14 +51,14 @@ class SolvedScenario:
         return self.scenario.free_values or FreeValues(nothing, Weights(time=1.0))
 
     @property
-    def waypoints(self) -> JointWaypoints:
+    def joint_waypoints(self) -> JointWaypoints:
         """All waypoints at the joints, including inserted ones along paths."""
         return self.solution.waypoints
 
     @property
     def rows(self) -> IndexArray:
         """Rows of the scenario's waypoints, shape (n,)."""
-        return np.array(self.waypoints.waypoint_rows)
+        return np.array(self.joint_waypoints.waypoint_rows)
 
     @cached_property
     def dynamics(self) -> tuple[Dynamics | None, ...]:

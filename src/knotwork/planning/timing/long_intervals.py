@@ -32,7 +32,8 @@ def stop_times(problem: TimingProblem) -> FloatArray:
     with np.errstate(invalid="ignore"):
         stops = limits.velocity / limits.acceleration + limits.acceleration / limits.jerk
     stop = float(np.max(stops, initial=0.0, where=np.isfinite(stops)))
-    has_long = stop and problem.objective.only_time and problem.free.any() and problem.total is None
+    is_fastest = problem.objective.only_time and problem.total is None
+    has_long = stop and is_fastest and problem.duration_is_free.any()
     least = MIN_STOPS * stop if has_long else np.inf
     return np.where(problem.duration > least, stop, np.nan)
 

@@ -40,7 +40,7 @@ def lower_bound(problem: TimingProblem) -> float:
 def interval_bounds(problem: TimingProblem) -> FloatArray:
     """Lower bounds on the durations of the intervals [s], shape (n-1,), or given durations."""
     bounds = np.maximum(min_durations(problem), problem.min_duration)
-    return np.where(problem.free, bounds, problem.duration)
+    return np.where(problem.duration_is_free, bounds, problem.duration)
 
 
 def min_durations(problem: TimingProblem) -> FloatArray:

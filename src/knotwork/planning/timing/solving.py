@@ -131,7 +131,7 @@ def _solve_at_once(problem: TimingProblem, budget: Budget) -> TimedCurve | None:
         interval; `None` if there is none.
     """
     given_time = float(np.nansum(problem.duration))
-    if problem.objective.only_time and problem.free.any() and given_time:
+    if problem.objective.only_time and problem.duration_is_free.any() and given_time:
         resting = resting_motion(problem, "resting")
         if resting is not None and resting.time[-1] <= MAX_RESTING_RATIO * given_time:
             return resting  # the free time is negligible against the given one

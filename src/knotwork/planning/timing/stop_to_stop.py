@@ -92,7 +92,7 @@ def _resting_intervals(
         intervals.append(concatenate(before, between, after))
     if problem.total is None:
         return intervals
-    durations, free = np.array([interval.x[-1] for interval in intervals]), problem.free
+    durations, free = np.array([interval.x[-1] for interval in intervals]), problem.duration_is_free
     excess = problem.total - durations.sum()
     if abs(excess) <= 1e-12 * problem.total:
         return intervals
@@ -107,7 +107,7 @@ def with_longer(problem: TimingProblem) -> TimingProblem:
     return replace(
         problem,
         duration=np.full(problem.duration.shape, np.nan),
-        min_duration=np.where(problem.free, problem.min_duration, problem.duration),
+        min_duration=np.where(problem.duration_is_free, problem.min_duration, problem.duration),
         total=None,
         objective=Objective(),
     )

@@ -104,7 +104,7 @@ class TimingProblem(ReadOnlyArrays):
 
     >>> from knotwork.joint_quantities import JointLimits
     >>> problem = TimingProblem(("a",), [[0], [1]], [[0], [0]], JointLimits([1.0], [2.0]))
-    >>> problem.free, problem.names
+    >>> problem.duration_is_free, problem.names
     (array([ True]), ('0', '1'))
     """
 
@@ -204,6 +204,7 @@ class TimingProblem(ReadOnlyArrays):
             raise WaypointDataError(f"{self.names[i]!r} has no direction along which to move")
 
     at_least = OldAttribute("min_duration")
+    free = OldAttribute("duration_is_free")
 
     @property
     def required_dynamics(self) -> Dynamics:
@@ -227,7 +228,7 @@ class TimingProblem(ReadOnlyArrays):
         )
 
     @property
-    def free(self) -> BoolArray:
+    def duration_is_free(self) -> BoolArray:
         """Whether each duration is free, shape (n-1,)."""
         return np.isnan(self.duration)
 

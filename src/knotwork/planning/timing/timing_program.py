@@ -201,10 +201,10 @@ class TimingProgram:
     def _duration_block(self) -> Block:
         """Given durations of intervals, and lower bounds of free ones."""
         problem, layout = self.problem, self.layout
-        bounded = ~problem.free | (problem.min_duration > 0.0)
-        lower = np.where(problem.free, problem.min_duration, problem.duration)[bounded]
+        bounded = ~problem.duration_is_free | (problem.min_duration > 0.0)
+        lower = np.where(problem.duration_is_free, problem.min_duration, problem.duration)[bounded]
         lower = lower / self.scale.time
-        upper = np.where(problem.free[bounded], np.inf, lower)
+        upper = np.where(problem.duration_is_free[bounded], np.inf, lower)
         pieces = layout.tau.reshape(layout.intervals, -1)[bounded].T
         return Block(sum_kernel(layout.interval_pieces), pieces, bounds={"sum": (lower, upper)})
 
@@ -305,7 +305,7 @@ class TimingProgram:
 
     def _exact_durations(self, durations: FloatArray) -> FloatArray:
         """Durations of the intervals [s] that meet the given ones to rounding, shape (n-1,)."""
-        problem, free = self.problem, self.problem.free
+        problem, free = self.problem, self.problem.duration_is_free
         durations = np.where(free, durations, problem.duration)
         if problem.total is not None:
             free_time = problem.total - durations[~free].sum()
@@ -322,7 +322,7 @@ def _scale(problem: TimingProblem, guess: States, time: float) -> Scale:
     travel = np.ptp(problem.position, axis=0)
     largest = float(travel.max()) or 1.0
     typical = np.maximum(travel, 1e-3 * largest)
-    if problem.objective.jerk and not problem.free.any():
+    if problem.objective.jerk and not problem.duration_is_free.any():
         # given times set the scale of the motion, even if the limits are loose
         peak = np.abs(guess.a).max(axis=0)
         unit = np.minimum(unit, np.maximum(typical, peak * time**2))

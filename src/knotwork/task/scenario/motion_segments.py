@@ -19,11 +19,11 @@ class StoredClearMotion(NamedTuple):
     """A collision-free motion that a task has as numbers.
 
     Attributes:
-        waypoints: Indices of its waypoints in the scenario.
+        indices: Indices of its waypoints in the scenario.
         section: The motion.
     """
 
-    waypoints: list[int]
+    indices: list[int]
     section: ChosenSectionFields
 
 

@@ -1,4 +1,4 @@
-"""Motions of all free sections, which share a budget and perhaps a total duration."""
+"""`solve_sections`: motions of all free sections, which share a budget and a total duration."""
 
 from __future__ import annotations
 
@@ -66,13 +66,13 @@ def solve_sections(
     objective = Objective(**dict(free.objective))
     with_free_times = [section for section in sections if section.has_free_durations]
     solved_twice = with_free_times if free.total_duration is not None else []
-    budget.begin(sum(len(section.waypoints) - 1 for section in sections + solved_twice))
+    budget.begin(sum(len(section.indices) - 1 for section in sections + solved_twice))
     if free.total_duration is None:
-        return _motions(sections, objective, budget)
-    fastest = _motions(with_free_times, Objective(), budget)
+        return _solve_each(sections, objective, budget)
+    fastest = _solve_each(with_free_times, Objective(), budget)
     durations = solved.scenario.durations
     for section in with_free_times:
-        durations[section.waypoints[:-1]] = 0.0
+        durations[section.indices[:-1]] = 0.0
     outside = float(durations.sum())
     shortest = outside + sum(motion.duration for motion in fastest.values())
     if free.total_duration < shortest:
@@ -81,32 +81,33 @@ def solve_sections(
     factor = (free.total_duration - outside) / (shortest - outside)
     totals = {section: factor * motion.duration for section, motion in fastest.items()}
     try:
-        return _motions(sections, objective, budget, totals)
+        return _solve_each(sections, objective, budget, totals)
     except SectionsUnsolvedError as failure:
         error = failure.combined_error()
         error.hint = f"the shortest motion found lasts {rounded_up(shortest):.6g} s"
         raise error from None
 
 
-def _motions(
+def _solve_each(
     sections: list[FreeSection],
     objective: Objective,
     budget: Budget,
     totals: Mapping[FreeSection, float] = MappingProxyType({}),
 ) -> dict[FreeSection, TimedMotion]:
+    """Solve sections one by one, some of them with a total duration [s]."""
     motions: dict[FreeSection, TimedMotion] = {}
     errors: dict[FreeSection, TimingError] = {}
     ends: dict[int, FloatArray] = {}  # of collision-free motions, which choose their solutions
     for section in sections:
         problem = section.timing_problem(objective, totals.get(section))
-        if objective.only_time and section not in totals and not problem.free.any():
-            single = len(section.waypoints) == 2
+        if objective.only_time and section not in totals and not problem.duration_is_free.any():
+            single = len(section.indices) == 2
             problem = replace(problem, objective=SMOOTHEST if single else CALMEST)
         try:
             if section.way is None:
                 motions[section] = solve_with_budget(problem, budget)
             else:
-                first, *_, last = section.waypoints
+                first, *_, last = section.indices
                 motion = plan_clear_section(section, problem, budget, ends.get(first))
                 motions[section], ends[last] = motion, motion.trajectory.position(motion.duration)
         except TimingError as error:
