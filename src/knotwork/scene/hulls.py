@@ -20,6 +20,8 @@ MAX_NEIGHBOURS = 250
 """Maximum number of neighbours of a corner."""
 WIDTHS = np.geomspace(1e-6, 1e-3, 16)
 """Widths by which points may be outside before the hull is enlarged, relative to its size."""
+FACET_BLOCK = 16
+"""Number of facets whose distances from all points are computed at once."""
 SHEET_RATIO = 1e-6
 """Ratio of thickness and length below which points count as a sheet."""
 SHEET_THICKNESS = 1e-4
@@ -77,8 +79,9 @@ def _enlarge_hull(hull: Any, points: FloatArray) -> FloatArray:
     from scipy.optimize import linprog
 
     normals, offsets = hull.equations[:, :3], hull.equations[:, 3]
-    gaps = (float((points @ n + d).max(initial=0.0)) for n, d in zip(normals, offsets, strict=True))
-    outside = max(gaps)
+    homogeneous = np.vstack((points.T, np.ones(len(points))))
+    blocks = np.array_split(hull.equations, 1 + len(offsets) // FACET_BLOCK)
+    outside = max(0.0, *(float((block @ homogeneous).max()) for block in blocks))
     rows = np.column_stack((normals, np.ones(len(normals))))
     *middle, radius = linprog([0, 0, 0, -1], rows, -offsets, bounds=[(None, None)] * 4).x
     return np.asarray(middle + (hull.points[hull.vertices] - middle) * (1.0 + outside / radius))

@@ -266,13 +266,7 @@ class OrientationCurve:
 
     def rotation(self, s: ArrayLike) -> FloatArray:
         """Rotation matrices of the tool at arc lengths (k,) [m], shape (k, 3, 3)."""
-        piece, u = self._pieces(s)
-        R = self.rotations[piece]
-        if self._even:
-            return R if self._still else R @ rotation_matrices(5.0 * u[:, None] * self._v[piece, 0])
-        for i, part in enumerate(bernstein_sums(bernstein_values(5, u))):
-            R = R @ rotation_matrices(part[:, None] * self._v[piece, i])
-        return R
+        return self.states(s)[0]
 
     def rate(self, s: ArrayLike, order: int = 0) -> FloatArray:
         """Angular velocity per unit length in base axes, or its derivative, shape (k, 3).
