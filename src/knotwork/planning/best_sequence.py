@@ -62,7 +62,7 @@ def best_of_sequences(sequence_planner: SequencePlanner) -> Plan:
         raise next(attempt.error for attempt in attempts if attempt.error is not None)
     best = min(plans, key=_rank)
     if failed_pairs(best.report.findings):
-        return _around_obstacles(sequence_planner, best, len(attempts))
+        return _around_obstacles(sequence_planner, best, attempts)
     if len(attempts) == 1:
         return best
     return _with_finding(
@@ -116,7 +116,9 @@ def _colliding_intervals(plan: Plan) -> list[int]:
     return sorted({int(i) for i in np.clip(after - 1, 0, len(times) - 2)})
 
 
-def _around_obstacles(sequence_planner: SequencePlanner, best: Plan, tried: int) -> Plan:
+def _around_obstacles(
+    sequence_planner: SequencePlanner, best: Plan, attempts: Sequence[SequenceAttempt]
+) -> Plan:
     """A plan around the obstacles that every sequence hits, or the best plan and the attempts."""
     has_ended = sequence_planner.budget.has_ended
     free_values = sequence_planner.scenario.free_values
@@ -146,10 +148,13 @@ def _around_obstacles(sequence_planner: SequencePlanner, best: Plan, tried: int)
             f"way: clear at {_quoted_names(best, untried)}{times} may avoid {collisions} "
             "(not attempted)"
         )
-    if tried > 1 or has_ended:
+    if len(attempts) > 1 or has_ended:
         when = " when the budget ended" if has_ended else ""
+        failed = sum(attempt.plan is None for attempt in attempts)
+        without_motion = f", {failed} of them without a motion" if failed else ""
         notes.append(
-            f"sequences of solutions tried{when}: {tried}; this one has the fewest colliding pairs"
+            f"sequences of solutions tried{when}: {len(attempts)}{without_motion}; "
+            "this one has the fewest colliding pairs"
         )
     return _with_finding(best, "; ".join(notes), TRIED) if notes else best
 

@@ -193,10 +193,10 @@ def _slowed(
 def _located_error(
     error: ClearSearchError, section: FreeSection, *, single: bool
 ) -> NoWayFoundError:
-    """Make the error for a missing motion, at the waypoint of the error, or else at the goal.
+    """Make the error of a missing motion, at a colliding waypoint, or else at the goal.
 
     Args:
-        error: The error, for which there is no motion.
+        error: The reason why there is no motion.
         section: The section without a motion.
         single: Whether only one solution of each end was a candidate.
     """
