@@ -82,6 +82,8 @@ def follow_path(
         path_speed=_tolerance(speed_tolerance, "speed_tolerance", ""),
     )
     rate = require_number(pull_to_middle, "pull_to_middle", "1/s")
+    if rate < 0.0:
+        raise InputError(f"pull_to_middle is {rate:g}; it must be at least 0")
     tool_path, q = _path_and_start(arm, path, start, rotation)
     motion = _timed_path(
         tool_path, require_number(speed, "speed", "m/s", positive=True), acceleration
