@@ -13,10 +13,8 @@ import pytest
 import knotwork as kw
 from judged import judged
 from knotwork.errors import InputError, NoWayFoundError
-from knotwork.files.documents import Document
 from knotwork.joint_quantities import JointLimits
 from knotwork.planning.clear_motions.configuration_space import ConfigurationSpace
-from knotwork.planning.sweeps.outcome import outcome_of
 from knotwork.scene.building import build_robot_collision_model
 from sweeps import first_of, mostly_exhaustive
 from walls import DOWN, at, box, past
@@ -358,8 +356,8 @@ def test_reports_colliding_end_with_depth() -> None:
     assert caught.value.shortfall > 0.02
     assert " mm too close to " in str(caught.value)
     assert ", and none of 12 solutions is clear;" in str(caught.value)
-    outcome = outcome_of(Document(past(block)), {})
-    assert (outcome.verdict, outcome.reason) == ("refused", "no way found")
+    study = kw.sweep(past(block), {"scene.margin": "5"}, workers=0)
+    assert (study["verdict"], study["reason"]) == (["refused"], ["no way found"])
 
 
 OUTSIDE = {"shoulder_pan_joint": 400} | dict.fromkeys(
