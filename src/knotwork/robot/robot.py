@@ -244,8 +244,8 @@ class Robot(ChainModel):
         merged = {kind: {**earlier.get(kind, {}), **table} for kind, table in tables.items()}
         return Robot(replace(spec, limits={**earlier, **merged}))
 
-    def with_limits_scaled(self, fraction: float) -> Robot:
-        """Use only a fraction of every limit, except those of position."""
+    def with_used_fraction(self, fraction: float) -> Robot:
+        """Use this fraction, in place of an earlier one, of all limits except those of position."""
         if fraction == self._spec.used_fraction:
             return self
         return Robot(replace(self._spec, used_fraction=fraction))

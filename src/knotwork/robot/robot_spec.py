@@ -97,7 +97,7 @@ class RobotSpec:
 
     def __post_init__(self) -> None:
         for payload in (*self.held_payloads, *([] if self.payload is None else [self.payload])):
-            require_type(payload, Payload, "payload", "a kw.Payload")
+            require_type(payload, Payload, "payload", "a knotwork.robot.payload.Payload")
         for joint in self.virtual_joints:
             require_type(joint, VirtualJoint, "virtual joint", "a VirtualJoint")
 

@@ -82,7 +82,7 @@ def stop_on_path(
     limits: JointLimits,
     tolerance: float,
 ) -> tuple[PiecewisePolynomial, PiecewisePolynomial] | None:
-    """Find the minimum-time stop on the path (C2 smooth, cubics), with an override of at most 1.
+    """Find the shortest stop on the path (C2 smooth, cubics), with an override of at most 1.
 
     If the curve comes to rest earlier, that is the stop.
 
