@@ -13,7 +13,7 @@ from knotwork.verification.bounded_limits import (
     check_tool_limits,
 )
 from knotwork.verification.collisions import check_collisions
-from knotwork.verification.continuity import check_continuity, check_resolution
+from knotwork.verification.continuity import check_continuity, check_rounding
 from knotwork.verification.event_checks import check_events, report_cycles, report_segments
 from knotwork.verification.finding import Finding
 from knotwork.verification.freedom_use import report_freedoms
@@ -37,7 +37,7 @@ Check = Callable[[Motion, Scenario, ScenarioJoints], Iterable[Finding]]
 
 
 @dataclass(frozen=True)
-class OfWaypoints:
+class NeedsTask:
     """A check that is left out where a motion is checked without its task."""
 
     check: Check
@@ -50,15 +50,15 @@ class OfWaypoints:
 
 
 CHECKS: dict[str, Check] = {
-    "time_span": OfWaypoints(check_time_span),
-    "tool_at_waypoints": OfWaypoints(check_tool_at_waypoints),
-    "joints_at_waypoints": OfWaypoints(check_joints_at_waypoints),
+    "time_span": NeedsTask(check_time_span),
+    "tool_at_waypoints": NeedsTask(check_tool_at_waypoints),
+    "joints_at_waypoints": NeedsTask(check_joints_at_waypoints),
     "tool_paths": check_tool_paths,
     "curve_between_points": check_curve_between_points,
     "freedoms": report_freedoms,
     "waits": check_waits,
     "events": check_events,
-    "segments": OfWaypoints(report_segments),
+    "segments": NeedsTask(report_segments),
     "cycles": report_cycles,
     "joint_limits": check_joint_limits,
     "effort_limits": check_effort_limits,
@@ -67,9 +67,9 @@ CHECKS: dict[str, Check] = {
     "collisions": check_collisions,
     "continuity": check_continuity,
     "acceleration_spike": check_acceleration_spike,
-    "resolution": check_resolution,
+    "rounding": check_rounding,
     "singularity": check_singularity,
-    "no_start": OfWaypoints(report_missing_approach),
+    "no_start": NeedsTask(report_missing_approach),
 }
 """Checks by name, in the order of the report. The name only adds, replaces or leaves out a check.
 
