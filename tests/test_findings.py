@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +16,7 @@ import knotwork as kw
 from command_line import Command
 from knotwork.verification import CHECKS, Finding, Motion, Report
 from knotwork.view import report_page
+from knotwork.view.scene_verdict import failures
 
 FAST = "the tool whistles at 'three four'"
 
@@ -205,6 +208,18 @@ def test_number_of_further_failures_is_not_marked_as_failure(
     monkeypatch.setitem(CHECKS, "odd", lambda motion, scenario, joints: findings)
     lines = kw.plan("planar2_closed_form").report.brief()
     assert lines[5:7] == ["FAIL odd (4)", "     and 2 more"]
+
+
+def test_failure_in_scene_is_at_the_place_of_its_worst_interval() -> None:
+    plan = kw.plan("paper_case")
+    other, worst = [
+        (a.time + 0.1, b.time - 0.1) for a, b in itertools.pairwise(plan.scenario.waypoints[:3])
+    ]
+    odd = Finding("Odd", "tool", "", "oddity", "failed", "it is odd", short_fact="odd")
+    found = replace(odd, interval=worst, intervals=(other, worst))
+    (failure,) = failures(replace(plan.report, findings=(found,)), plan.scenario)
+    assert failure["line"].endswith("between 'B' and 'C'")
+    assert failure["at"] == worst[0]
 
 
 @pytest.mark.parametrize(
