@@ -221,6 +221,7 @@ IMPORTED_BY_TESTS = {
         "robot.kinematics.following.ladder.Ladder.find_guided_starts",
         "view.html_report.plot_",
     ),
+    "headings of reports, of which shipped checks use no others": ("verification.finding.Group",),
     "the command in this process": ("cli.main",),
     "the plugin, by the name that pytest gets": ("pytest_plugin",),
     "the text that shows progress, without a clock": ("cli.progress_display",),

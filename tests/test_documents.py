@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -90,6 +91,15 @@ def test_lines_of_parts_that_share_one() -> None:
     part = document.part(("rows", 0))
     assert (part.line(()), part.line((1,)), part.line((2,))) == (2, 2, 3)
     assert document.part(("row", "c", 0)).line(()) == 6
+
+
+def test_part_of_copied_data_is_located_in_its_original() -> None:
+    document = documents.parse("rows:\n  - a: 1\n    b: [2, 3]\n  - c: 4\n")
+    copies = {("rows", 2): ("rows", 0), ("rows", 3): ("rows", 1)}
+    located = replace(document, origins=copies)
+    copied = located.document({"a": 1, "b": [2, 3]}, ("rows", 2))
+    assert copied.where(("b", 1)) == "line 3: rows[0].b[1]"
+    assert located.document([], ("rows",)).where((3, "c")) == "line 4: rows[1].c"
 
 
 def problems_of(error: DocumentError) -> list[tuple[int | None, str]]:

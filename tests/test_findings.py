@@ -176,6 +176,7 @@ def test_outputs_show_incomplete_findings(
     assert plan.view().html
     printed = knotwork("plan", "planar2_closed_form", "--full").out
     assert str(plan)
+    assert repr(plan) == f"<Plan 'planar2_closed_form': {plan.report.counts_text}>"
     for found in findings:
         shown = found.message if found.value is None else found.quantity
         assert shown in printed

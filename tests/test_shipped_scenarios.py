@@ -14,6 +14,7 @@ from judged import judged_folder
 from knotwork.errors import UnknownNameError
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.scenario_joints import read_scenario_joints
+from knotwork.verification.finding import Group
 from knotwork.waypoints import CartesianWaypoint, JointWaypoints
 from plans import planned
 from shipped import LONG
@@ -54,6 +55,7 @@ def test_scenario_passes_the_judge_and_reports_its_branches(
     saved = json.loads((tmp_path / "report.json").read_text())
     assert saved["ok"]
     assert not [one for one in saved["findings"] if one["quantity"].endswith("_spike")]
+    assert {one["group"] for one in saved["findings"]} <= set(vars(Group).values())
     assert judged_folder(tmp_path, path) == []
     assert [one.partition(" for ")[0] for one in saved["warnings"]] == WARNINGS.get(path.stem, [])
     # where times are free, the numbers in their place say what the motion has to do when

@@ -141,6 +141,10 @@ def test_segments_rest_after_budget(monkeypatch: pytest.MonkeyPatch) -> None:
         kw.plan({**task, "duration": shorter}, budget=1)
     with pytest.raises(InputError, match="budget"):
         kw.plan(task, budget=-1)
+    with pytest.raises(InputError, match="budget is -1; it must be a positive"):
+        kw.plan("paper_case", budget=-1)
+    with pytest.raises(InputError, match=r"accepted: acceleration: \{joint: value, …\}$"):
+        kw.plan({**task, "limits": {}})
 
 
 def test_the_same_task_gives_the_same_bytes(tmp_path: Path) -> None:

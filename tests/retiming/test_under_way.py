@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from hypothesis import strategies as st
 
 import knotwork as kw
 from command_line import Command
+from knotwork import planning
 from knotwork.errors import InputError
 from moving.moving_truth import down
 from moving.test_moving_things import belt, tool, tray
@@ -227,6 +229,17 @@ def test_check_reads_what_replan_writes(tmp_path: Path, knotwork: Command) -> No
     changed = tmp_path / "old" / "trajectory.json"
     changed.write_text(changed.read_text() + "\n")
     assert "changed since" in knotwork("replan", tmp_path / "old", file, "--at", "3.2").refused()
+
+
+def test_replan_plans_running_motion_with_budget(tmp_path: Path, knotwork: Command) -> None:
+    ends = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": 1}]
+    file = kw.Task.load({"limits": {"velocity": 1.2}, "waypoints": ends}).save(
+        tmp_path / "lift.yaml"
+    )
+    with patch.object(planning, "plan", wraps=kw.plan) as plan:
+        replanned = knotwork("replan", file, file, "--at", "0.5", "--budget", "9s")
+    assert [call.kwargs["budget"] for call in plan.call_args_list] == [9.0, 9.0]
+    assert "lift, modified-hermite: the check FAILS" in replanned.err
 
 
 @pytest.mark.parametrize(

@@ -182,8 +182,8 @@ def test_refuses_weights_that_are_not_positive(weight: Any) -> None:
 @pytest.mark.parametrize(
     ("method", "arguments", "says"),
     [
-        ("with_tool", {"payload": 3}, "payload is 3; accepted: a kw.Payload"),
-        ("with_held", 3, "payload is 3; accepted: a kw.Payload"),
+        ("with_tool", {"payload": 3}, "payload is 3; accepted: a knotwork.robot.payload.Payload"),
+        ("with_held", 3, "payload is 3; accepted: a knotwork.robot.payload.Payload"),
         ("with_virtual_joints", 3, "virtual joint is 3; accepted: a VirtualJoint"),
         ("with_weights", 3, "weights is 3; accepted: a mapping of joints to weights"),
     ],
@@ -192,6 +192,11 @@ def test_refuses_arguments_of_other_types(method: str, arguments: Any, says: str
     change = getattr(PLANAR, method)
     with pytest.raises(InputError, match=says):
         change(**arguments) if isinstance(arguments, dict) else change(arguments)
+
+
+def test_used_fraction_replaces_an_earlier_one() -> None:
+    half = PLANAR.with_used_fraction(0.5)
+    assert half.with_used_fraction(0.5).limits.used_fraction == 0.5
 
 
 def test_finds_configuration_by_name() -> None:

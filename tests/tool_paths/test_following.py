@@ -207,6 +207,7 @@ def test_stops_need_acceleration() -> None:
         ({"orientation_tolerance": np.nan}, "orientation_tolerance is nan"),
         ({"speed_tolerance": 1e-12}, "speed_tolerance is 1e-12"),
         ({"pull_to_middle": None}, "pull_to_middle is null"),
+        ({"pull_to_middle": -1}, "pull_to_middle is -1; it must be at least 0"),
         ({"acceleration": 1e-3}, "takes 3.75 m; accepted"),
         ({"acceleration": 0.0}, "acceleration is 0.0"),
         ({"path": "line"}, "path is 'line'; accepted: a ToolPath or a curve"),

@@ -356,6 +356,8 @@ def test_reports_colliding_end_with_depth() -> None:
     assert caught.value.shortfall > 0.02
     assert " mm too close to " in str(caught.value)
     assert ", and none of 12 solutions is clear;" in str(caught.value)
+    study = kw.sweep(past(block), {"scene.margin": "5"}, workers=0)
+    assert (study["verdict"], study["reason"]) == (["refused"], ["no way found"])
 
 
 OUTSIDE = {"shoulder_pan_joint": 400} | dict.fromkeys(

@@ -22,7 +22,7 @@ from knotwork.cli.parameters import (
 )
 from knotwork.cli.plan import plan_to_dict, print_plan
 from knotwork.cli.progress_display import show_planning
-from knotwork.cli.sources import read_unchecked
+from knotwork.cli.sources import print_failures, read_unchecked
 from knotwork.cli.terminal import echo_json
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import DocumentError, InputError
@@ -65,7 +65,13 @@ def replan(
     the given time.
     """
     new_task = Task.load(task)
-    motion, current = _motion(source, new_task)
+    if is_trajectory(source):
+        motion, current = _read_motion(source, new_task)
+    else:
+        with show_planning(source, as_json) as progress:
+            running = planning.plan(source, budget=budget, progress=progress)
+        print_failures([running])
+        motion, current = running.trajectory, running.scenario
     try:
         scenario = planning.continued_scenario(motion, at, new_task, current)
         with show_planning(task, as_json) as progress:
@@ -84,11 +90,8 @@ def replan(
     return code
 
 
-def _motion(source: str, new_task: Task) -> tuple[JointTrajectory, Scenario | None]:
-    """The running motion, and its scenario if known."""
-    if not is_trajectory(source):
-        planned = planning.plan(source)
-        return planned.trajectory, planned.scenario
+def _read_motion(source: str, new_task: Task) -> tuple[JointTrajectory, Scenario | None]:
+    """The running motion in a file or folder, and its scenario if known."""
     robot, described = None, new_task.robot
     if is_foreign(source):
         if described is None:

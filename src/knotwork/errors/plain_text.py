@@ -1,4 +1,4 @@
-"""Escaping of text from files, so that it can't move the cursor or hide text when printed."""
+"""Text of messages: names of waypoints, and text from files, escaped so that it hides nothing."""
 
 from __future__ import annotations
 

@@ -81,7 +81,7 @@ def follow_path(
         path_orientation=_tolerance(orientation_tolerance, "orientation_tolerance", "rad"),
         path_speed=_tolerance(speed_tolerance, "speed_tolerance", ""),
     )
-    rate = require_number(pull_to_middle, "pull_to_middle", "1/s")
+    rate = _pull_rate(pull_to_middle)
     tool_path, q = _path_and_start(arm, path, start, rotation)
     motion = _timed_path(
         tool_path, require_number(speed, "speed", "m/s", positive=True), acceleration
@@ -135,6 +135,13 @@ def _tolerance(value: float, name: str, unit: str) -> float:
     if number < MIN_PATH_TOLERANCE:
         raise InputError(f"{name} is {number:g}; accepted: at least {MIN_PATH_TOLERANCE:g}")
     return number
+
+
+def _pull_rate(value: float) -> float:
+    rate = require_number(value, "pull_to_middle", "1/s")
+    if rate < 0.0:
+        raise InputError(f"pull_to_middle is {rate:g}; it must be at least 0")
+    return rate
 
 
 def _timed_path(path: ToolPath, speed: float, acceleration: float | None) -> TimedPath:

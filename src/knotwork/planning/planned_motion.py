@@ -65,7 +65,10 @@ class Plan(CheckedMotion):
         return self.trajectory.segments
 
     def __repr__(self) -> str:
-        """Summary of the report."""
+        return f"<Plan {self.scenario.name!r}: {self.report.counts_text}>"
+
+    def __str__(self) -> str:
+        """The report in about 15 lines."""
         return str(self.report)
 
     def _repr_html_(self) -> str:

@@ -36,8 +36,8 @@ def plan(
         planner: Planner in place of the scenario's; a rule may follow after a colon, as in
             `"quintic:estimated"`. Options that it does not support are left out, and
             `Plan.unsupported_options` names them.
-        budget: Computing time for free times [s], by default unlimited. Sections that are not
-            solved within it rest at each waypoint.
+        budget: Computing time [s], by default unlimited. Sections that are not solved within it
+            rest at each waypoint, and no further sequences of solutions are tried.
         progress: Callback of the solver for free times.
 
     Returns:
@@ -51,7 +51,7 @@ def plan(
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
     requested, free = scenario, scenario.free_values
-    work = Budget() if free is None else Budget(progress, budget)
+    work = Budget(progress, budget)
     if free is not None and free.time_dependent:
         from knotwork.planning.choosing import fix_arrival_times
 

@@ -23,7 +23,7 @@ class JointAxes:
         axes: Directions of the axes with all joints at zero, shape (d, 3).
         origins: Points on the axes at zero [m], shape (d, 3).
         is_revolute: Whether each joint is revolute, shape (d,).
-        reach: Length of the arm, from the base through all joints to the TCP [m].
+        reach: Length from the base through all joints to the TCP, prismatic joints at 0 [m].
 
     Raises:
         RobotError: The robot has no tool frame, or a joint does not move it.
@@ -45,9 +45,9 @@ class JointAxes:
         self.reach = float(np.linalg.norm(links, axis=1).sum())
 
     def distance_beyond_reach(self, position: FloatArray) -> FloatArray:
-        """Distance of points beyond the reach of the arm [m], not positive within it.
+        """Distance of points beyond the reach of the arm [m]; a positive one excludes solutions.
 
-        Points beyond the reach certainly have no solution.
+        It is 0 for an arm with a prismatic joint, whose reach changes.
 
         Args:
             position: Points in the base frame [m], shape (3,) or (3, n).

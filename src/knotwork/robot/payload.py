@@ -16,11 +16,12 @@ the largest one."""
 
 @dataclass(frozen=True, eq=False)
 class Payload(ReadOnlyArrays):
-    """A load of the tool frame: the tool and the objects that it holds.
+    """A load of the tool: of its frame, or an object that it holds.
 
     Attributes:
         mass: Mass [kg]; zero for no load.
-        centre_of_mass: Centre of mass in the axes of the tool frame [m], shape (3,).
+        centre_of_mass: Centre of mass in the axes of the tool frame, or for a held object in those
+            of the TCP [m], shape (3,).
         inertia: Inertia about the centre of mass, in the same axes [kg m²], shape (3, 3); by
             default zero, a point mass.
 

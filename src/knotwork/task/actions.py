@@ -24,7 +24,7 @@ from knotwork.files.documents.values import (
 from knotwork.task.task_part import TaskPart
 
 Wait = Annotated[Positive, Field(ge=1e-3)]
-"""Minimum duration of a wait. Shorter ones are indistinguishable from rounding of times."""
+"""Duration of a wait, at least 1 ms: shorter ones are indistinguishable from rounding of times."""
 
 
 def _check_value(value: Any) -> Any:

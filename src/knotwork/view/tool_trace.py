@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from knotwork.arrays import FloatArray
+from knotwork.arrays import BoolArray, FloatArray
 from knotwork.verification.limits import LIMIT_GROUPS, limit_slack
 from knotwork.view.plotted_utilisation import sample_utilisation
 from knotwork.view.shown_motion import CACHED_MOTIONS, ShownMotion
@@ -31,12 +31,12 @@ class ToolTrace:
     time: FloatArray
     position: FloatArray
     speed: FloatArray
-    exceeded: FloatArray
+    exceeded: BoolArray
 
 
 @lru_cache(CACHED_MOTIONS)
 def tool_trace(shown: ShownMotion) -> ToolTrace | None:
-    """Sample the tool's path evenly in time, at every break, and where something fails.
+    """Sample the tool's path evenly in time, at breaks, and where something fails.
 
     Returns:
         The path, which is cached; `None` without a tool.

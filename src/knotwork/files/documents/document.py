@@ -6,11 +6,12 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from knotwork.errors import DocumentError, InputError, Problem, suggest_name
 
 Location = tuple[str | int, ...]
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,12 +102,15 @@ class Locations:
 
     def document(self, data: Any, location: Location) -> Document:
         """Make data at a location a document, with locations in the same file."""
-        size = len(location)
-        lines = {key[size:]: line for key, line in self.lines.items() if key[:size] == location}
+        origin = self.in_file(location)
+        lines = _within(origin, self.lines)
         line = self.line(location)
         if line is not None:
             lines.setdefault((), line)
-        return Document(data, file=self.file, lines=lines, prefix=self.prefix + location)
+        origins = _within(location, self.origins)
+        origins = {key: place[len(origin) :] for key, place in origins.items()}
+        prefix = self.prefix + origin
+        return Document(data, file=self.file, lines=lines, prefix=prefix, origins=origins)
 
 
 @dataclass(frozen=True)
@@ -125,6 +129,12 @@ class Document(Locations):
         for key in location:
             data = data[key]
         return self.document(data, location)
+
+
+def _within(part: Location, values: Mapping[Location, T]) -> dict[Location, T]:
+    """Values of locations within a part, by their location in it."""
+    size = len(part)
+    return {key[size:]: value for key, value in values.items() if key[:size] == part}
 
 
 def field_path(location: Iterable[str | int]) -> str:

@@ -213,14 +213,15 @@ def _moving_base_error(scenario: Scenario, robot: Robot) -> InputError:
 def _check_limits(scenario: Scenario, joints: ScenarioJoints, limits: JointLimits) -> None:
     """Refuse a joint with unbounded acceleration."""
     bounded = np.isfinite(limits.acceleration)
-    reason = "no acceleration limit is given"
+    reason, values = "no acceleration limit is given", ""
     if joints.robot is not None:
         bounded |= np.isfinite(limits.effort)
         reason = "neither a limit of acceleration nor one of effort is known"
+        values = ", with values for this robot"
     unbounded = np.array(joints.joint_names)[~bounded]
     if unbounded.size:
         raise InputError(
             f"times are chosen, but no limit bounds the acceleration of {', '.join(unbounded)}: "
-            f"{reason}; accepted: acceleration: {{joint: value, …}}, with values for this robot",
+            f"{reason}; accepted: acceleration: {{joint: value, …}}{values}",
             where=scenario.where("limits"),
         )

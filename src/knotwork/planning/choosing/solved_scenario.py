@@ -95,9 +95,9 @@ class SolvedScenario:
 
     def bodies_in_interval(self, i: int) -> CollisionModel:
         """Bodies of the robot and the scene that are present from waypoint i to the next one."""
-        from knotwork.planning.clear_motions.configuration_space import bodies_at
+        from knotwork.planning.clear_motions.configuration_space import model_at
 
-        return bodies_at(self._collision_model, i + 0.5)
+        return model_at(self._collision_model, i + 0.5)
 
     @cached_property
     def _collision_model(self) -> CollisionModel:

@@ -28,7 +28,7 @@ With minimum jerk the accelerations of a short interval would continue in a long
 
 
 class SectionsUnsolvedError(Exception):
-    """No motion was found for some sections.
+    """Limits leave no motion for some sections.
 
     Attributes:
         errors: Reasons, by section.
@@ -59,8 +59,10 @@ def solve_sections(
         budget: Budget and progress of all of them.
 
     Raises:
-        SectionsUnsolvedError: Some sections have no motion.
-        TimingError: The total is too short.
+        SectionsUnsolvedError: Limits leave no motion for some sections.
+        NoWayFoundError: A section has no collision-free motion. It is raised at once, because
+            another sequence of solutions may have one.
+        InputError: A section with `way: clear` can't be solved, or the total is too short.
     """
     free = solved.free_values
     objective = Objective(**dict(free.objective))

@@ -32,8 +32,8 @@ class NearPair(NamedTuple):
     gradient: FloatArray
 
 
-def bodies_at(model: CollisionModel, time: float) -> CollisionModel:
-    """The collision model with the bodies that exist at a time [s], without their intervals."""
+def model_at(model: CollisionModel, time: float) -> CollisionModel:
+    """The collision model at a time [s]: pairs of bodies that exist then, at all times."""
     exists = [body.start <= time <= body.end for body in model.bodies]
     return replace(
         model,

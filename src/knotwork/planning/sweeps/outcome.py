@@ -30,6 +30,7 @@ _REASONS: tuple[tuple[type[Exception], str], ...] = (
     (errors.FollowingError, "path not followed"),
     (errors.CollisionError, "collision at the start"),
     (errors.TimingError, "no time found"),
+    (errors.NoWayFoundError, "no way found"),
     (errors.PathError, "path not made"),
     (errors.TaskError, "task"),
     (errors.InputError, ROW_WRONG_INPUT),

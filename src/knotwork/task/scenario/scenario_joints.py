@@ -106,7 +106,7 @@ def read_scenario_joints(scenario: Scenario) -> ScenarioJoints:
     else:
         robot = _configured_robot(scenario)
         read = JointReader(scenario, robot.joint_names, robot.joint_units, robot.configurations)
-        robot = robot.with_limits(**read.limits()).with_limits_scaled(used_fraction)
+        robot = robot.with_limits(**read.limits()).with_used_fraction(used_fraction)
         limits = robot.limits
         if not robot.base_moves:
             loaded_robots = robots_with_loads(scenario, robot)

@@ -57,7 +57,7 @@ class TaskReading:
         return read_placement(placement, self.locations, location)
 
     def stops(self, i: int) -> bool:
-        """Whether the tool stops at a waypoint where a path begins or ends."""
+        """Whether the arm stops at a waypoint: for `stop` or a wait, or at an end of the task."""
         waypoint = self.task.waypoints[i]
         at_start = i == 0 and self.task.start is None
         at_end = i == len(self.task.waypoints) - 1

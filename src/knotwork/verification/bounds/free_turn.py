@@ -9,7 +9,7 @@ from knotwork.waypoints import PoseFreedom, TorchRanges
 
 
 def open_ranges(freedom: PoseFreedom) -> dict[tuple[str, str], tuple[float, float]]:
-    """Free ranges by name and unit [rad or m], with the names of scenario files."""
+    """Free ranges [rad or m] by name, as messages write it, and unit."""
     spans: dict[tuple[str, str], tuple[float, float]] = {("turn", "rad"): freedom.turn}
     if freedom.torch is not None:
         torch = freedom.torch
