@@ -96,7 +96,7 @@ nitpick_ignore_regex = [
     # types that its description spells out.
     (
         r"py:.*",
-        r"(knotwork\.[\w.]+\.)?(Document|Locations|Description|VirtualJoint|AnyMotion|CheckedMotion|"
+        r"(knotwork\.[\w.]+\.)?(Document|Locations|RobotSpec|VirtualJoint|AnyMotion|CheckedMotion|"
         r"Findings|Subject|TaskFrame|ToolMotion|ExtendedCurve|TorchRanges|PathStart|ExpandedTask|LoadedRobots|"
         r"EndAcceleration(Like)?|Status|ObstructionCause|JointTree|WeavePattern|Window|StudyFolder|Outcome|"
         r"FeasibleDurations|TimedCurve)",

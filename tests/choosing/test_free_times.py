@@ -274,7 +274,7 @@ def test_report_lists_chosen_times() -> None:
     found = plan.report.select(group="Chosen times")
     assert {one.quantity for one in found} >= {"duration", "lower_bound", "active_limits"}
     texts = [str(one) for one in found if one.quantity == "active_limits"]
-    assert any(one.startswith("via to place: a acceleration for ") for one in texts)
+    assert any(one.startswith("via to place: acceleration of 'a' for ") for one in texts)
     data = plan.report_to_dict()["chosen_times"]
     assert data["status"] == "optimal"
     assert data["duration"] == plan.trajectory.duration
@@ -297,7 +297,7 @@ def test_reports_assumed_jerk_limit() -> None:
     assert plan.chosen_values.assumed_jerk == {"a": 400.0, "b": 400.0}
     texts = [str(one) for one in plan.report.select(group="Chosen times")]
     assert any("no jerk limit is given, so one is assumed: 400 rad/s³ for a, b" in s for s in texts)
-    assert any("a jerk (assumed) for " in text for text in texts)
+    assert any("jerk of 'a' (assumed) for " in text for text in texts)
     given = kw.plan(swing(to(1)))
     assert not given.report.select(group="Chosen times", quantity="assumed_jerk")
 

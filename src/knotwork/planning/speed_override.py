@@ -10,11 +10,11 @@ from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.monotone import first_times
 from knotwork.curves.retiming import (
-    Profile,
+    SpeedOverride,
     approximate_by_cubics,
-    check_profile,
     compose,
     keeps_joint_limits,
+    make_override,
 )
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.joint_quantities import JointLimits
@@ -57,10 +57,10 @@ def change_speed(
     Raises:
         InputError: The profile is invalid.
     """
-    curve, requested = trajectory.polynomial, check_profile(profile)
+    curve, requested = trajectory.polynomial, make_override(profile)
 
-    def execute(profile: Profile) -> tuple[PiecewisePolynomial, PiecewisePolynomial]:
-        clock = profile.clock(trajectory.start_time, trajectory.duration)
+    def execute(override: SpeedOverride) -> tuple[PiecewisePolynomial, PiecewisePolynomial]:
+        clock = override.clock(trajectory.start_time, trajectory.duration)
         first, last = clock(clock.x[[0, -1]])
         passed = times[(times >= first - TIME_TOLERANCE) & (times <= last + TIME_TOLERANCE)]
         reached = first_times(clock, passed).tolist()
@@ -78,7 +78,7 @@ def change_speed(
     return motion, clock, []
 
 
-def _slow_down(requested: Profile, cap: float, factor: float) -> Profile:
+def _slow_down(requested: SpeedOverride, cap: float, factor: float) -> SpeedOverride:
     """An override that never exceeds a cap, with changes that take longer."""
     times, rates = [0.0], [min(float(requested.rates[0]), cap)]
     for begin, end, rate in zip(
@@ -91,15 +91,15 @@ def _slow_down(requested: Profile, cap: float, factor: float) -> Profile:
             rates.append(rates[-1])
         times.append(times[-1] + factor * float(end - begin))
         rates.append(min(float(rate), cap))
-    return Profile(np.array(times), np.array(rates))
+    return SpeedOverride(np.array(times), np.array(rates))
 
 
-def _override_finding(requested: Profile, executed: Profile, end: float) -> Finding:
+def _override_finding(requested: SpeedOverride, executed: SpeedOverride, end: float) -> Finding:
     """Finding on the override executed until a time, in place of the requested one."""
 
-    def text(profile: Profile) -> str:
-        count = int(np.searchsorted(profile.times, end)) + 1  # with the end of its last change
-        pairs = zip(profile.times[:count], profile.rates[:count], strict=True)
+    def text(override: SpeedOverride) -> str:
+        count = int(np.searchsorted(override.times, end)) + 1  # with the end of its last change
+        pairs = zip(override.times[:count], override.rates[:count], strict=True)
         return ", ".join(f"{time:.4g}: {rate:.3g}" for time, rate in pairs)
 
     fact = (

@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike
 from knotwork.arrays import FloatArray, checked_array
 from knotwork.errors import RobotError, UnknownNameError
 from knotwork.errors.old_names import OldAttribute
-from knotwork.robot.description import Description
 from knotwork.robot.joint_chain import select_chain
 from knotwork.robot.planned_joints import PlannedJoints
+from knotwork.robot.robot_spec import RobotSpec
 
 _TCP = "knotwork: tool centre point"
 _VIRTUAL = {
@@ -28,42 +28,42 @@ class ChainModel(PlannedJoints):
     """A chain of joints with its Pinocchio model: kinematics (eqs 1, 2) and efforts.
 
     Args:
-        description: The robot.
+        spec: All data of the robot.
     """
 
-    def __init__(self, description: Description) -> None:
-        chain = select_chain(description)
-        super().__init__(description, chain.joint_names)
+    def __init__(self, spec: RobotSpec) -> None:
+        chain = select_chain(spec)
+        super().__init__(spec, chain.joint_names)
         self.model = model = chain.model
         self.base_frame = chain.base_frame
-        self.world_frame = description.world_frame or chain.base_frame
-        self.base_moves = description.world_frame is not None
+        self.world_frame = spec.world_frame or chain.base_frame
+        self.base_moves = spec.world_frame is not None
         self.locked = MappingProxyType(dict(chain.locked))
         self.followers = MappingProxyType(dict(chain.followers))
         base = model.frames[model.getFrameId(self.base_frame, pin.BODY)]
         self.base_placement = base.placement.copy()
         self._base_from_root = self.base_placement.inverse()
-        self.tcp_frame_id = None if description.tool_frame is None else self._add_tcp(description)
+        self.tcp_frame_id = None if spec.tool_frame is None else self._add_tcp(spec)
         to_root = self.base_placement.rotation
-        if description.gravity is not None:
-            model.gravity.linear = to_root @ description.gravity
+        if spec.gravity is not None:
+            model.gravity.linear = to_root @ spec.gravity
         self.gravity = checked_array(to_root.T @ model.gravity.linear, (3,), "gravity")
         bodies = (frame for frame in model.frames if frame.type == pin.FrameType.BODY)
         self.frame_names = tuple(str(frame.name) for frame in bodies)
         self._memory = threading.local()
 
-    def _add_tcp(self, description: Description) -> int:
+    def _add_tcp(self, spec: RobotSpec) -> int:
         """Add loads, virtual joints and the TCP to the model, and return the TCP's frame index."""
         model = self.model
-        tool = model.frames[model.getFrameId(description.tool_frame, pin.BODY)]
-        carrier, placement = tool.parentJoint, tool.placement * description.tool_offset
-        loads = [(load, placement) for load in description.held_payloads]
-        if description.payload is not None:
-            loads.append((description.payload, tool.placement))
+        tool = model.frames[model.getFrameId(spec.tool_frame, pin.BODY)]
+        carrier, placement = tool.parentJoint, tool.placement * spec.tool_offset
+        loads = [(load, placement) for load in spec.held_payloads]
+        if spec.payload is not None:
+            loads.append((spec.payload, tool.placement))
         for load, axes in loads:
             body = pin.Inertia(load.mass, load.centre_of_mass, load.inertia)
             model.appendBodyToJoint(carrier, body, axes)
-        for joint in description.virtual_joints:
+        for joint in spec.virtual_joints:
             axes = pin.SE3.Identity()
             axes.rotation = axes.rotation if joint.axes is None else joint.axes
             kind = _VIRTUAL[joint.unit][joint.axis]()
@@ -98,7 +98,7 @@ class ChainModel(PlannedJoints):
             RobotError: No tool frame has been chosen.
         """
         if self.tcp_frame_id is None:
-            leaves = self._description.urdf.leaves
+            leaves = self._spec.urdf.leaves
             inner = ", ".join(name for name in self.frame_names if name not in leaves)
             raise RobotError(
                 self.name,

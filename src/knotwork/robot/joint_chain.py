@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import pinocchio as pin
 
 from knotwork.errors import RobotError, UnknownNameError
-from knotwork.robot.description import Description
+from knotwork.robot.robot_spec import RobotSpec
 from knotwork.robot.urdf import Urdf
 
 MAX_JOINTS = 200
@@ -35,7 +35,7 @@ class JointChain(NamedTuple):
     followers: Mapping[str, str]
 
 
-def select_chain(description: Description) -> JointChain:
+def select_chain(spec: RobotSpec) -> JointChain:
     """Lock every joint that is not between the base and the tool.
 
     Without a tool frame all supported joints are kept.
@@ -45,10 +45,10 @@ def select_chain(description: Description) -> JointChain:
         RobotError: The base does not carry the tool, no joint moves the tool, a joint between them
             is not supported, or a joint can't be locked at its position.
     """
-    urdf, robot_name, locked = description.urdf, description.name, description.locked
-    tool_frame = description.tool_frame
+    urdf, robot_name, locked = spec.urdf, spec.name, spec.locked
+    tool_frame = spec.tool_frame
     full = urdf.model
-    base = description.base_frame or urdf.root
+    base = spec.base_frame or urdf.root
     for link in (base, tool_frame):
         if link is not None and link not in urdf.links:
             raise UnknownNameError("frame", link, urdf.links, where=f"robot {robot_name!r}")
@@ -66,7 +66,7 @@ def select_chain(description: Description) -> JointChain:
     planned = set(moving)
     still = [i for i in range(1, full.njoints) if i not in planned]
     reference, values = _find_locked_configuration(
-        urdf, robot_name, still, {**description.unplanned, **locked}
+        urdf, robot_name, still, {**spec.unplanned, **locked}
     )
     names = tuple(full.names[i] for i in moving)
     mimicked = {full.names[i]: _list_mimicked(urdf, full.names[i], locked) for i in still}

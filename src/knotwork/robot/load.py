@@ -12,10 +12,10 @@ from typing import Any
 from knotwork.errors import InputError, RobotError, UnknownNameError
 from knotwork.errors.arguments import require_type
 from knotwork.files.documents import Document, read, resources, validate
-from knotwork.robot.description import Description, list_limits
 from knotwork.robot.external_axes import Axes
 from knotwork.robot.robot import Robot
 from knotwork.robot.robot_file import RobotFile
+from knotwork.robot.robot_spec import RobotSpec, limits_by_joint
 from knotwork.robot.urdf import Urdf, read_urdf
 
 EXAMPLE_ROBOT_DATA = "example-robot-data:"
@@ -82,7 +82,7 @@ def load_robot(
     path = _find_file(reference, relative_to)
     if path.suffix not in _SUFFIXES:
         name = path.stem
-        return Robot(Description(name=name, source=path, urdf=read_urdf(path, name)))
+        return Robot(RobotSpec(name=name, source=path, urdf=read_urdf(path, name)))
     return _load_document(read(path), path.parent)
 
 
@@ -106,7 +106,7 @@ def _load_document(document: Document, folder: Path) -> Robot:
     _check_names(content, document, urdf)
     srdf = content.collision.srdf
     robot = Robot(
-        Description(
+        RobotSpec(
             name=name,
             description=content.description,
             source=document.file or path,
@@ -115,7 +115,7 @@ def _load_document(document: Document, folder: Path) -> Robot:
             tool_frame=content.tool_frame,
             locked=content.locked,
             configurations=content.configurations,
-            limits=list_limits(content.limits, urdf),
+            limits=limits_by_joint(content.limits, urdf),
             package_paths=tuple(
                 _resolve_path(folder_name, folder, name) for folder_name in content.package_paths
             ),

@@ -19,8 +19,8 @@ from knotwork.errors.old_names import OldAttribute
 from knotwork.files.documents import Document, validate
 from knotwork.files.documents.values import JointLimitFields
 from knotwork.robot.chain_model import ChainModel
-from knotwork.robot.description import Description, VirtualJoint, list_limits
 from knotwork.robot.payload import Payload
+from knotwork.robot.robot_spec import RobotSpec, VirtualJoint, limits_by_joint
 from knotwork.robot.urdf import read_urdf
 
 
@@ -80,22 +80,22 @@ class Robot(ChainModel):
            [0.9, 0.4]])
     """
 
-    def __init__(self, description: Description) -> None:
-        super().__init__(description)
-        self.description = description.description
-        self.source = description.source
-        self.urdf_files = description.urdf.files
+    def __init__(self, spec: RobotSpec) -> None:
+        super().__init__(spec)
+        self.description = spec.description
+        self.source = spec.source
+        self.urdf_files = spec.urdf.files
         self.urdf = self.urdf_files[0].path
-        self.package_paths = description.package_paths
-        self.ignored_pairs = description.ignored_pairs
-        self.srdf = description.srdf
-        self.tool_frame = description.tool_frame
-        self.tool_offset = description.tool_offset.copy()
-        self.tool_candidates = description.urdf.leaves
-        self.payload = description.payload
-        self.held_payloads = description.held_payloads
-        self.external_axes = description.urdf.added
-        self.joined_links = description.urdf.joined_links
+        self.package_paths = spec.package_paths
+        self.ignored_pairs = spec.ignored_pairs
+        self.srdf = spec.srdf
+        self.tool_frame = spec.tool_frame
+        self.tool_offset = spec.tool_offset.copy()
+        self.tool_candidates = spec.urdf.leaves
+        self.payload = spec.payload
+        self.held_payloads = spec.held_payloads
+        self.external_axes = spec.urdf.added
+        self.joined_links = spec.urdf.joined_links
 
     held = OldAttribute("held_payloads")
 
@@ -107,15 +107,15 @@ class Robot(ChainModel):
     @property
     def carrying_joints(self) -> dict[str, frozenset[str]]:
         """The joints that carry each joint of the URDF, including itself."""
-        urdf = self._description.urdf
+        urdf = self._spec.urdf
         tree = read_urdf(self.urdf, self.name, urdf.axes).model  # its root is that of the URDF
         return {
             name: frozenset(tree.names[k] for k in tree.supports[joint].tolist()[1:])
             for joint, name in enumerate(tree.names[1:], 1)
         }
 
-    def __reduce__(self) -> tuple[type[Robot], tuple[Description]]:
-        return type(self), (self._description,)  # each copy gets its own working memory
+    def __reduce__(self) -> tuple[type[Robot], tuple[RobotSpec]]:
+        return type(self), (self._spec,)  # each copy gets its own working memory
 
     def __repr__(self) -> str:
         chain = f"{self.dof} joints from {self.base_frame!r} to {self.tool_frame!r}"
@@ -124,7 +124,7 @@ class Robot(ChainModel):
     def with_held(self, *held: Payload) -> Robot:
         """Let the tool hold objects, given in the axes of the TCP; they count in `effort`."""
         self.require_tool()
-        return Robot(replace(self._description, held_payloads=held))
+        return Robot(replace(self._spec, held_payloads=held))
 
     def with_virtual_joints(self, *joints: VirtualJoint) -> Robot:
         """Add virtual joints after the TCP, which move its frame.
@@ -132,7 +132,7 @@ class Robot(ChainModel):
         They are last in all arrays, and have no mass and only position limits.
         """
         self.require_tool()
-        return Robot(replace(self._description, virtual_joints=joints))
+        return Robot(replace(self._spec, virtual_joints=joints))
 
     def with_weights(self, weights: Mapping[str, float]) -> Robot:
         """Set weights of the motion of joints.
@@ -161,7 +161,7 @@ class Robot(ChainModel):
                 )
             self._require_joint(name, f"robot {self.name!r}")
             require_number(weight, f"weight of joint {name!r}", positive=True)
-        return Robot(replace(self._description, weights=dict(weights)))
+        return Robot(replace(self._spec, weights=dict(weights)))
 
     def _require_joint(self, name: str, where: str) -> None:
         if name not in self.joint_names:
@@ -176,11 +176,11 @@ class Robot(ChainModel):
             UnknownNameError: No configuration has this name.
             RobotError: A joint is outside its limits, or an earlier configuration has it elsewhere.
         """
-        description = self._description
-        unplanned = dict(description.unplanned)
-        followers = description.urdf.mimics
-        for joint, value in description.configuration(name).items():
-            if joint in self.joint_names or joint in description.locked or joint in followers:
+        spec = self._spec
+        unplanned = dict(spec.unplanned)
+        followers = spec.urdf.mimics
+        for joint, value in spec.configuration(name).items():
+            if joint in self.joint_names or joint in spec.locked or joint in followers:
                 continue
             if unplanned.setdefault(joint, value) != value:
                 raise RobotError(
@@ -190,9 +190,9 @@ class Robot(ChainModel):
                     "accepted: the same position in both, or a pose on what it carries",
                     joint=joint,
                 )
-        if unplanned == description.unplanned:
+        if unplanned == spec.unplanned:
             return self
-        return Robot(replace(description, unplanned=unplanned))
+        return Robot(replace(spec, unplanned=unplanned))
 
     def with_gravity(self, gravity: ArrayLike) -> Robot:
         """Mount the robot differently: on a wall, on a ceiling, or without gravity.
@@ -206,7 +206,7 @@ class Robot(ChainModel):
         >>> kw.load_robot("ur5").with_gravity([0, 0, 9.81]).gravity
         array([0.  , 0.  , 9.81])
         """
-        return Robot(replace(self._description, gravity=checked_array(gravity, (3,), "gravity")))
+        return Robot(replace(self._spec, gravity=checked_array(gravity, (3,), "gravity")))
 
     def with_limits(
         self,
@@ -235,20 +235,20 @@ class Robot(ChainModel):
         }
         if not given:
             return self
-        description = self._description
-        tables = list_limits(validate(JointLimitFields, Document(given)), description.urdf)
+        spec = self._spec
+        tables = limits_by_joint(validate(JointLimitFields, Document(given)), spec.urdf)
         for kind, table in given.items():
             for joint in table if isinstance(table, Mapping) else ():
                 self._require_joint(joint, f"robot {self.name!r}: limits.{kind}")
-        earlier = description.limits
+        earlier = spec.limits
         merged = {kind: {**earlier.get(kind, {}), **table} for kind, table in tables.items()}
-        return Robot(replace(description, limits={**earlier, **merged}))
+        return Robot(replace(spec, limits={**earlier, **merged}))
 
     def with_used_fraction(self, fraction: float) -> Robot:
         """Use this fraction, in place of an earlier one, of all limits except those of position."""
-        if fraction == self._description.used_fraction:
+        if fraction == self._spec.used_fraction:
             return self
-        return Robot(replace(self._description, used_fraction=fraction))
+        return Robot(replace(self._spec, used_fraction=fraction))
 
     def with_tool(
         self, frame: str | None = None, offset: Any = None, payload: Payload | None = None
@@ -274,7 +274,7 @@ class Robot(ChainModel):
         >>> longer.forward([0.0, 0.0]).translation
         array([1., 0., 0.])
         """
-        changed = self._description
+        changed = self._spec
         if frame is not None and frame != self.tool_frame:
             no_offset = pin.SE3.Identity()
             changed = replace(
@@ -305,10 +305,10 @@ class Robot(ChainModel):
         >>> arm.dof, arm.with_base("table").joint_names[0]
         (6, 'table')
         """
-        description = self._description
-        urdf = read_urdf(self.urdf, self.name, description.urdf.axes, link)
+        spec = self._spec
+        urdf = read_urdf(self.urdf, self.name, spec.urdf.axes, link)
         world = None if link == self.world_frame else self.world_frame
-        return Robot(replace(description, urdf=urdf, base_frame=link, world_frame=world))
+        return Robot(replace(spec, urdf=urdf, base_frame=link, world_frame=world))
 
     @cached_property
     def _in_world_frame(self) -> Robot:

@@ -51,7 +51,7 @@ _ALL_PLANNERS = (
         guarantees="positions and velocities at all waypoints; end accelerations if requested",
         limitations="does not choose the accelerations at inner waypoints",
         supports=("knots", "end_acceleration", "chosen"),
-        entry_point="chosen_sections:plan_modified_hermite",
+        entry_point="modified_hermite:plan_modified_hermite",
     ),
     PlannerSpec(
         "cubic",

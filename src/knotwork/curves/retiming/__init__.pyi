@@ -1,5 +1,5 @@
-from .clock import Profile as Profile
-from .clock import check_profile as check_profile
+from .clock import SpeedOverride as SpeedOverride
+from .clock import make_override as make_override
 from .composition import approximate_by_cubics as approximate_by_cubics
 from .composition import compose as compose
 from .stops import find_first_rest as find_first_rest

@@ -37,7 +37,7 @@ def make_rate_curve(times: FloatArray, rates: FloatArray) -> PiecewisePolynomial
     return PiecewisePolynomial(np.stack((first, second), axis=2).reshape(3, -1), breaks)
 
 
-class Profile(NamedTuple):
+class SpeedOverride(NamedTuple):
     """A speed override over time, with smooth changes between values.
 
     Attributes:
@@ -51,7 +51,7 @@ class Profile(NamedTuple):
     def clock(self, start: float, duration: float) -> PiecewisePolynomial:
         """Make the clock of a motion: its time over execution time (C2 smooth).
 
-        The clock ends with the motion, or with the profile if that ends at 0.
+        The clock ends with the motion, or with the override if that ends at 0.
 
         Args:
             start: Start time of the motion [s].
@@ -72,8 +72,8 @@ class Profile(NamedTuple):
         return PiecewisePolynomial(c, clock.x)
 
 
-def check_profile(profile: Mapping[float, float]) -> Profile:
-    """Check a speed override over time.
+def make_override(profile: Mapping[float, float]) -> SpeedOverride:
+    """Make a speed override from values by time, checked and sorted.
 
     Before the first time and after the last the override keeps its value.
 
@@ -100,4 +100,4 @@ def check_profile(profile: Mapping[float, float]) -> Profile:
         times, rates = np.append(0.0, times), np.append(rates[0], rates)
     if not rates.any():
         raise InputError("override profile: the override is 0 at all times; the arm would not move")
-    return Profile(times, rates)
+    return SpeedOverride(times, rates)

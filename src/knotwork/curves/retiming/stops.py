@@ -1,4 +1,4 @@
-"""Minimum-time stops from a time of a motion: on its path, and of each joint independently."""
+"""The shortest stops from a time of a motion: on its path, and of each joint independently."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.curves.retiming.composition import approximate_by_cubics, compose
-from knotwork.curves.retiming.shortest import find_shortest_stop
+from knotwork.curves.retiming.shortest_stop import find_shortest_stop
 from knotwork.joint_quantities import RATE_QUANTITIES, JointLimits
 
 LIMIT_SHARES = (0.999, 0.99, 0.95)
@@ -35,7 +35,7 @@ MIN_GAIN = 1e-3
 def stop_joints(
     q: FloatArray, v: FloatArray, a: FloatArray, limits: JointLimits
 ) -> PiecewisePolynomial | None:
-    """Stop each joint in minimum time from a state (C2 smooth, cubics), which leaves the path.
+    """Stop each joint in the shortest time from a state (C2 smooth, cubics), which leaves the path.
 
     The acceleration changes to a peak, stays there if the peak is at the limit, and changes to
     zero. If the peak p stays below the limit, both ramps together must cancel the velocity:
@@ -82,7 +82,7 @@ def stop_on_path(
     limits: JointLimits,
     tolerance: float,
 ) -> tuple[PiecewisePolynomial, PiecewisePolynomial] | None:
-    """Find the minimum-time stop on the path (C2 smooth, cubics), with an override of at most 1.
+    """Find the shortest stop on the path (C2 smooth, cubics), with an override of at most 1.
 
     If the curve comes to rest earlier, that is the stop.
 

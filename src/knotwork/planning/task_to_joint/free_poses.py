@@ -19,9 +19,9 @@ from knotwork.curves.tool_paths.rotations import rotation_matrices
 from knotwork.errors import BranchError
 from knotwork.planning.task_to_joint.task_solution import TaskSolution
 from knotwork.robot import Robot
-from knotwork.robot.description import VirtualJoint
 from knotwork.robot.kinematics.geometry.configuration_flags import configuration_flags
 from knotwork.robot.kinematics.sequence.candidates import Candidates
+from knotwork.robot.robot_spec import VirtualJoint
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_reader import JointState
 from knotwork.task.scenario.scenario_joints import ScenarioJoints

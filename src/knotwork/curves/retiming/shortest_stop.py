@@ -1,4 +1,4 @@
-"""The minimum-time clock that stops within the limits, by a sequence of linear programs.
+"""The clock of the shortest stop within the limits, by a sequence of linear programs.
 
 The unknowns are the duration T and the second derivative of the clock's rate, constant in each of
 30 parts of T. Rate, slope of the rate and value of the clock are linear in the latter. Utilisation
@@ -43,7 +43,7 @@ def find_shortest_stop(
     guess: float,
     limits: JointLimits,
 ) -> PiecewisePolynomial | None:
-    """Find the minimum-time clock whose rate goes from 1 to 0, within [0, 1] (C2 smooth).
+    """Find the shortest clock whose rate goes from 1 to 0, within [0, 1] (C2 smooth).
 
     Args:
         curve: Positions, trailing shape (d,).

@@ -1,4 +1,4 @@
-"""`Description`: all data that define a robot."""
+"""`RobotSpec`: all data that define a robot."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class VirtualJoint:
 
 
 @dataclass(frozen=True, eq=False)
-class Description:
+class RobotSpec:
     """All data that define a robot.
 
     Attributes:
@@ -113,8 +113,8 @@ class Description:
         return self.configurations[name]
 
 
-def list_limits(limits: JointLimitFields, urdf: Urdf) -> LimitTables:
-    """List limits by joint; a number is the limit of all joints of the URDF."""
+def limits_by_joint(limits: JointLimitFields, urdf: Urdf) -> LimitTables:
+    """Limits by joint; a number is the limit of all joints of the URDF."""
     return {
         kind: table if isinstance(table, Mapping) else dict.fromkeys(urdf.types, table)
         for kind, table in limits
