@@ -43,13 +43,13 @@ class Pair(NamedTuple):
 
     Attributes:
         first, second: Their indices among the bodies; the second one moves with the robot.
-        margin: Required clearance [m].
+        required_clearance: Required clearance [m].
         involves_scene: Whether one of them belongs to the scene, so that `way: clear` may help.
     """
 
     first: int
     second: int
-    margin: float
+    required_clearance: float
     involves_scene: bool
 
 

@@ -173,20 +173,21 @@ def find_nearest_points(
 
 
 def are_nearer_than(
-    first: Body, second: Body, rotation: FloatArray, origin: FloatArray, margin: float
+    first: Body, second: Body, rotation: FloatArray, origin: FloatArray, required_clearance: float
 ) -> bool:
-    """Whether two bodies are within a margin of each other, or one is inside the other.
+    """Whether two bodies are nearer than a clearance, or one is inside the other.
 
     Args:
         first: A body.
         second: Another one.
         rotation: Rotations of all joints, shape (n + 1, 3, 3).
         origin: Origins of all joints [m], shape (n + 1, 3).
-        margin: Required clearance [m].
+        required_clearance: Required clearance [m].
     """
     meter = DistanceMeter()
     return any(
-        meter.distance(a, b, margin + DISTANCE_ERROR) <= margin or is_one_inside_other(a, b)
+        meter.distance(a, b, required_clearance + DISTANCE_ERROR) <= required_clearance
+        or is_one_inside_other(a, b)
         for a, b in _pair_solids(first, second, rotation, origin)
     )
 

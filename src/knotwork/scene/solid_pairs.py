@@ -23,7 +23,7 @@ class SolidPairs:
         joint: Index of the joint that carries each solid, shape (s,).
         first, second: Indices of the two solids of each pair, shape (c,).
         body_pair: Index of the pair of bodies of each pair of solids, shape (c,).
-        margin: Required clearance [m], shape (c,).
+        required_clearance: Required clearance [m], shape (c,).
         exact: Whether one of the two solids is an exact mesh, shape (c,).
         convex: Whether both solids are convex, shape (c,).
         presence: Time interval of the presence of each pair of bodies [s], shape (p, 2).
@@ -41,7 +41,9 @@ class SolidPairs:
             for b in range(len(model.bodies[pair.second].solids))
         ]
         self.first, self.second, self.body_pair = np.array(solid_pairs).T
-        self.margin = np.array([model.pairs[k].margin for k in self.body_pair])
+        self.required_clearance = np.array(
+            [model.pairs[k].required_clearance for k in self.body_pair]
+        )
         exact = np.array([solid.triangles is not None for solid in self.solids])
         self.exact = exact[self.first] | exact[self.second]
         convex = np.array([solid.outer_hull is None for solid in self.solids])
@@ -175,7 +177,7 @@ class SolidPairs:
         return first, Placed(self.solids[b], rotation[b], origin[b])
 
     def min_gaps(self, q: FloatArray, time: float, max_gap: float = 0.0) -> FloatArray:
-        """The minimum distance beyond the required margin at configurations [m], shape (m,).
+        """The minimum gap at configurations [m], shape (m,).
 
         The arguments are those of `nearest`, with one time for all configurations.
         """
@@ -184,7 +186,7 @@ class SolidPairs:
     def nearest(
         self, q: FloatArray, time: FloatArray, max_gap: float = math.inf
     ) -> Iterator[tuple[float, int]]:
-        """Find the minimum gap at each configuration [m]: distance minus required margin.
+        """Find the minimum gap at each configuration [m]: distance minus required clearance.
 
         Each gap comes with the index of its pair of solids, or -1 if none is nearer than
         `max_gap`.
@@ -200,15 +202,15 @@ class SolidPairs:
         rotation, origin = self.placements(*placed)
         bounds = np.full((len(time), len(low)), np.inf)
         bounds[item, pair] = self.min_distances(item, pair, rotation, origin)
-        bounds -= self.margin
+        bounds -= self.required_clearance
         for i, min_gaps in enumerate(bounds):
             result, nearest = max_gap, -1
             for c in np.argsort(min_gaps).tolist():
                 if min_gaps[c] > result or (max_gap == 0.0 and result < 0.0):
                     break
-                margin = float(self.margin[c])
-                limit = result + margin + DISTANCE_ERROR
-                gap = self.measure(c, rotation[i], origin[i], limit)[0] - margin
+                required = float(self.required_clearance[c])
+                limit = result + required + DISTANCE_ERROR
+                gap = self.measure(c, rotation[i], origin[i], limit)[0] - required
                 if gap > 0.0 and self.exact[c]:
                     placed_pair = self.placed_pair(c, rotation[i], origin[i])
                     gap = -gap if is_one_inside_other(*placed_pair) else gap

@@ -40,7 +40,7 @@ class ClearanceCurve(NamedTuple):
 def clearance_curve(shown: ShownMotion) -> ClearanceCurve | None:
     """Sample the clearance; `None` if no pair with the surroundings moves.
 
-    Only pairs that the check examines are sampled. A pair that keeps its margin at a constant
+    Only pairs that the check examines are sampled. A pair that keeps its clearance at a constant
     distance, such as a floor and the shoulder turning above it, is left out. The time of the
     smallest clearance in the check is one of the samples.
     """
@@ -88,7 +88,7 @@ def _nearest(
         return [-1] * len(time), np.full(len(time), np.nan)
     table = SolidPairs(replace(model, pairs=pairs))
     nearest = list(table.nearest(q, time))
-    distance = [gap + table.margin[c] if c >= 0 else np.nan for gap, c in nearest]
+    distance = [gap + table.required_clearance[c] if c >= 0 else np.nan for gap, c in nearest]
     return [int(table.body_pair[c]) if c >= 0 else -1 for _, c in nearest], np.array(distance)
 
 
@@ -97,4 +97,4 @@ def _stands_still(model: CollisionModel, pair: Pair, q: FloatArray, time: FloatA
     sparse = slice(None, None, STEP_OF_TEST)
     _, distance = _nearest(model, (pair,), q[sparse], time[sparse])
     least, most = np.nanmin(distance), np.nanmax(distance)
-    return bool(least > pair.margin and most - least < AT_REST)
+    return bool(least > pair.required_clearance and most - least < AT_REST)

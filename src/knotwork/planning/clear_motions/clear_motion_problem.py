@@ -26,7 +26,7 @@ class ClearMotion:
         parts: The motion from the first state to rest, the one that rests at the corners of the
             polyline, and the one from rest to the last state, each from time 0 on, or `None`.
         rests: Whether it rests at corners of the polyline between the waypoints.
-        extra_clearance: Clearance that it keeps beyond the margins [m].
+        extra_clearance: Clearance that it keeps beyond the required one [m].
         tries: Number of searches of which it is the fastest.
     """
 
@@ -55,7 +55,7 @@ class ClearMotionProblem:
             has the first of each. There are several only if the arm is at rest there.
         arm_model: Pinocchio model of the arm.
         collision_model: Bodies and their pairs.
-        resolution: Distance to the margin within which a clearance may count as a violation [m].
+        resolution: Gap below which a clearance may count as a violation [m].
         stop: Makes a motion from the first state to rest, or `None`. It is used if independent
             stops of the joints collide.
     """
@@ -76,7 +76,7 @@ class ClearMotionProblem:
         return dynamics.robot.model if dynamics is not None and limited else None
 
     def unproved_pairs(self, curve: PiecewisePolynomial) -> list[Clearance]:
-        """Pairs that collide over a motion, or are not proved to keep their margin."""
+        """Pairs that collide over a motion, or are not proved to keep their clearance."""
         results = clearances(self.collision_model, curve, self.resolution, precision=np.inf)
         return [clearance for clearance in results if clearance.state != "clear"]
 
@@ -89,7 +89,7 @@ class ClearSearchError(Exception):
         waypoint_index: Waypoint of the section where the arm collides, or can't come to rest along
             its velocity without a collision, -1 for the goal; `None` if all are collision-free.
         bodies: Names of the two colliding bodies.
-        shortfall: Violation of the margin [m], or of the joint's position limit [rad or m].
+        shortfall: Missing clearance [m], or violation of the joint's position limit [rad or m].
         moving: Whether the motion to rest collides.
         limit: Name of the limit that the motion to rest exceeds, or `None`.
         joint: Index of the joint that exceeds it.

@@ -1,4 +1,4 @@
-"""Fast motions between two states, proved to keep every margin."""
+"""Fast motions between two states, proved to keep every required clearance."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Stage(NamedTuple):
 
     Attributes:
         step: Step of samples on edges [rad or m].
-        extra: Clearance of samples beyond the margins [m].
+        extra: Clearance of samples beyond the required one [m].
         checks: Maximum number of configurations checked.
     """
 
@@ -68,7 +68,7 @@ PIECES_AN_EDGE, MIN_PIECES, MAX_PIECES = 4, 12, 20
 def find_clear_motion(
     problem: ClearMotionProblem, budget: Budget, *, tries: int = 1, extra_clearance: float = 0.0
 ) -> ClearMotion:
-    """Find a fast motion between two states, proved to keep every margin and limit.
+    """Find a fast motion between two states, proved to keep every clearance and limit.
 
     The same problem gives the same motion. It can only be faster with more searches.
 
@@ -77,8 +77,8 @@ def find_clear_motion(
         budget: Computing time, at whose end the best motion so far is returned, if there is one;
             and progress.
         tries: Number of searches; the fastest motion is returned.
-        extra_clearance: Clearance of pairs beyond their margins [m]. If no motion is found, it is
-            reduced to a half, a quarter or zero. That of a pair need not exceed half of its
+        extra_clearance: Clearance beyond that which pairs require [m]. If no motion is found, it
+            is reduced to a half, a quarter or zero. That of a pair need not exceed half of its
             clearance at the waypoints.
 
     Raises:
@@ -112,7 +112,7 @@ def slow_to_duration(motion: ClearMotion, duration: float) -> PiecewisePolynomia
 
 
 def _with_extra_clearance(problem: ClearMotionProblem, extra: float) -> ClearMotionProblem:
-    """The problem with margins increased by a clearance [m]."""
+    """The problem with a higher required clearance [m]."""
     model, limits = problem.collision_model, problem.timing.limits
     space = ConfigurationSpace(problem.arm_model, model, limits)
     clearance = dict.fromkeys(space.pair_names, extra)
@@ -122,7 +122,8 @@ def _with_extra_clearance(problem: ClearMotionProblem, extra: float) -> ClearMot
     pairs = []
     for pair in model.pairs:
         names = model.bodies[pair.first].name, model.bodies[pair.second].name
-        pairs.append(pair._replace(margin=pair.margin + clearance.get(names, 0.0)))
+        required = pair.required_clearance + clearance.get(names, 0.0)
+        pairs.append(pair._replace(required_clearance=required))
     return replace(problem, collision_model=replace(model, pairs=tuple(pairs)))
 
 

@@ -24,7 +24,7 @@ class NearPair(NamedTuple):
     """A pair of nearby solids at a configuration.
 
     Attributes:
-        gap: Distance minus margin [m]; negative if the margin is not kept.
+        gap: Distance minus required clearance [m].
         gradient: Derivative of the gap over each joint position [m/rad or m/m], shape (d,).
     """
 
@@ -81,17 +81,17 @@ class ConfigurationSpace:
                 solids[b].append(int(self._geometry.addGeometryObject(shape)))
                 self._joint.append(body.joint)
         self._pairs: list[tuple[int, int]] = []
-        margins: list[float] = []
+        required: list[float] = []
         self.pair_names: list[tuple[str, str]] = []
         for pair in model.pairs:
             for a in solids[pair.first]:
                 for b in solids[pair.second]:
                     self._geometry.addCollisionPair(pin.CollisionPair(a, b))
                     self._pairs.append((a, b))
-                    margins.append(pair.margin)
+                    required.append(pair.required_clearance)
                     names = model.bodies[pair.first].name, model.bodies[pair.second].name
                     self.pair_names.append(names)
-        self.margin = np.array(margins)
+        self.required_clearance = np.array(required)
         self._geometry_data = self._geometry.createData()
         for request in self._geometry_data.distanceRequests:
             request.enable_signed_distance = True
@@ -101,20 +101,20 @@ class ConfigurationSpace:
         self.keep_away(0.0)
 
     def keep_away(self, extra: float, ends: Sequence[FloatArray] = ()) -> None:
-        """Require more clearance than the margins in `is_clear`.
+        """Require additional clearance in `is_clear`.
 
         Args:
             extra: Additional clearance [m].
             ends: Configurations that must be clear, see `extra_clearance`.
         """
-        limits = self.margin + self.extra_clearance(extra, ends) + DISTANCE_ERROR
+        limits = self.required_clearance + self.extra_clearance(extra, ends) + DISTANCE_ERROR
         for request, distance in zip(
             self._geometry_data.collisionRequests, limits.tolist(), strict=True
         ):
             request.security_margin = distance
 
     def extra_clearance(self, extra: float, ends: Sequence[FloatArray]) -> FloatArray:
-        """Clearances of all pairs of solids beyond their margins [m].
+        """Clearances of all pairs of solids beyond the required ones [m].
 
         Args:
             extra: The required one [m].
@@ -127,7 +127,7 @@ class ConfigurationSpace:
         return clearances
 
     def is_clear(self, q: FloatArray) -> bool:
-        """Whether a configuration keeps every margin and the clearance of `keep_away`."""
+        """Whether a configuration keeps every clearance, with that of `keep_away`."""
         self.checks += 1
         return self._holds_arm(q) and not pin.computeCollisions(
             self.arm_model, self._data, self._geometry, self._geometry_data, q, True
@@ -146,10 +146,10 @@ class ConfigurationSpace:
         return all(self.is_clear(start + k / count * (end - start)) for k in _coarse_first(count))
 
     def gaps(self, q: FloatArray) -> FloatArray:
-        """Distances of all pairs of solids minus their margins [m]."""
+        """Distances of all pairs of solids minus their required clearances [m]."""
         pin.computeDistances(self.arm_model, self._data, self._geometry, self._geometry_data, q)
         distances = [result.min_distance for result in self._geometry_data.distanceResults]
-        return np.asarray(np.array(distances) - self.margin)
+        return np.asarray(np.array(distances) - self.required_clearance)
 
     def worst(self, q: FloatArray) -> tuple[float, tuple[str, str]]:
         """The minimum gap at a configuration [m], and the two bodies."""

@@ -51,7 +51,7 @@ MIN_ROUND_GAIN = 0.003
 """Minimum gain of a round as a fraction of the duration; after a smaller one the iteration ends."""
 
 CLEARANCE_RESERVE = 1e-3
-"""Clearance beyond the margin that is required at the constraint points [m], because the distance
+"""Additional clearance that is required at the constraint points [m], because the distance
 may be smaller between them.
 """
 

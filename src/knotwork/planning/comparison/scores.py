@@ -39,7 +39,7 @@ class Score:
             check [m]; `None` without such paths.
         tool_path_speed_error: Largest deviation from the given speed along tool paths, relative to
             that speed; `None` without a given speed.
-        clearance: Clearance of the nearest pair of bodies beyond the required margin, as in the
+        clearance: Clearance of the nearest pair of bodies beyond the required one, as in the
             check [m]; `None` without pairs.
         duration: Duration [s].
         required, failed: Number of requirements in the check (waypoints, continuity, limits, tool

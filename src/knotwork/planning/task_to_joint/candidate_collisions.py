@@ -188,7 +188,7 @@ class CandidateCollisions:
         return begins._replace(time=float(bisect(sign, *time[rows], xtol=CONTACT_TIME_PRECISION)))
 
     def _gaps(self, q: FloatArray, time: float) -> Iterator[tuple[float, Body, Body]]:
-        """Distance of each pair minus its required margin, and the pair."""
+        """Distance of each pair minus its required clearance, and the pair."""
         from knotwork.scene.distances import find_nearest_points
 
         rotation, origin = (
@@ -199,4 +199,4 @@ class CandidateCollisions:
             first, second = self.model.bodies[pair.first], self.model.bodies[pair.second]
             if max(first.start, second.start) <= time <= min(first.end, second.end):
                 near = find_nearest_points(first, second, rotation, origin)
-                yield near.distance - pair.margin, first, second
+                yield near.distance - pair.required_clearance, first, second

@@ -107,5 +107,6 @@ class Budget:
         """
         self.iterations += count
         if self._callback is not None:
-            done = min((self._solved + share) / self._intervals, 1.0)
+            # without intervals only speeds along paths are free
+            done = min((self._solved + share) / self._intervals, 1.0) if self._intervals else 1.0
             self._callback(Progress(self.iterations, self.elapsed, done, duration, trying))

@@ -171,7 +171,7 @@ class _ClearanceSearch:
         self.model, self.resolution = model, resolution
         self.curve = curve = model.all_positions(curve)
         self.table = SolidPairs(model)
-        self.body_pair, self.margin = self.table.body_pair, self.table.margin
+        self.body_pair = self.table.body_pair
         self.presence = model.presence_within(*curve.x[[0, -1]].tolist())
         self.precision = CLEARANCE_PRECISION if precision is None else precision
         self.relative_precision = RELATIVE_PRECISION if precision is None else 0.0
@@ -218,8 +218,8 @@ class _ClearanceSearch:
         is_closed = (lower >= goal) | (motion <= self.resolution)
         is_closed |= self.measurements >= DISTANCE_BUDGET
         np.minimum.at(self.bound, tests.solid_pair[is_closed], lower[is_closed])
-        margin = self.margin[tests.solid_pair]
-        is_unproved = is_closed & (lower < margin) & (self.distance[tests.solid_pair] > margin)
+        required = self.table.required_clearance[tests.solid_pair]
+        is_unproved = is_closed & (lower < required) & (self.distance[tests.solid_pair] > required)
         interval, solid_pair = tests.interval[is_unproved], tests.solid_pair[is_unproved]
         half = intervals.length[interval] / 2
         np.minimum.at(self.unproved_from, solid_pair, time[interval] - half)
@@ -286,9 +286,10 @@ class _ClearanceSearch:
             self.measurements += 1
             if d < smallest[c] - 10.0**-LENGTH_DIGITS:
                 smallest[c] = self.distance[c] = d
-                self.time[c], margin = time[interval], float(self.margin[c])
+                self.time[c] = time[interval]
+                required = float(self.table.required_clearance[c])
                 wanted = d - max(self.precision, self.relative_precision * abs(d))
-                goal[c] = self.goal[c] = max(wanted, margin) if d > margin else wanted
+                goal[c] = self.goal[c] = max(wanted, required) if d > required else wanted
 
     def _find_enclosed(self) -> None:
         """Find solids inside meshes. If the surfaces never touch, one test decides for all time."""
@@ -320,7 +321,7 @@ class _ClearanceSearch:
             interval = None
             contacts: tuple[tuple[float, float], ...] = ()
             low, high = self.unproved_from[of_pair].min(), self.unproved_until[of_pair].max()
-            if distance <= pair.margin:
+            if distance <= pair.required_clearance:
                 start, end = self.presence[k].tolist()
                 state = "collides"
                 contacts = contact_intervals(self.model, self.curve, k, start, end, time)
@@ -332,7 +333,7 @@ class _ClearanceSearch:
                 second,
                 distance,
                 bound=float(self.bound[of_pair].min()),
-                required_clearance=pair.margin,
+                required_clearance=pair.required_clearance,
                 involves_scene=pair.involves_scene,
                 time=time,
                 nearest=nearest,

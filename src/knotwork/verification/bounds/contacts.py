@@ -64,4 +64,4 @@ def _is_too_near(
     pair = model.pairs[k]
     bodies = model.bodies[pair.first], model.bodies[pair.second]
     placed = zip(*place_joints(model.tree, curve(times)), strict=True)
-    return [are_nearer_than(*bodies, *joints, pair.margin) for joints in placed]
+    return [are_nearer_than(*bodies, *joints, pair.required_clearance) for joints in placed]
