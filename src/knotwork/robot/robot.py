@@ -185,9 +185,9 @@ class Robot(ChainModel):
             if unplanned.setdefault(joint, value) != value:
                 raise RobotError(
                     self.name,
-                    f"configuration {name!r} has joint {joint!r} at {value:g}, another one of the "
-                    f"task has it at {unplanned[joint]:g}, and nothing in the task moves it; "
-                    "accepted: the same position in both, or a pose on what it carries",
+                    f"joint {joint!r} is not planned; configuration {name!r} has it at {value:g}, "
+                    f"an earlier one at {unplanned[joint]:g}; accepted: the same position in both, "
+                    "or a pose in a frame that the joint carries",
                     joint=joint,
                 )
         if unplanned == spec.unplanned:

@@ -92,11 +92,13 @@ class Action(TaskPart):
     def _check_action(self) -> Action:
         actions = [key for key in ("output", "wait") if getattr(self, key) is not None]
         names = [*self.signals, *actions]
-        if len(names) != 1:
-            fault = f"does {' and '.join(names)} at once" if names else "does nothing"
+        if not names:
+            raise ValueError("does nothing; give a signal ({gripper: close}), an output or a wait")
+        if len(names) > 1:
+            listed = " and ".join(names)
             raise ValueError(
-                f"{fault}; give one of a signal ({{gripper: close}}), output and wait, with at, "
-                "after or before if it is not at the waypoint; for more, give a list"
+                f"does {listed} in one action; accepted: one of them, with at, after or before, or "
+                "a list of actions"
             )
         if "" in self.signals:
             raise ValueError("gives a signal without a name; give it one, as in {gripper: close}")
