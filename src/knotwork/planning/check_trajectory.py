@@ -23,7 +23,7 @@ from knotwork.task.scenario.scenario_joints import (
 )
 from knotwork.task.task_source import read_document
 from knotwork.verification import Finding, check
-from knotwork.verification.checks import CHECKS, OfWaypoints
+from knotwork.verification.checks import CHECKS, NeedsTask
 from knotwork.verification.collisions import clearance_from_robot
 from knotwork.verification.report import CheckedMotion
 
@@ -95,7 +95,7 @@ def check_without_task(
     scenario = resolve_task(task.replace(waypoints=_ends(motion, task)), surroundings)
     joints = read_scenario_joints(scenario)
     # the ends of the motion are its own waypoints
-    without = [name for name, check_of in CHECKS.items() if isinstance(check_of, OfWaypoints)]
+    without = [name for name, check_of in CHECKS.items() if isinstance(check_of, NeedsTask)]
     report = check(motion, scenario, joints=joints, defects=defects, without=without)
     return CheckedMotion(scenario, joints, None, motion, report)
 

@@ -30,7 +30,7 @@ from knotwork.task.scenario.event_reader import action_of
 from knotwork.task.scenario.free_values_reader import ends_wait
 from knotwork.task.scenario.motion_segments import motion_segments
 from knotwork.task.scenario.scenario import ScenarioPath, ScenarioWaypoint
-from knotwork.task.scenario.scenario_joints import by_joint, read_scenario_joints
+from knotwork.task.scenario.scenario_joints import read_scenario_joints, to_file_units
 from knotwork.task.scenario.waypoint_reader import START
 from knotwork.task.task_source import with_moved_paths
 from knotwork.verification import Finding, Motion, check
@@ -273,7 +273,9 @@ def _task_of(plan: CheckedMotion, executed: Execution) -> Task:
             given = planned[task_i] if 0 <= task_i < len(planned) else None
             waypoints.append(waypoint_at_state(motion, reached.time, task, reached.name, given))
     _add_actions(waypoints, plan, executed)
-    start, end = (by_joint(motion, motion(t, 2), task.units) for t in kept.times[[0, -1]].tolist())
+    start, end = (
+        to_file_units(motion, motion(t, 2), task.units) for t in kept.times[[0, -1]].tolist()
+    )
     replaced = marked(Task, "defines_motion")
     data = {key: value for key, value in task.to_dict().items() if key not in replaced} | {
         "name": scenario.name,

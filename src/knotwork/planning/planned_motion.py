@@ -269,7 +269,7 @@ class Plan(CheckedMotion):
 
         Args:
             at: Time of the state in this motion [s].
-            scenario: The new task.
+            scenario: The new scenario, as for `plan`.
 
         Raises:
             InputError: The time is outside the motion, the tool holds an object that the task does

@@ -37,7 +37,7 @@ Check = Callable[[Motion, Scenario, ScenarioJoints], Iterable[Finding]]
 
 
 @dataclass(frozen=True)
-class OfWaypoints:
+class NeedsTask:
     """A check that is left out where a motion is checked without its task."""
 
     check: Check
@@ -50,15 +50,15 @@ class OfWaypoints:
 
 
 CHECKS: dict[str, Check] = {
-    "time_span": OfWaypoints(check_time_span),
-    "tool_at_waypoints": OfWaypoints(check_tool_at_waypoints),
-    "joints_at_waypoints": OfWaypoints(check_joints_at_waypoints),
+    "time_span": NeedsTask(check_time_span),
+    "tool_at_waypoints": NeedsTask(check_tool_at_waypoints),
+    "joints_at_waypoints": NeedsTask(check_joints_at_waypoints),
     "tool_paths": check_tool_paths,
     "curve_between_points": check_curve_between_points,
     "freedoms": report_freedoms,
     "waits": check_waits,
     "events": check_events,
-    "segments": OfWaypoints(report_segments),
+    "segments": NeedsTask(report_segments),
     "cycles": report_cycles,
     "joint_limits": check_joint_limits,
     "effort_limits": check_effort_limits,
@@ -69,21 +69,21 @@ CHECKS: dict[str, Check] = {
     "acceleration_spike": check_acceleration_spike,
     "resolution": check_resolution,
     "singularity": check_singularity,
-    "no_start": OfWaypoints(report_missing_approach),
+    "no_start": NeedsTask(report_missing_approach),
 }
-"""Checks by name, in the order of the report. The name only adds, replaces or leaves out a check.
+"""Checks by name, in the order of the report.
 
-`CHECKS["name"] = function` adds one. Its findings are in the report, in pages and tables and in
-the exit code like all others.
+The name serves to replace or remove a check; reports do not show it. `CHECKS["name"] = function`
+adds one. Its findings are in the report, in pages and tables and in the exit code like all others.
 """
 
 _SHIPPED = dict(CHECKS)
 
 
-def own_checks() -> list[str]:
+def changed_checks() -> list[str]:
     """Names of checks that were added, replaced or removed in this process, unlike in others.
 
-    >>> own_checks()
+    >>> changed_checks()
     []
     """
     return [name for name in {**_SHIPPED, **CHECKS} if CHECKS.get(name) is not _SHIPPED.get(name)]

@@ -71,7 +71,7 @@ class ScenarioJoints:
     units: Units = field(default_factory=Units)
 
 
-def by_joint(
+def to_file_units(
     joints: ScenarioJoints | JointTrajectory, values: FloatArray, units: TaskUnits
 ) -> dict[str, Any]:
     """Values by joint in the units of a task.
