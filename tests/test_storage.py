@@ -272,9 +272,9 @@ def test_report_names_its_files(paper_case: Plan, tmp_path: Path, knotwork: Comm
         with (tmp_path / name).open("a") as file:
             file.write("\n")
         ran = knotwork("check", tmp_path / name, "--scenario", "paper_case")
-        assert "is not the file that report.json next to it was written with" in ran.err
-    assert "was changed since" in knotwork("plot", tmp_path, "-o", tmp_path / "a.png").refused()
+        assert "was changed after report.json next to it was written" in ran.err
+    assert "was changed after" in knotwork("plot", tmp_path, "-o", tmp_path / "a.png").refused()
     storage.load_trajectory(tmp_path)
-    assert "was changed since" in str(storage.changed_since_report(tmp_path))
+    assert "was changed after" in str(storage.changed_since_report(tmp_path))
     (tmp_path / "report.json").unlink()
     assert storage.changed_since_report(tmp_path) is None

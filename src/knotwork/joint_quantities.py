@@ -87,8 +87,8 @@ class JointLimits(ReadOnlyArrays):
         effort: Effort limits [N m or N], positive; by default infinite.
         lower: Lower position limits [rad or m]; by default -infinite.
         upper: Upper position limits [rad or m]; by default infinite.
-        used_fraction: Fraction of the full limits of magnitudes that these are, as in a file.
-            Errors name it, and propose full limits.
+        used_fraction: Fraction of the full limits that is used: velocity, acceleration, jerk and
+            effort are already reduced by it. Errors name it, and propose full limits.
 
     Raises:
         ArrayError: Values are not numbers, or a magnitude is not positive.

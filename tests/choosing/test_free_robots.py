@@ -49,14 +49,13 @@ def test_maximum_speed_along_path() -> None:
     (path,) = plan.scenario.paths
     assert path.stretches[0].speed == pytest.approx(0.5164, rel=2e-3)
     assert active_limits(plan) == [
-        "in to out: room for changes of speed at path.acceleration, 1000 mm/s², bounds the speed "
-        "along the path"
+        "in to out: its speed is limited by path.acceleration, 1000 mm/s²"
     ]
     slow = {"velocity": 60, "acceleration": 400}
     held = kw.plan(reach(line("fastest"), limits=slow))
     held.report.raise_if_failed()
     (finding,) = active_limits(held)
-    assert "velocity bounds the speed along the path" in finding
+    assert "its speed is limited by velocity of '" in finding
     speed = 1e3 * held.scenario.paths[0].stretches[0].speed
     assert 300 < speed < 516
     assert not passes(reach(line(1.01 * speed), limits=slow))
@@ -64,7 +63,7 @@ def test_maximum_speed_along_path() -> None:
 
 def test_at_most_bounds_speed_along_path() -> None:
     plan = kw.plan(reach(line({"at_most": 60})))
-    assert active_limits(plan) == ["in to out: at_most bounds the speed along the path"]
+    assert active_limits(plan) == ["in to out: its speed is limited by at_most"]
     assert plan.scenario.paths[0].stretches[0].speed == pytest.approx(0.06)
 
 

@@ -103,6 +103,13 @@ def test_plans_slow_speed_of_short_line(length: float, acceleration: float) -> N
     assert speed < 1.0
 
 
+def test_progress_of_speeds_alone() -> None:
+    """Speeds along paths are no sections of the solver, so there is nothing to count."""
+    seen: list[float] = []
+    kw.plan(reach(line("a", 0), limits=LIMITS), progress=lambda now: seen.append(now.done))
+    assert seen == [1.0]
+
+
 def test_bound_below_least_speed_holds() -> None:
     bounds = {"limits": {"acceleration": 800}, "path": {"acceleration": 10}}
     plan = kw.plan(reach(line("a", -199, {"at_most": 0.5}), **bounds))
@@ -177,7 +184,7 @@ def test_slows_path_that_cannot_be_left_at_maximum_speed() -> None:
     plan = kw.plan(task)
     plan.report.raise_if_failed()
     texts = [str(one) for one in plan.report.select(quantity="active_limits")]
-    assert any("the motion before or after bounds the speed along the path" in one for one in texts)
+    assert any("its speed is limited by the motion before or after" in one for one in texts)
     for end in ends:
         end["speed"] = 0.5 * speeds(plan)[-1]
     slower = kw.plan(task)
@@ -217,7 +224,7 @@ def test_tolerance_bounds_speed_if_path_cannot_be_followed(monkeypatch: pytest.M
     plan = kw.plan(reach(line("a", 100), limits=LIMITS))
     plan.report.raise_if_failed()
     (finding,) = plan.report.select(quantity="active_limits")
-    assert "the tolerance of the path bounds the speed along the path" in str(finding)
+    assert "its speed is limited by the tolerance of the path" in str(finding)
 
 
 def test_path_that_cannot_be_followed_slows_no_other(monkeypatch: pytest.MonkeyPatch) -> None:

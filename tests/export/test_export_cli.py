@@ -108,7 +108,7 @@ def test_exports_changed_trajectory_only_with_scenario(knotwork: Command, tmp_pa
     del data["events"]
     file.write_text(json.dumps(data))
     err = knotwork("export", folder, "-f", "ros2", "-o", tmp_path / "weld.yaml").refused()
-    assert "was changed since; accepted: the files of one plan, or --scenario in a" in err
+    assert "next to it was written; accepted: the files of one plan, or --scenario in a" in err
     assert not (tmp_path / "weld.yaml").exists()
     assert knotwork("export", folder, "-f", "ros2", "-s", "ur10_weld").code == 1
 

@@ -246,3 +246,20 @@ def test_belt_is_met_a_given_time_after_a_path_with_a_free_speed(
     assert times["over"] - times["out"] == pytest.approx(3)
     again = kw.plan(plan.freeze(tmp_path / "frozen.yaml"))
     assert again.trajectory.duration == pytest.approx(plan.trajectory.duration)
+
+
+def test_speed_along_path_after_wait_on_belt_names_acceleration_of_task() -> None:
+    """The wait is a path in the frame of the belt, without an acceleration of its own."""
+    off = {"name": "off", "along": "line", "speed": "fastest", "stop": True, "frame": "base"}
+    task = belt(
+        near="home",
+        path={"acceleration": 0.3},
+        limits={"acceleration": 20.0},
+        waypoints=[
+            {"name": "over", "pose": HIGH, "time": 3, "wait": 0.3},
+            {"name": "on", "after": 3, "stop": True, "pose": down(0.4, -0.2, 0.4), "frame": "base"},
+            {"pose": down(0.4, -0.1, 0.4), **off},
+        ],
+    )
+    (finding,) = kw.plan(task).report.select(quantity="active_limits")
+    assert str(finding) == "on to off: its speed is limited by path.acceleration, 0.3 m/s²"

@@ -228,7 +228,7 @@ def test_check_reads_what_replan_writes(tmp_path: Path, knotwork: Command) -> No
         assert words in knotwork("replan", *paths).refused()
     changed = tmp_path / "old" / "trajectory.json"
     changed.write_text(changed.read_text() + "\n")
-    assert "changed since" in knotwork("replan", tmp_path / "old", file, "--at", "3.2").refused()
+    assert "changed after" in knotwork("replan", tmp_path / "old", file, "--at", "3.2").refused()
 
 
 def test_replan_plans_running_motion_with_budget(tmp_path: Path, knotwork: Command) -> None:

@@ -20,11 +20,11 @@ from knotwork.scene.solid_pairs import SolidPairs
 from knotwork.scene.solids import Placed, make_solid, support_values
 from knotwork.task.scenario import PlacedShape
 from knotwork.task.scenario.scenario_joints import read_scenario_joints
-from knotwork.verification.bounds.effort import effort_sizes
+from knotwork.verification.bounds.effort import effort_rate_bounds
 from knotwork.verification.bounds.link_motion import tree_motion
 from knotwork.verification.bounds.rate_bounds import Intervals
 from knotwork.verification.bounds.relative_motion import RelativeMotion
-from knotwork.verification.bounds.tool_motion import jacobian_sizes
+from knotwork.verification.bounds.tool_motion import jacobian_rate_bounds
 from sweeps import first_of, mostly_exhaustive
 
 POINTS = np.arange(-7.0, 8.0)
@@ -130,7 +130,7 @@ def examine(model, rng: np.random.Generator, instants: int) -> None:
     rates = rates.transpose(1, 2, 0)
     joints = joint_tree(model)
     moved = tree_motion(joints, rates)
-    torques = effort_sizes(moved, model, rates)
+    torques = effort_rate_bounds(moved, model, rates)
     data = model.createData()
     last = model.njoints - 1
     lever = rng.normal(size=3) * 0.3
@@ -157,7 +157,7 @@ def examine(model, rng: np.random.Generator, instants: int) -> None:
         return pin.rnea(model, data, q, v, a).copy()
 
     reach = float(np.linalg.norm(lever))
-    J = jacobian_sizes(moved, last, reach)
+    J = jacobian_rate_bounds(moved, last, reach)
     for i, motion in enumerate(motions):
         found = np.abs(motion.derivatives(torque, 3))
         within(found, torques[:, :, i], torques[0, :, i])

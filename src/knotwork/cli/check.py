@@ -20,7 +20,7 @@ from knotwork.cli.logs import (
 from knotwork.cli.parameters import (
     FAILED,
     PASSED,
-    GivenPath,
+    NonEmptyPath,
     PlanOptions,
     Seconds,
     bundle_options,
@@ -62,7 +62,7 @@ scene_options = bundle_options("scene_only", _scene_options, (
     click.option("--limits", metavar="YAML|FILE",
             help="Without a scenario: limits in place of the robot's, such as "
             "'{acceleration: 8, jerk: 400}' or a file, in the units of the scene."),
-    click.option("--scene", metavar="FILE", type=GivenPath(),
+    click.option("--scene", metavar="FILE", type=NonEmptyPath(),
             help="Without a scenario: a scenario file without waypoints: scene, "
             "frames, tool, limits, units."),
     click.option("--robot", metavar="ROBOT",
@@ -115,7 +115,7 @@ with_options = bundle_options(
 
 
 @click.command(epilog=exit_codes())
-@click.argument("trajectory", type=GivenPath(path_type=Path))
+@click.argument("trajectory", type=NonEmptyPath(path_type=Path))
 @scenario_option("to check it against")
 @scene_options
 @log_options

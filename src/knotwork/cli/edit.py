@@ -9,7 +9,7 @@ import click
 
 from knotwork.cli.live_view import WatchedFiles, serve_live
 from knotwork.cli.parameters import (
-    GivenPath,
+    NonEmptyPath,
     budget_option,
     exit_codes,
     no_open_option,
@@ -56,7 +56,7 @@ class _WatchedDraft(WatchedFiles):
     "--copy",
     "copy",
     metavar="FILE",
-    type=GivenPath(path_type=Path),
+    type=NonEmptyPath(path_type=Path),
     help="Edit a copy, which is written to this file. A shipped scenario requires it.",
 )
 @no_open_option

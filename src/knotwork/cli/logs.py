@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 import click
 
 from knotwork import planning
-from knotwork.cli.parameters import GivenPath, bundle_options
+from knotwork.cli.parameters import NonEmptyPath, bundle_options
 from knotwork.cli.terminal import print_note
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
@@ -126,7 +126,7 @@ log_options = bundle_options("log", _log, (
     click.option("--noise", type=float, metavar="SIGMA",
             help="For a log: standard deviation of its positions [rad or m]; by default "
             "it is estimated from the samples."),
-    click.option("--against", metavar="PLAN", type=GivenPath(),
+    click.option("--against", metavar="PLAN", type=NonEmptyPath(),
             help="TRAJECTORY is a log; compare it with this plan, a trajectory.json "
             "or its folder."),
     click.option("--log", "is_log", is_flag=True,

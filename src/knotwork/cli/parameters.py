@@ -30,7 +30,7 @@ def exit_codes(passed: str = "every check passes", failed: str = "a check fails"
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 
-class GivenPath(click.Path):
+class NonEmptyPath(click.Path):
     """Path of a file or folder; an empty one, as from an unset variable, is refused."""
 
     def convert(self, value: Any, param: Any, ctx: Any) -> Any:
@@ -71,7 +71,7 @@ class Seconds(click.ParamType[Any]):
         return seconds
 
 
-class Listed(click.ParamType[Any]):
+class NameList(click.ParamType[Any]):
     """Names separated by commas."""
 
     name = "names"
@@ -110,7 +110,7 @@ json_option = click.option(
 freeze_option = click.option(
     "--freeze",
     metavar="FILE",
-    type=GivenPath(path_type=Path),
+    type=NonEmptyPath(path_type=Path),
     help="Write the scenario with the chosen times and speeds as numbers, and keep its comments; "
     "planning that file gives the same motion. A sweep writes that of its best row. For one "
     "scenario.",
@@ -122,12 +122,12 @@ no_open_option = click.option(
 
 def names_option(name: str, help: str) -> Callable[[Command], Command]:
     """Make an option for names separated by commas."""
-    return click.option(name, type=Listed(), metavar="A,B,…", help=help)
+    return click.option(name, type=NameList(), metavar="A,B,…", help=help)
 
 
 def folder_option(help: str) -> Callable[[Command], Command]:
     """Make the option for a folder to write."""
-    return click.option("--out", "-o", metavar="DIR", type=GivenPath(path_type=Path), help=help)
+    return click.option("--out", "-o", metavar="DIR", type=NonEmptyPath(path_type=Path), help=help)
 
 
 def _extend_package_path(context: Any, parameter: Any, folders: tuple[str, ...]) -> None:
@@ -148,7 +148,7 @@ package_path_option = click.option(
     "--package-path",
     metavar="DIR",
     multiple=True,
-    type=GivenPath(exists=True, file_okay=False, resolve_path=True),
+    type=NonEmptyPath(exists=True, file_okay=False, resolve_path=True),
     expose_value=False,
     callback=_extend_package_path,
     help="Folder searched for the robot's meshes, before those of ROS_PACKAGE_PATH; "
@@ -215,7 +215,7 @@ def html_option(*, required: bool = False) -> Callable[[Command], Command]:
         "out",
         metavar="FILE",
         required=required,
-        type=GivenPath(path_type=Path),
+        type=NonEmptyPath(path_type=Path),
         help="Page to write, one file that any browser opens offline. An existing one is "
         "replaced, a missing folder is created.",
     )

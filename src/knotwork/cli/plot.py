@@ -10,7 +10,7 @@ import click
 from knotwork import view
 from knotwork.cli.logs import LogOptions, log_options
 from knotwork.cli.parameters import (
-    GivenPath,
+    NonEmptyPath,
     PlanOptions,
     exit_codes,
     motion_options,
@@ -51,7 +51,7 @@ _WRITTEN = "the picture is written, also where a check fails"
     "--out",
     "-o",
     metavar="FILE",
-    type=GivenPath(path_type=Path),
+    type=NonEmptyPath(path_type=Path),
     help="Picture to write: .png, .svg or .pdf. By default a .png named after the motion, in "
     "the current folder. An existing picture is replaced.",
 )

@@ -11,7 +11,7 @@ from knotwork.cli.logs import read_stated_scenario
 from knotwork.cli.parameters import (
     FAILED,
     PASSED,
-    GivenPath,
+    NonEmptyPath,
     Seconds,
     budget_option,
     exit_codes,
@@ -34,7 +34,7 @@ from knotwork.task.scenario import Scenario, load_scenario
 
 
 @click.command(epilog=exit_codes())
-@click.argument("source", metavar="PLAN", type=GivenPath())
+@click.argument("source", metavar="PLAN", type=NonEmptyPath())
 @click.argument("task", metavar="SCENARIO")
 @click.option(
     "--at",

@@ -23,7 +23,7 @@ from knotwork.cli.terminal import cell, echo, echo_json
 from knotwork.errors import InputError
 from knotwork.planning import sweeps
 from knotwork.planning.sweeps import Study
-from knotwork.planning.sweeps.figures import figure_named
+from knotwork.planning.sweeps.figures import get_figure
 from knotwork.planning.sweeps.folder import is_study
 from knotwork.planning.sweeps.outcome import ROW_CRASHED, ROW_WRONG_INPUT
 from knotwork.units import readable
@@ -115,7 +115,7 @@ def sweep(
     `knotwork view STUDY` shows its map.
     """
     figure = best or "duration"
-    figure_named(figure)
+    get_figure(figure)
     if is_study(source):
         _refuse_planning(source, planning_options | {"out": out})
         study = sweeps.Study.open(source)

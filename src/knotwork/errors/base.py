@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
+from knotwork.errors.old_names import OldAttribute
+
 AnyInputError = TypeVar("AnyInputError", bound="InputError")
 
 
@@ -317,11 +319,12 @@ class CollisionError(InputError):
 
     Attributes:
         bodies: Names of the object and of the link.
-        depth: Missing distance between them, from the required clearance [m].
+        shortfall: Missing distance between them, from the required clearance [m].
     """
 
     bodies: Sequence[str] = ()
-    depth: float = 0.0
+    shortfall: float = 0.0
+    depth = OldAttribute("shortfall")
 
 
 class CheckFailedError(KnotworkError, AssertionError):

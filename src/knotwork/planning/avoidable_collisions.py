@@ -28,31 +28,31 @@ def find_avoidable_ends(plan: Plan, requested: Scenario) -> list[int]:
     free = requested.free_values
     beginning, at_waypoints = set[int](), set[int]()
     for start, end in (s for pair in failed_pairs(plan.report.findings) for s in pair.intervals):
-        limits = start - AT_WAYPOINT, end + AT_WAYPOINT
-        first, after = np.searchsorted(plan.scenario.times, limits).tolist()
+        span = start - AT_WAYPOINT, end + AT_WAYPOINT
+        first, after = np.searchsorted(plan.scenario.times, span).tolist()
         beginning.add(first)  # the collision begins in the motion to this waypoint
         if first < after:  # and lasts until the motion from the last colliding waypoint
             at_waypoints.update(range(first, after + 1))
     avoidable = beginning - _given_motions(plan, free)
     return [
-        end
-        for motion in _whole_motions(plan, free)
-        if avoidable.intersection(motion) and not at_waypoints.intersection(motion)
-        for end in motion
+        i
+        for ends in _ends_of_motions(plan, free)
+        if avoidable.intersection(ends) and not at_waypoints.intersection(ends)
+        for i in ends
     ]
 
 
 def _given_motions(plan: Plan, free: FreeValues | None) -> set[int]:
     """Ends of tool paths, waits and motions with a way of their own, by index of waypoint."""
     ends = {i for path in plan.scenario.paths for i in range(path.first + 1, path.last + 1)}
-    ways = {i for i, end in enumerate(free.waypoints) if end.way} if free else set()
+    ways = {i for i, waypoint in enumerate(free.waypoints) if waypoint.way} if free else set()
     return ends | {i + 1 for i in plan.joints.waits} | ways
 
 
-def _whole_motions(plan: Plan, free: FreeValues | None) -> Iterator[range]:
-    """Waypoints where each motion ends: several if it passes some of them at a free velocity."""
+def _ends_of_motions(plan: Plan, free: FreeValues | None) -> Iterator[range]:
+    """For each motion between stops, the waypoints it passes at a free velocity, and its end."""
     last, first = len(plan.scenario.waypoints) - 1, 1
-    for end in range(1, last + 1):
-        if free is None or free.waypoints[end].speed_kind != "free" or end == last:
-            yield range(first, end + 1)
-            first = end + 1
+    for i in range(1, last + 1):
+        if free is None or free.waypoints[i].speed_kind != "free" or i == last:
+            yield range(first, i + 1)
+            first = i + 1

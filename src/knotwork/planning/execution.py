@@ -30,7 +30,7 @@ from knotwork.task.scenario.event_reader import action_of
 from knotwork.task.scenario.free_values_reader import ends_wait
 from knotwork.task.scenario.motion_segments import motion_segments
 from knotwork.task.scenario.scenario import ScenarioPath, ScenarioWaypoint
-from knotwork.task.scenario.scenario_joints import by_joint, read_scenario_joints
+from knotwork.task.scenario.scenario_joints import read_scenario_joints, to_file_units
 from knotwork.task.scenario.waypoint_reader import START
 from knotwork.task.task_source import with_moved_paths
 from knotwork.verification import Finding, Motion, check
@@ -230,7 +230,13 @@ def _checked_plan(plan: MotionT, executed: Execution, warnings: Sequence[Finding
     q, v = (trajectory(kept.times, nu) for nu in range(2))
     waypoints = JointWaypoints(joints.joint_names, kept.times, q, v, joint_units=joints.joint_units)
     report = check(trajectory, scenario, joints=joints, known=known)
-    return type(plan)(scenario, joints, waypoints, trajectory, report)
+    return type(plan)(
+        scenario=scenario,
+        joints=joints,
+        joint_waypoints=waypoints,
+        trajectory=trajectory,
+        report=report,
+    )
 
 
 def _misplaced_objects(scenario: Scenario, executed: Execution) -> Iterator[Finding]:
@@ -267,7 +273,9 @@ def _task_of(plan: CheckedMotion, executed: Execution) -> Task:
             given = planned[task_i] if 0 <= task_i < len(planned) else None
             waypoints.append(waypoint_at_state(motion, reached.time, task, reached.name, given))
     _add_actions(waypoints, plan, executed)
-    start, end = (by_joint(motion, motion(t, 2), task.units) for t in kept.times[[0, -1]].tolist())
+    start, end = (
+        to_file_units(motion, motion(t, 2), task.units) for t in kept.times[[0, -1]].tolist()
+    )
     replaced = marked(Task, "defines_motion")
     data = {key: value for key, value in task.to_dict().items() if key not in replaced} | {
         "name": scenario.name,

@@ -75,7 +75,7 @@ class Plan(CheckedMotion):
         return self.report._repr_html_()
 
     def report_to_dict(self) -> dict[str, Any]:
-        """Convert the report to plain data, with the choice of the poses' `solutions`."""
+        """Convert the report to plain data, with the poses' `solutions` and `chosen_times`."""
         data = self.report.to_dict()
         if self.solution is not None and self.solution.choices:
             data["solutions"] = self.solution.to_dict()
@@ -269,7 +269,7 @@ class Plan(CheckedMotion):
 
         Args:
             at: Time of the state in this motion [s].
-            scenario: The new task.
+            scenario: The new scenario, as for `plan`.
 
         Raises:
             InputError: The time is outside the motion, the tool holds an object that the task does

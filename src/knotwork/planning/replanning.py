@@ -18,7 +18,7 @@ from knotwork.task import Action, EndAcceleration, ExpandedTask, Placement, Scen
 from knotwork.task.scenario import PlacedHeldObject, Scenario, resolve_task
 from knotwork.task.scenario.event_reader import action_of
 from knotwork.task.scenario.repetitions import expand_repeats
-from knotwork.task.scenario.scenario_joints import by_joint, robot_with_tool
+from knotwork.task.scenario.scenario_joints import robot_with_tool, to_file_units
 from knotwork.task.scenario.waypoint_reader import START
 from knotwork.task.task_part import plain
 from knotwork.task.task_waypoints import JointWaypoint, Waypoint
@@ -93,7 +93,7 @@ def _continued_task(
         state["wait"] = replaced.wait
     if kept_on or actions:
         state["do"] = [*kept_on, *actions]
-    ends = {"start": by_joint(motion, motion(at, 2), task.units)}
+    ends = {"start": to_file_units(motion, motion(at, 2), task.units)}
     if isinstance(task.end_acceleration, EndAcceleration):
         ends["end"] = task.end_acceleration.end
     return task.replace(start=None, waypoints=[state, *goals], end_acceleration=ends)
@@ -116,7 +116,7 @@ def waypoint_at_state(
         given: The waypoint that the motion reaches there, if any. Its values are kept that neither
             define the motion nor belong to a pose.
     """
-    q, v = (by_joint(motion, motion(time, nu), task.units) for nu in range(2))
+    q, v = (to_file_units(motion, motion(time, nu), task.units) for nu in range(2))
     kept = JointWaypoint.model_fields.keys() - marked(JointWaypoint, "defines_motion")
     values = {} if given is None else given.to_dict()
     values = {key: value for key, value in values.items() if key in kept}

@@ -40,7 +40,7 @@ class PlannedJoints:
         self.joint_units = (*units, *(joint.unit for joint in virtual))
         self.dof = len(self.joint_names)
         self.virtual_joints = virtual
-        self.virtual = np.array([False] * len(names) + [True] * len(virtual))
+        self.is_virtual = np.array([False] * len(names) + [True] * len(virtual))
         self.limits = _collect_limits(spec, names)
         weights = [spec.weights.get(name, 1.0) for name in self.joint_names]
         self.weights = checked_array(weights, (self.dof,), "weights")

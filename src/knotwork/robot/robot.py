@@ -56,7 +56,7 @@ class Robot(ChainModel):
         joint_units: `"rad"` or `"m"` for each joint.
         limits: Limits of the joints, `JointLimits`.
         weights: Weight of each joint's motion.
-        virtual: Whether each joint is a virtual one.
+        is_virtual: Whether each joint is a virtual one.
         virtual_joints: The virtual joints, which are the last joints.
         configurations: Named configurations with all joints [rad or m].
 
@@ -98,6 +98,8 @@ class Robot(ChainModel):
         self.joined_links = spec.urdf.joined_links
 
     held = OldAttribute("held_payloads")
+    in_frame = OldAttribute("robot_and_columns")
+    virtual = OldAttribute("is_virtual")
 
     @property
     def is_redundant(self) -> bool:
@@ -185,9 +187,9 @@ class Robot(ChainModel):
             if unplanned.setdefault(joint, value) != value:
                 raise RobotError(
                     self.name,
-                    f"configuration {name!r} has joint {joint!r} at {value:g}, another one of the "
-                    f"task has it at {unplanned[joint]:g}, and nothing in the task moves it; "
-                    "accepted: the same position in both, or a pose on what it carries",
+                    f"joint {joint!r} is not planned; configuration {name!r} has it at {value:g}, "
+                    f"an earlier one at {unplanned[joint]:g}; accepted: the same position in both, "
+                    "or a pose in a frame that the joint carries",
                     joint=joint,
                 )
         if unplanned == spec.unplanned:
@@ -314,14 +316,14 @@ class Robot(ChainModel):
     def _in_world_frame(self) -> Robot:
         return self.with_base(self.world_frame) if self.base_moves else self
 
-    def in_frame(self, *, in_world_frame: bool) -> tuple[Robot, list[int]]:
-        """The robot with poses in the base or the world frame, and the indices of its joints."""
+    def robot_and_columns(self, *, in_world_frame: bool) -> tuple[Robot, list[int]]:
+        """The robot with poses in the base or the world frame, and columns of its joints in `q`."""
         robot = self._in_world_frame if in_world_frame else self
         return robot, [self.joint_names.index(name) for name in robot.joint_names]
 
     def tool_pose(self, q: FloatArray, *, in_world_frame: bool) -> Any:
         """Pose of the TCP in the base or the world frame, `pin.SE3`."""
-        robot, joints = self.in_frame(in_world_frame=in_world_frame)
+        robot, joints = self.robot_and_columns(in_world_frame=in_world_frame)
         return robot.forward(q[joints])
 
     def solve_pose_ik_all(self, pose: Any, **options: Any) -> tuple[Any, ...]:

@@ -59,7 +59,7 @@ class _Names:
         for body in bodies:
             for name in (body.link or body.name, body.identity):
                 self.meanings.setdefault(name, set()).add(body.identity)
-        self.bare = {name for link in robot.frame_names for name in (link, f"link:{link}")}
+        self.link_names = {name for link in robot.frame_names for name in (link, f"link:{link}")}
         self.listed = [*(body.link or body.name for body in bodies), *robot.frame_names]
 
     def identities(self, named: Sequence[str], location: Location, also: str = "") -> list[str]:
@@ -78,7 +78,7 @@ class _Names:
                 fault = f"{name!r} is a link of the robot and a body of the scenario"
                 raise self.locations.error(location, fault, " or ".join(map(repr, meanings)))
             identities += meanings
-            if not meanings and name != also and name not in self.bare:
+            if not meanings and name != also and name not in self.link_names:
                 names = dict.fromkeys([*self.listed, also] if also else self.listed)
                 raise UnknownNameError("link or object", name, list(names), where=where)
         return identities

@@ -27,7 +27,7 @@ Wait = Annotated[Positive, Field(ge=1e-3)]
 """Duration of a wait, at least 1 ms: shorter ones are indistinguishable from rounding of times."""
 
 
-def _check_value(value: Any) -> Any:
+def _check_signal_value(value: Any) -> Any:
     fine = isinstance(value, str) and value
     if not fine and not (isinstance(value, int | float) and abs(value) <= MAX_NUMBER):
         raise ValueError("must be true, false (or on, off), a number or text")
@@ -61,14 +61,14 @@ Switched = Annotated[
     BeforeValidator(parse_switched),
     WithJsonSchema({"anyOf": [{"type": "boolean"}, {"enum": ["on", "off"]}]}),
 ]
-Value = Annotated[Any, AfterValidator(_check_value)]
+SignalValue = Annotated[Any, AfterValidator(_check_signal_value)]
 
 
 class Action(TaskPart):
     """One action along the motion: a signal with a name of your own, an output, or a wait."""
 
     model_config = ConfigDict(extra="allow")
-    __pydantic_extra__: dict[str, Value]
+    __pydantic_extra__: dict[str, SignalValue]
     ALTERNATIVES = (("at", "after", "before"),)
 
     output: Output | None = optional("Number of the digital output that is set to the value")
@@ -92,11 +92,13 @@ class Action(TaskPart):
     def _check_action(self) -> Action:
         actions = [key for key in ("output", "wait") if getattr(self, key) is not None]
         names = [*self.signals, *actions]
-        if len(names) != 1:
-            fault = f"does {' and '.join(names)} at once" if names else "does nothing"
+        if not names:
+            raise ValueError("does nothing; give a signal ({gripper: close}), an output or a wait")
+        if len(names) > 1:
+            listed = " and ".join(names)
             raise ValueError(
-                f"{fault}; give one of a signal ({{gripper: close}}), output and wait, with at, "
-                "after or before if it is not at the waypoint; for more, give a list"
+                f"does {listed} in one action; accepted: one of them, with at, after or before, or "
+                "a list of actions"
             )
         if "" in self.signals:
             raise ValueError("gives a signal without a name; give it one, as in {gripper: close}")

@@ -48,7 +48,7 @@ Speed = Annotated[
 
 def _with_zero(bounds: tuple[float, ...]) -> tuple[float, ...]:
     if not bounds[0] <= 0.0 <= bounds[1]:
-        raise ValueError("must be offsets from the pose: a lower bound up to 0, an upper from 0")
+        raise ValueError("must contain 0: these are offsets from the pose, such as [-0.1, 0.1]")
     return bounds
 
 

@@ -15,8 +15,8 @@ from knotwork.files.documents.values import unit_of
 from knotwork.task.task import Task, TaskUnits
 from knotwork.task.task_part import PartT, TaskPart
 
-_KIND = re.compile(r"/s²?$")
-"""Keeps length of length/s², and all of angle/s or length/s, which depends on the joint."""
+_RATE_SUFFIX = re.compile(r"/s²?$")
+"""Removed from length/s², to get its factor. Other units with it depend on the joint: no factor."""
 
 
 def unit_at(data: Any, location: Location, joints: Mapping[str, str] | None = None) -> str:
@@ -71,7 +71,7 @@ def to_si(part: PartT, units: TaskUnits) -> PartT:
     if length == angle == 1.0:
         return part
     changed = {
-        name: scaled(getattr(part, name), factors.get(_KIND.sub("", unit_of(field)), 1.0))
+        name: scaled(getattr(part, name), factors.get(_RATE_SUFFIX.sub("", unit_of(field)), 1.0))
         for name, field in type(part).model_fields.items()
         if name in part.model_fields_set
     }

@@ -234,13 +234,13 @@ class Weave(TaskPart):
     )
 
     @property
-    def loop(self) -> bool:
+    def is_loop(self) -> bool:
         """Whether the shape is a closed loop."""
         return self.shape in ("circle", "eight")
 
     @model_validator(mode="after")
     def _check_shape(self) -> Weave:
-        loop = self.loop
+        loop = self.is_loop
         if loop and self.dwell is not None:
             raise ValueError(f"gives dwell, but a {self.shape} has no edges; leave it out")
         if self.rounding is not None and self.shape != "triangle":

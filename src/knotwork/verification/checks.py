@@ -71,19 +71,19 @@ CHECKS: dict[str, Check] = {
     "singularity": check_singularity,
     "no_start": NeedsTask(report_missing_approach),
 }
-"""Checks by name, in the order of the report. The name only adds, replaces or leaves out a check.
+"""Checks by name, in the order of the report.
 
-`CHECKS["name"] = function` adds one. Its findings are in the report, in pages and tables and in
-the exit code like all others.
+The name serves to replace or remove a check; reports do not show it. `CHECKS["name"] = function`
+adds one. Its findings are in the report, in pages and tables and in the exit code like all others.
 """
 
 _SHIPPED = dict(CHECKS)
 
 
-def own_checks() -> list[str]:
+def changed_checks() -> list[str]:
     """Names of checks that were added, replaced or removed in this process, unlike in others.
 
-    >>> own_checks()
+    >>> changed_checks()
     []
     """
     return [name for name in {**_SHIPPED, **CHECKS} if CHECKS.get(name) is not _SHIPPED.get(name)]

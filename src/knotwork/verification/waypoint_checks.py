@@ -146,7 +146,7 @@ def _tool_findings(
     # the velocity has the freedom of the path that starts there, if any
     from_there = (path.freedom for path in scenario.paths if path.first == i and path.freedom)
     velocity_freedom = next(from_there, waypoint.freedom)
-    robot, columns = joints.robot.in_frame(in_world_frame=waypoint.in_world_frame)
+    robot, columns = joints.robot.robot_and_columns(in_world_frame=waypoint.in_world_frame)
     q, v = motion.curve(time)[columns], motion.curve(time, 1)[columns]
     pose, twist = robot.forward(q), robot.twist(q, v)
     rotation, spin = waypoint.rotation, twist.angular

@@ -89,9 +89,9 @@ class BaseJoints:
         frame = self.robot.model.frames[self.robot.frame_index(self.robot.world_frame)]
         placed = place_joints(joint_tree(self.robot.model), q)
         rotation, origin = (x[:, frame.parentJoint] for x in placed)
-        placed = frame.placement
-        shift = origin + rotation @ placed.translation
-        return np.asarray((points - shift[:, None]) @ (rotation @ placed.rotation))
+        in_joint = frame.placement
+        shift = origin + rotation @ in_joint.translation
+        return np.asarray((points - shift[:, None]) @ (rotation @ in_joint.rotation))
 
 
 def base_joints(robot: Robot) -> BaseJoints:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -24,12 +24,31 @@ MIN_DRAWN_SPEED = 1e-9
 """Speed below which a waypoint is a stop [m/s]."""
 
 
-@lru_cache(CACHED_MOTIONS)
-def tool_targets(shown: ShownMotion) -> Sequence[CartesianWaypoint]:
-    """Find the given tool pose and velocity of each waypoint, in the URDF root's axes.
+class ToolTarget(NamedTuple):
+    """The given pose and velocity of the tool at a waypoint, in the axes of the URDF's root.
 
-    A wait appears once, at its start. If joints move the base, a pose in the world has its place in
-    base axes at the time of its waypoint.
+    Attributes:
+        name: Name of the waypoint.
+        time: Its time [s].
+        pose: Pose of the TCP [m], as `pin.SE3`.
+        linear, angular: Velocity at the TCP [m/s, rad/s], shape (3,) each.
+        in_world_frame: Whether they are given in the world frame, which moves if joints move the
+            base. They are then as at the time of the waypoint.
+    """
+
+    name: str
+    time: float
+    pose: pin.SE3
+    linear: FloatArray
+    angular: FloatArray
+    in_world_frame: bool
+
+
+@lru_cache(CACHED_MOTIONS)
+def tool_targets(shown: ShownMotion) -> Sequence[ToolTarget]:
+    """Find the given tool pose and velocity of each waypoint.
+
+    A wait appears once, at its start.
     """
     scenario, joints, robot, curve = shown.scenario, shown.joints, shown.robot, shown.curve
     if robot.tcp_frame_id is None:
@@ -48,26 +67,28 @@ def tool_targets(shown: ShownMotion) -> Sequence[CartesianWaypoint]:
                 away = robot.forward(q) * robot.tool_pose(q, in_world_frame=True).inverse()
                 turn, pose = away.rotation, away * pose
                 twist = pin.Motion(turn @ twist.linear, turn @ twist.angular)
-        turned = pin.Motion(base.rotation @ twist.linear, base.rotation @ twist.angular)
-        target = CartesianWaypoint(waypoint.name, waypoint.time, base * pose, turned)
-        at_tool.append(replace(target, in_world_frame=waypoint.in_world_frame))
+        linear, angular = base.rotation @ twist.linear, base.rotation @ twist.angular
+        target = ToolTarget(
+            waypoint.name, waypoint.time, base * pose, linear, angular, waypoint.in_world_frame
+        )
+        at_tool.append(target)
     return at_tool
 
 
-def given_velocities(shown: ShownMotion) -> list[CartesianWaypoint]:
+def given_velocities(shown: ShownMotion) -> list[ToolTarget]:
     """The waypoints at the tool whose velocity was given, not chosen by planning."""
     chosen = shown.chosen_velocities
     return [target for target in tool_targets(shown) if target.name not in chosen]
 
 
-def spacings(targets: Sequence[CartesianWaypoint]) -> FloatArray:
+def spacings(targets: Sequence[ToolTarget]) -> FloatArray:
     """Distances between consecutive waypoints that are not at the same point [m]."""
     points = np.array([target.pose.translation for target in targets]).reshape(-1, 3)
     lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
     return np.asarray(lengths[lengths > 1e-6])
 
 
-def velocity_arrows(targets: Sequence[CartesianWaypoint], size: float) -> tuple[Mesh, float] | None:
+def velocity_arrows(targets: Sequence[ToolTarget], size: float) -> tuple[Mesh, float] | None:
     """Draw the linear velocities; `None` if all are stops.
 
     The longest arrow is at most a sixth of the scene, and about as long as the waypoint spacing.
@@ -92,7 +113,7 @@ def velocity_arrows(targets: Sequence[CartesianWaypoint], size: float) -> tuple[
     return merge_meshes(arrows), seconds
 
 
-def _aside(target: CartesianWaypoint) -> FloatArray:
+def _aside(target: ToolTarget) -> FloatArray:
     """Unit vector perpendicular to the velocity, towards the tool's body."""
     along = target.linear / np.linalg.norm(target.linear)
     for axis in (-target.pose.rotation[:, 2], target.pose.rotation[:, 0]):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
@@ -15,8 +14,13 @@ from knotwork.view.mesh import Mesh, merge_meshes
 from knotwork.view.primitive_meshes import rod, sphere, triad
 from knotwork.view.scene_parts import SceneParts
 from knotwork.view.shown_motion import ShownMotion
-from knotwork.view.targets import given_velocities, spacings, tool_targets, velocity_arrows
-from knotwork.waypoints import CartesianWaypoint
+from knotwork.view.targets import (
+    ToolTarget,
+    given_velocities,
+    spacings,
+    tool_targets,
+    velocity_arrows,
+)
 
 RED = (0.86, 0.08, 0.1, 1.0)
 KNOT = (0.12, 0.12, 0.14, 1.0)
@@ -54,7 +58,7 @@ def _draw_waypoints(parts: SceneParts, shown: ShownMotion, size: float) -> None:
     missed, units = {finding.name for finding in shown.failures}, shown.scenario.units
     moving = [target for target in tool_targets(shown) if not target.in_world_frame]
     in_world_frame = [
-        replace(target, pose=frame.placement * waypoints[target.name].pose)  # type: ignore[union-attr]
+        target._replace(pose=frame.placement * waypoints[target.name].pose)  # type: ignore[union-attr]
         for target in tool_targets(shown)
         if target.in_world_frame
     ]
@@ -86,7 +90,7 @@ def _triads(poses: Sequence[pin.SE3], length: float, thickness: float) -> Mesh:
     return merge_meshes([axes.place(pose) for pose in poses])
 
 
-def _waypoint_detail(target: CartesianWaypoint, units: Units) -> str:
+def _waypoint_detail(target: ToolTarget, units: Units) -> str:
     speed = float(np.linalg.norm(target.linear))
     turning = float(np.linalg.norm(target.angular))
     detail = f"{target.name}: at {target.time:g} s, {units.text(speed, 'm/s', '.4g')}"
@@ -95,7 +99,7 @@ def _waypoint_detail(target: CartesianWaypoint, units: Units) -> str:
     )
 
 
-def _axis_length(targets: Sequence[CartesianWaypoint], size: float) -> float:
+def _axis_length(targets: Sequence[ToolTarget], size: float) -> float:
     gaps = spacings(targets)
     nearest = float(gaps.min()) if len(gaps) else size
     return min(0.06 * size, max(0.6 * nearest, 0.025 * size))

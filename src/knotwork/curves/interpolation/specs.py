@@ -87,7 +87,7 @@ _ALL_PLANNERS = (
         "one polynomial of degree nine per interval",
         continuity=4,
         degree=9,
-        guarantees="positions, velocities, preset accelerations at all waypoints; no jerk, snap",
+        guarantees="positions, velocities, preset accelerations, zero jerk and snap at waypoints",
         limitations="does not keep peaks low: the more is preset, the higher they are",
         supports=("accelerations", "end_acceleration"),
         entry_point="waypoint_polynomials:plan_nonic",
@@ -155,13 +155,6 @@ PLANNER_SPECS: Mapping[str, PlannerSpec] = MappingProxyType(
 )
 """Descriptions of all planners, by name."""
 
-_OPTION_WORDS = {
-    "knots": "a choice of knots",
-    "end_acceleration": "end accelerations",
-    "accelerations": "accelerations at waypoints",
-    "chosen": "a motion that was chosen before",
-}
-
 
 def check_supported(planner: str, options: PlannerOptions) -> None:
     """Check that a planner supports the options.
@@ -172,9 +165,4 @@ def check_supported(planner: str, options: PlannerOptions) -> None:
     for option in options.requested:
         if option not in PLANNER_SPECS[planner].supports:
             others = ", ".join(n for n, spec in PLANNER_SPECS.items() if option in spec.supports)
-            supported = ", ".join(PLANNER_SPECS[planner].supports) or "none"
-            raise OptionError(
-                option,
-                f"asks for {_OPTION_WORDS[option]}, which this planner does not support (its "
-                f"options: {supported}); leave it out, or use a planner that supports it: {others}",
-            )
+            raise OptionError(option, f"is not supported; leave it out, or use one of: {others}")

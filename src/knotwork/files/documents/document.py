@@ -6,12 +6,11 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 from knotwork.errors import DocumentError, InputError, Problem, suggest_name
 
 Location = tuple[str | int, ...]
-T = TypeVar("T")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,10 +19,10 @@ class Locations:
 
     Attributes:
         file: The file, or `None`.
-        lines: Line, counted from 1, of each location that does not share the line of the enclosing
-            part.
-        prefix: Location of the data in the file; empty if they are all of it.
-        origins: Location in the file by location in the data, where the two differ.
+        lines: Line, counted from 1, of each location in the file that does not share the line of
+            the enclosing part.
+        prefix: Location of the data in the whole data; empty if they are all of it.
+        origins: Location in the file by location in the whole data, where the two differ.
     """
 
     file: Path | None = None
@@ -33,6 +32,7 @@ class Locations:
 
     def in_file(self, location: Location) -> Location:
         """Location in the file of a location in the data."""
+        location = self.prefix + location
         for size in range(len(location), 0, -1) if self.origins else ():
             if (origin := self.origins.get(location[:size])) is not None:
                 return origin + location[size:]
@@ -40,7 +40,7 @@ class Locations:
 
     def path(self, location: Location) -> str:
         """Field path of a location in the whole file."""
-        return field_path(self.prefix + self.in_file(location))
+        return field_path(self.in_file(location))
 
     def line(self, location: Location) -> int | None:
         """Line of a location, or of the innermost enclosing part that has one."""
@@ -102,15 +102,8 @@ class Locations:
 
     def document(self, data: Any, location: Location) -> Document:
         """Make data at a location a document, with locations in the same file."""
-        origin = self.in_file(location)
-        lines = _within(origin, self.lines)
-        line = self.line(location)
-        if line is not None:
-            lines.setdefault((), line)
-        origins = _within(location, self.origins)
-        origins = {key: place[len(origin) :] for key, place in origins.items()}
-        prefix = self.prefix + origin
-        return Document(data, file=self.file, lines=lines, prefix=prefix, origins=origins)
+        prefix = self.prefix + location
+        return Document(data, file=self.file, lines=self.lines, prefix=prefix, origins=self.origins)
 
 
 @dataclass(frozen=True)
@@ -129,12 +122,6 @@ class Document(Locations):
         for key in location:
             data = data[key]
         return self.document(data, location)
-
-
-def _within(part: Location, values: Mapping[Location, T]) -> dict[Location, T]:
-    """Values of locations within a part, by their location in it."""
-    size = len(part)
-    return {key[size:]: value for key, value in values.items() if key[:size] == part}
 
 
 def field_path(location: Iterable[str | int]) -> str:

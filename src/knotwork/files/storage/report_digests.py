@@ -36,7 +36,7 @@ def changed_since_report(path: Path) -> str | None:
     True
     >>> characters = Path("motion/trajectory.json").write_text("{}")
     >>> changed_since_report(Path("motion"))
-    'is not the file that report.json next to it was written with: it was changed since'
+    'was changed after report.json next to it was written'
 
     Args:
         path: A file, or a folder with a `trajectory.json`.
@@ -49,7 +49,7 @@ def changed_since_report(path: Path) -> str | None:
         return None  # there is no report of this file
     if stated == actual:
         return None
-    return f"is not the file that {REPORT} next to it was written with: it was changed since"
+    return f"was changed after {REPORT} next to it was written"
 
 
 def stated_scenario(plan: Path) -> tuple[str | None, str]:

@@ -26,7 +26,7 @@ SHOWN_CLEARANCE_PRECISION = 1e-5
 
 REASON_TEXTS = {
     Reason.AT_MOST.value: "at_most",
-    Reason.PATH_ACCELERATION.value: "room for changes of speed at path.acceleration, {},",
+    Reason.PATH_ACCELERATION.value: "path.acceleration, {}",
     Reason.ADJACENT_MOTION.value: "the motion before or after",
     Reason.TOLERANCES.value: "the tolerance of the path",
 }
@@ -65,9 +65,8 @@ def chosen_values_findings(
         yield Topic(group).finding("assumed_jerk", _assumed_jerk_note(chosen_values))
     times = {waypoint.name: waypoint.time for waypoint in chosen_values.scenario.waypoints}
     for (start, end), limits in _limits_by_interval(chosen_values).items():
-        parts = [
-            f"{limit} {'for ' if share else ''}{_share_text(share)}" for limit, share in limits
-        ]
+        texts = ", ".join(_limit_text(limit, share) for limit, share in limits)
+        on_path = any(share is None for _, share in limits)
         label = _longest(limits)
         yield Finding(
             group=group,
@@ -75,7 +74,7 @@ def chosen_values_findings(
             name=end,
             quantity="active_limits",
             verdict="information",
-            fact=f"{start} to {end}: {', '.join(parts)}",
+            fact=f"{start} to {end}: {'its speed is limited by ' if on_path else ''}{texts}",
             interval=(times[start], times[end]),
             short_fact=label,
             highlight=f"{start} to {end}: limited by {label}",
@@ -135,10 +134,11 @@ def _assumed_jerk_note(chosen_values: ChosenValues) -> str:
     return f"no jerk limit is given, so one is assumed: {text}"
 
 
-def _share_text(share: float | None) -> str:
+def _limit_text(limit: str, share: float | None) -> str:
+    """An active limit, and for how long it is active in a motion with chosen times."""
     if share is None:
-        return "bounds the speed along the path"
-    return f"{100 * share:.0f} % of the time" if share else "at its peak"
+        return limit
+    return f"{limit} for {100 * share:.0f} % of the time" if share else f"{limit} at its peak"
 
 
 def _limits_by_interval(chosen_values: ChosenValues) -> dict[tuple[str, str], _Shares]:
@@ -146,12 +146,15 @@ def _limits_by_interval(chosen_values: ChosenValues) -> dict[tuple[str, str], _S
     limits: defaultdict[tuple[str, str], _Shares] = defaultdict(list)
     for limit in chosen_values.active_limits:
         quantity = REASON_TEXTS.get(limit.quantity, limit.quantity.replace("_", " "))
-        text = f"{limit.subject} {quantity}" if limit.subject else quantity
+        text = f"{quantity} of {limit.subject!r}" if limit.subject else quantity
         if limit.quantity == "jerk" and limit.subject in chosen_values.assumed_jerk:
             text += " (assumed)"
         if limit.quantity == Reason.PATH_ACCELERATION.value:
-            acceleration = chosen_values.scenario.paths[0].requested.acceleration
-            text = text.format(chosen_values.scenario.units.text(acceleration, "m/s²"))
+            paths = chosen_values.scenario.paths
+            path = next(path for path in paths if not path.motion.is_wait)
+            text = text.format(
+                chosen_values.scenario.units.text(path.requested.acceleration, "m/s²")
+            )
         limits[limit.start, limit.end].append((text, limit.share))
     return limits
 
@@ -160,7 +163,7 @@ def _longest(limits: _Shares) -> str:
     """The limit that is active for the longest time, and the number of other ones."""
     limit, share = max(limits, key=lambda pair: pair[1] or 0.0)
     remaining = f", and by {len(limits) - 1} more" if len(limits) > 1 else ""
-    return f"{limit} {_share_text(share)}{remaining}"
+    return f"{_limit_text(limit, share)}{remaining}"
 
 
 def clear_motion_findings(
@@ -187,12 +190,12 @@ def clear_motion_findings(
     for indices, section in clear_motions:
         start, end = (scenario.waypoints[indices[k]] for k in (0, -1))
         name, interval = f"{start.name} to {end.name}", (start.time, end.time)
-        tries = "1 try" if section.tries == 1 else f"{section.tries} tries"
+        tries = "found in 1 try" if section.tries == 1 else f"the fastest of {section.tries} tries"
         extra = ""
         if section.room is not None:
             room = scenario.units.text(section.room * length, "m", ".3g")
             extra = f" with {room} of extra clearance"
-        fact = highlight = f"{name}: clear motion found in {tries}{extra}"
+        fact = highlight = f"{name}: clear motion, {tries}{extra}"
         cut = cut_curve(motion.curve, *interval), resolution, SHOWN_CLEARANCE_PRECISION
         # relative to the surroundings, or of all pairs without any
         least = least_clearance(around, *cut) or least_clearance(model, *cut)

@@ -21,7 +21,7 @@ from knotwork.planning.timing import TimedMotion
 from knotwork.task import ChosenSectionFields, Task, Velocity
 from knotwork.task.scenario import JointTarget, Scenario
 from knotwork.task.scenario.resolve import change_task
-from knotwork.task.scenario.scenario_joints import by_joint
+from knotwork.task.scenario.scenario_joints import to_file_units
 from knotwork.task.task_source import with_moved_paths
 from knotwork.waypoints import CartesianWaypoint
 
@@ -83,7 +83,7 @@ def solutions_near(
         if isinstance(waypoint, CartesianWaypoint) and index[i] not in followed:
             poses.setdefault(index[i], i)
     return {
-        task_i: {"near": by_joint(solved.joints, positions[solved.rows[i]], units)}
+        task_i: {"near": to_file_units(solved.joints, positions[solved.rows[i]], units)}
         for task_i, i in poses.items()
     }
 
@@ -97,8 +97,8 @@ def _chosen_speed(solved: SolvedScenario, i: int, q: FloatArray, v: FloatArray) 
     if kind == "given":
         return {}
     if robot is None or isinstance(waypoint, JointTarget):
-        return {"velocity": by_joint(solved.joints, v, units)}
-    robot, columns = robot.in_frame(in_world_frame=waypoint.in_world_frame)
+        return {"velocity": to_file_units(solved.joints, v, units)}
+    robot, columns = robot.robot_and_columns(in_world_frame=waypoint.in_world_frame)
     twist = robot.twist(q[columns], v[columns])
     if kind == "free":
         twist -= waypoint.twist  # the file gives relative velocities
@@ -129,7 +129,7 @@ def _chosen_section(
     x = motion.trajectory.breaks
     times = np.interp(x, motion.time, timed.times[section.indices])
     velocities = {
-        timed.waypoints[i].name: by_joint(joints, motion.velocity[k], units)
+        timed.waypoints[i].name: to_file_units(joints, motion.velocity[k], units)
         for k, (i, free) in enumerate(zip(section.indices, section.free_waypoints, strict=True))
         if free.speed_kind != "given"
     }
@@ -138,7 +138,7 @@ def _chosen_section(
         extra["room"] = motion.extra_clearance / units.in_si[0]
     return ChosenSectionFields(
         times=times.tolist(),
-        accelerations=by_joint(joints, motion.trajectory.acceleration(x), units),
+        accelerations=to_file_units(joints, motion.trajectory.acceleration(x), units),
         **{key: value for key, value in extra.items() if value},
     )
 

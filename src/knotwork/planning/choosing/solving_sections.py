@@ -21,7 +21,7 @@ SMOOTHEST = Objective(time=0.0, jerk=1.0)
 """Objective of a single interval with a given time."""
 
 CALMEST = Objective(time=0.0, acceleration=1.0)
-"""The same for several intervals.
+"""Objective of several intervals with given times.
 
 With minimum jerk the accelerations of a short interval would continue in a long one.
 """
@@ -68,7 +68,7 @@ def solve_sections(
     objective = Objective(**dict(free.objective))
     with_free_times = [section for section in sections if section.has_free_durations]
     solved_twice = with_free_times if free.total_duration is not None else []
-    budget.begin(sum(len(section.indices) - 1 for section in sections + solved_twice))
+    budget.expect(sum(len(section.indices) - 1 for section in sections + solved_twice))
     if free.total_duration is None:
         return _solve_each(sections, objective, budget)
     fastest = _solve_each(with_free_times, Objective(), budget)

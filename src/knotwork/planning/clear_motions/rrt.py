@@ -106,7 +106,7 @@ def connect(
     Args:
         space: Collision tests.
         starts: Possible starts [rad or m], shape (m, d).
-        goals: Possible ends, shape (n, d).
+        goals: Possible ends, shape (k, d).
         rng: Random number generator.
         step: Step of samples on edges [rad or m].
         max_checks: Approximate maximum number of configurations checked.

@@ -18,7 +18,7 @@ from itertools import islice
 from typing import Any, TypeVar
 
 from knotwork.errors import InputError
-from knotwork.verification.checks import own_checks
+from knotwork.verification.checks import changed_checks
 
 MAX_TIME_LIMIT = 1e6
 """Upper bound of time limits [s], required by clocks."""
@@ -39,13 +39,13 @@ class ChildCrashedError(Exception):
     """The child process ended during a call, for the reason in the message."""
 
 
-def refuse_own_checks(instead: str) -> None:
+def refuse_changed_checks(instead: str) -> None:
     """Refuse child processes if the user has registered checks, which only this process has.
 
     Raises:
         InputError: Checks are registered; the message ends with `instead`, the advice.
     """
-    if names := own_checks():
+    if names := changed_checks():
         raise InputError(
             f"child processes do not have your own checks ({', '.join(names)}); {instead}"
         )

@@ -89,7 +89,7 @@ FIGURES: dict[str, RowFigure] = {
 """All figures by name, in the order of the columns."""
 
 
-def figure_named(name: str) -> RowFigure:
+def get_figure(name: str) -> RowFigure:
     """Find a figure.
 
     Raises:

@@ -15,7 +15,7 @@ from knotwork.planning.sweeps.child import (
     ChildCrashedError,
     ChildTimeoutError,
     map_in_children,
-    refuse_own_checks,
+    refuse_changed_checks,
 )
 from knotwork.planning.sweeps.run import DEFAULT_TIME_LIMIT
 from knotwork.task import Task
@@ -48,7 +48,7 @@ def plan_many(
     (True, 'UnknownNameError')
     """
     count = require_count(os.cpu_count() or 1 if workers is None else workers, "workers", 1)
-    refuse_own_checks("use kw.plan")
+    refuse_changed_checks("use kw.plan")
     limit = require_number(time_limit, "time_limit", "s", positive=True)
     kinds = (str, Path, Mapping, Task, Scenario)
     if isinstance(scenarios, kinds) or not isinstance(scenarios, Iterable):

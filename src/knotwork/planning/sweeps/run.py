@@ -14,7 +14,7 @@ from typing import Any
 from knotwork.errors import InputError
 from knotwork.errors.arguments import require_count, require_number, require_type
 from knotwork.planning.sweeps import executors
-from knotwork.planning.sweeps.child import refuse_own_checks
+from knotwork.planning.sweeps.child import refuse_changed_checks
 from knotwork.planning.sweeps.field_path import scenario_with
 from knotwork.planning.sweeps.folder import StudyFolder, create, is_study, reopen
 from knotwork.planning.sweeps.outcome import ROW_PASSED
@@ -128,7 +128,7 @@ def _checked_workers(workers: int | None, scheduler: str | None) -> int:
         raise InputError("workers and scheduler are both given; give one of the two")
     count = require_count(os.cpu_count() or 1 if workers is None else workers, "workers", 0)
     if scheduler is not None or count:
-        refuse_own_checks("give workers=0 to plan in this process")
+        refuse_changed_checks("give workers=0 to plan in this process")
     if scheduler is not None:
         executors.distributed()
     return count

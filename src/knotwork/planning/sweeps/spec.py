@@ -19,7 +19,7 @@ from knotwork.planning.sweeps.outcome import Outcome
 from knotwork.planning.sweeps.variations import Axis
 from knotwork.task import Task
 from knotwork.task.scenario import Scenario, load_scenario
-from knotwork.verification.checks import own_checks
+from knotwork.verification.checks import changed_checks
 
 TEXTS = ("verdict", "reason", "message")
 """Columns of a row on its outcome, besides the figures."""
@@ -113,7 +113,7 @@ class StudySpec:
                 for axis in self.axes
             ],
             "time_limit": self.time_limit,
-            "checks": own_checks(),
+            "checks": changed_checks(),
         }
 
 

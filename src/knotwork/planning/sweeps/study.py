@@ -13,7 +13,7 @@ from knotwork.errors import InputError
 from knotwork.files import storage
 from knotwork.planning import plan
 from knotwork.planning.sweeps.field_path import scenario_with
-from knotwork.planning.sweeps.figures import FIGURES, RowFigure, figure_named
+from knotwork.planning.sweeps.figures import FIGURES, RowFigure, get_figure
 from knotwork.planning.sweeps.folder import StudyFolder, open_study
 from knotwork.planning.sweeps.outcome import ROW_PASSED
 from knotwork.task.scenario import Scenario
@@ -122,7 +122,7 @@ class Study:
         Raises:
             InputError: No row passes, or no row that passes has the figure.
         """
-        row_figure = figure_named(figure)
+        row_figure = get_figure(figure)
         candidates = [
             row
             for row in self.rows()

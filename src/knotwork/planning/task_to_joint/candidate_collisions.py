@@ -109,12 +109,12 @@ class CandidateCollisions:
             if distance <= -margin and is_static and second.kind != "held":
                 location = ("tool", "holds") if first.name in held else ("scene", "objects")
                 scale, unit = self.scenario.units.per_metre, self.scenario.units.length
-                depth = f"{-scale * (distance + margin):.4g} {unit}"
+                shortfall = -(distance + margin)
                 raise CollisionError(
-                    f"touches {second.name} where the robot starts, by {depth}; move the object, "
-                    f"or allow the contact: `allow: [{second.name}]`",
+                    f"touches {second.name} where the robot starts, by {scale * shortfall:.4g} "
+                    f"{unit}; move the object, or allow the contact: `allow: [{second.name}]`",
                     bodies=(first.name, second.name),
-                    depth=-(distance + margin),
+                    shortfall=shortfall,
                     where=self.scenario.where(*location, first.name),
                 )
 

@@ -68,7 +68,7 @@ class FreedomChain(NamedTuple):
         """
         if self.robot is robot:
             return candidates
-        default = np.where(robot.virtual, 0.0, default)
+        default = np.where(robot.is_virtual, 0.0, default)
         q, velocity = self.scatter(candidates.q, default), self.scatter(candidates.velocity)
         return candidates._replace(q=q, velocity=velocity, flags=configuration_flags(robot, q))
 
@@ -110,7 +110,7 @@ class FreedomChains:
         in_base = [(False, freedom) for freedom in joints_of]
         of_poses = [(True, pose.freedom) for pose in poses if pose.in_world_frame]
         for in_world_frame, freedom in dict.fromkeys([*in_base, *of_poses]):
-            arm, moving = robot.in_frame(in_world_frame=in_world_frame)
+            arm, moving = robot.robot_and_columns(in_world_frame=in_world_frame)
             joints = joints_of[freedom]
             columns = [*moving, *(column_of[_kind(joint)] for joint in joints)]
             chain = arm.with_virtual_joints(*joints) if joints else arm
@@ -237,7 +237,7 @@ def _with_virtual_positions(
         if isinstance(waypoint, CartesianWaypoint) and waypoint.freedom is not None:
             tool = chain.robot.forward(result[i][chain.columns])
             error = _pose_error(tool, waypoint.pose, waypoint.freedom.torch)
-            virtual = chain.columns[chain.robot.virtual]
+            virtual = chain.columns[chain.robot.is_virtual]
             result[i][virtual] = [
                 error[joint.unit, joint.axis] for joint in chain.robot.virtual_joints
             ]

@@ -28,7 +28,7 @@ COLLISION_DISTANCE = 0.3
 
 def joint_rules(robot: Robot) -> JointRules:
     """Rules for the joints of a robot. Virtual joints move freely."""
-    limit, virtual = robot.limits.velocity, robot.virtual
+    limit, virtual = robot.limits.velocity, robot.is_virtual
     lower, upper = arm_limits(robot)
     speed = np.where(np.isfinite(limit), limit, 1.0)
     return JointRules(
@@ -98,7 +98,7 @@ def _avoided_distance(chains: FreedomChains) -> FloatArray:
     robot, dof = chains.whole, chains.arm.dof
     if not robot.is_redundant:
         return np.full(robot.dof, STEP_TOLERANCE)
-    distance = np.where(robot.virtual, np.inf, COLLISION_DISTANCE)
+    distance = np.where(robot.is_virtual, np.inf, COLLISION_DISTANCE)
     if any(joint.axis == "z" for joint in robot.virtual_joints):
         distance[dof - 1] = np.inf
     return distance

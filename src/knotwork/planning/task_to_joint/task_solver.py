@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knotwork.errors import RobotError, UnknownNameError
+from knotwork.errors import RobotError
 from knotwork.planning.task_to_joint.complete_waypoints import complete_waypoints
 from knotwork.planning.task_to_joint.task_solution import SequenceStep, TaskSolution
 from knotwork.task.scenario import Scenario
@@ -51,8 +51,9 @@ def solve_task(
         OutsideLimitsError: A pose is reached only with joints outside their limits.
         BranchError: No solution of a pose is in the requested branch.
         SingularityError: The chosen configuration does not allow the velocity at a waypoint.
+        FollowingError: No solution can follow a tool path to its end.
+        CollisionError: A static object touches the robot at its start.
         RobotError: The arm is not redundant, and no joint can be pulled to the middle.
-        DocumentError: Joint values name a joint or configuration that does not exist.
 
     >>> from knotwork.task.scenario.scenario_joints import read_scenario_joints
     >>> scenario = kw.load_scenario("ur5_deburring")
@@ -64,9 +65,7 @@ def solve_task(
     if all(target is not None for target in joints.targets):
         return _solve_joint_targets(scenario, joints, knots)
     if joints.robot is None:
-        waypoints = zip(scenario.waypoints, joints.targets, strict=True)
-        first = next(waypoint for waypoint, target in waypoints if target is None)
-        raise UnknownNameError("robot", "", (), where=first.where)
+        raise TypeError("poses need a robot")
     return _solve_poses(scenario, joints, joints.robot, knots, avoided)
 
 

@@ -60,10 +60,10 @@ class Budget:
         limited = seconds is not None
         self.seconds = require_number(seconds, "budget", "s", positive=True) if limited else np.inf
         self.iterations = 0
-        self._report = report
+        self._callback = report
         self._now = now
         self._begun = now()
-        self.begin(intervals)
+        self.expect(intervals)
 
     @property
     def elapsed(self) -> float:
@@ -80,8 +80,8 @@ class Budget:
         """Whether no time remains."""
         return self.remaining <= 0.0
 
-    def begin(self, intervals: int) -> None:
-        """Begin with problems of a number of intervals in total."""
+    def expect(self, intervals: int) -> None:
+        """Set the number of intervals of all problems, none of them solved."""
         self._intervals = intervals
         self._solved = 0
 
@@ -96,9 +96,9 @@ class Budget:
             duration: Duration of the motion [s].
         """
         self._solved = self._intervals
-        self.step(0, duration, "check")
+        self.report(0, duration, "check")
 
-    def step(
+    def report(
         self, count: int = 1, duration: float | None = None, trying: str = "", share: float = 0.0
     ) -> None:
         """Count solver steps and report them; other arguments as the attributes of `Progress`.
@@ -106,6 +106,7 @@ class Budget:
         `share` is the finished fraction of the current interval.
         """
         self.iterations += count
-        if self._report is not None:
-            done = min((self._solved + share) / self._intervals, 1.0)
-            self._report(Progress(self.iterations, self.elapsed, done, duration, trying))
+        if self._callback is not None:
+            # without intervals only speeds along paths are free
+            done = min((self._solved + share) / self._intervals, 1.0) if self._intervals else 1.0
+            self._callback(Progress(self.iterations, self.elapsed, done, duration, trying))

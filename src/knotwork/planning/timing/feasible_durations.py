@@ -10,15 +10,15 @@ from knotwork.arrays import FloatArray
 
 
 class FeasibleDurations(NamedTuple):
-    """Feasible durations of each joint: from the first to a gap, and after it.
+    """Feasible durations of each joint: from a minimum on, except inside a gap.
 
     Attributes:
-        first: Minimum durations [s], shape (d,).
+        minimum: Minimum durations [s], shape (d,).
         gap_start: Largest durations below the gap [s], shape (d,); infinite without a gap.
         gap_end: Smallest durations above the gap [s], shape (d,); infinite without a gap.
     """
 
-    first: FloatArray
+    minimum: FloatArray
     gap_start: FloatArray
     gap_end: FloatArray
 

@@ -70,7 +70,7 @@ def _of_joints(problem: TimingProblem) -> FloatArray:
     durations = np.abs(D) / V
     for i in np.flatnonzero(known[:-1] | known[1:]):
         if known[i] and known[i + 1]:
-            durations[i] = problem.feasible_durations(int(i)).first
+            durations[i] = problem.feasible_durations(int(i)).minimum
         else:
             durations[i] = _one_end_free(D[i], v[i] if known[i] else v[i + 1], V, A)
     return durations
@@ -88,7 +88,7 @@ def _straight_lines(problem: TimingProblem) -> FloatArray:
 def _common_duration(problem: TimingProblem, i: int) -> float:
     """Minimum duration of an interval that is feasible for every joint."""
     feasible = problem.feasible_durations(i)
-    duration = float(feasible.first.max())
+    duration = float(feasible.minimum.max())
     while (in_gap := (duration > feasible.gap_start) & (duration < feasible.gap_end)).any():
         duration = float(feasible.gap_end[in_gap].max())
     return duration

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 SAMPLES_PER_PIECE = 16
 """Samples in each piece, without its end."""
 
-ROBOT_LIMITS: dict[str, tuple[float, ...]] = {
+POSITIONS_IN_PIECE: dict[str, tuple[float, ...]] = {
     "effort": (0.5,),
     "tool_speed": (0.25, 0.5, 0.75),
 }
@@ -90,7 +90,7 @@ def limit_kernel(dynamics: Dynamics, name: str, *, inside: bool) -> Kernel:
 
     Args:
         dynamics: The dynamics of the robot.
-        name: Name of the limit in `ROBOT_LIMITS`.
+        name: Name of the limit in `POSITIONS_IN_PIECE`.
         inside: Whether the limit applies at its positions inside a piece, `Layout.piece`; otherwise
             at a break, whose variables are a column of `Layout.state`.
     """
@@ -108,7 +108,7 @@ def limit_kernel(dynamics: Dynamics, name: str, *, inside: bool) -> Kernel:
         return {"utilisation": ca.vertcat(*(utilisation(*state) for state in states))}, 0.0
 
     if inside:
-        return _inside_kernel(d, ROBOT_LIMITS[name], given, terms)
+        return _inside_kernel(d, POSITIONS_IN_PIECE[name], given, terms)
     state, given = ca.SX.sym("state", 3 * d), {**symbols(units=3 * d), **given}
     at_break = utilisation(*ca.vertsplit(state * given["units"], d))
     return Kernel(state, given, {"utilisation": at_break})
@@ -125,8 +125,8 @@ def robot_limit_blocks(
 
     Args:
         problem: The problem.
-        allowed_utilisation: Allowed utilisation of each limit of `ROBOT_LIMITS` in the program,
-            alternately at each break and inside each piece, shape (2 pieces + 1, d or 1).
+        allowed_utilisation: Allowed utilisation of each limit in `POSITIONS_IN_PIECE` in the
+            program, alternately at each break and inside each piece, shape (2 pieces + 1, d or 1).
         margin: Relative margin to each.
         scale: Units of the program.
         layout: Its variables.
@@ -174,9 +174,9 @@ def sampled_utilisation(
 ) -> Mapping[str, FloatArray]:
     """Largest utilisation at samples of each piece, shape (pieces, d or 1).
 
-    Its keys are the names of those of `ROBOT_LIMITS` that the problem has.
+    Its keys are the names of those in `POSITIONS_IN_PIECE` that the problem has.
     """
-    names = [name for name in ROBOT_LIMITS if np.isfinite(problem.limit(name)).any()]
+    names = [name for name in POSITIONS_IN_PIECE if np.isfinite(problem.limit(name)).any()]
     if not names:
         return {}
     span = np.diff(curve.x)[:, None]

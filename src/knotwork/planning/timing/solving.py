@@ -151,7 +151,7 @@ def _optimised_motion(problem: TimingProblem, budget: Budget) -> TimedCurve | No
             return None
         program = TimingProgram(problem, guess, tightening)
         solution = program.solve(last, seconds)
-        budget.step(solution.iterations)
+        budget.report(solution.iterations)
         if not solution.solved:
             if last is None:
                 return None

@@ -49,15 +49,16 @@ class StateLimits:
 
     Attributes:
         joint_names: Names of the joints, length d.
-        joints: Their limits.
+        joint_limits: Their limits.
         robot: The arm with its load; needed for limits of efforts and of frames.
-        frames: Limits of the speed or acceleration of links' origins and the tool [m/s or m/s²].
+        frame_limits: Limits of the speed or acceleration of links' origins and the tool [m/s or
+            m/s²].
     """
 
     joint_names: Sequence[str]
-    joints: JointLimits
+    joint_limits: JointLimits
     robot: Robot | None
-    frames: Mapping[LimitedQuantity, float]
+    frame_limits: Mapping[LimitedQuantity, float]
 
     @property
     def quantities(self) -> list[LimitedQuantity]:
@@ -67,7 +68,7 @@ class StateLimits:
             for name in MAGNITUDES
             for joint in self.joint_names
         ]
-        return [*of_joints, *self.frames]
+        return [*of_joints, *self.frame_limits]
 
     def ratios(self, q: FloatArray, *rates: FloatArray) -> FloatArray:
         """Quantities divided by their limits, as vectors; those of joints have one component.
@@ -83,16 +84,16 @@ class StateLimits:
         states = list(zip(q, values["velocity"], values["acceleration"], strict=True))
         robot = self.robot
         values["effort"] = np.zeros_like(q)
-        if robot is not None and np.isfinite(self.joints.effort).any():
+        if robot is not None and np.isfinite(self.joint_limits.effort).any():
             efforts = [pin.rnea(robot.model, robot.data, *state) for state in states]
             values["effort"] = np.array(efforts)
-        of_joints = np.hstack([values[name] / self.joints[name] for name in MAGNITUDES])
+        of_joints = np.hstack([values[name] / self.joint_limits[name] for name in MAGNITUDES])
         ratios = np.zeros((*of_joints.shape, 3))
         ratios[..., 0] = of_joints
-        if robot is None or not self.frames:
+        if robot is None or not self.frame_limits:
             return ratios
-        of_frames = _rates_of_frames(robot, list(self.frames), states)
-        limits = np.array(list(self.frames.values()))
+        of_frames = _rates_of_frames(robot, list(self.frame_limits), states)
+        limits = np.array(list(self.frame_limits.values()))
         return np.concatenate((ratios, of_frames / limits[:, None]), axis=1)
 
     def utilisation(self, curve: PiecewisePolynomial, times: FloatArray) -> FloatArray:

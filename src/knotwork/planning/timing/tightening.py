@@ -31,8 +31,8 @@ class Tightening:
     Attributes:
         margin: Relative margin to each limit.
         position: Whether positions between the breaks are limited.
-        allowed_utilisation: Allowed utilisation of the limits of `ROBOT_LIMITS` that the solver
-            has, by name: see `robot_limit_blocks`.
+        allowed_utilisation: Allowed utilisation of the limits in `POSITIONS_IN_PIECE` that the
+            solver has, by name: see `robot_limit_blocks`.
     """
 
     margin: float = SOLVER_MARGIN
@@ -112,8 +112,8 @@ def exceeded_limit(
     """The first limit other than of positions that a curve is not proved to keep, or `None`.
 
     Returns:
-        Name of the limit, and its utilisation, shape (k, d or 1): in each piece for `ROBOT_LIMITS`,
-        over the whole curve for velocity, acceleration and jerk.
+        Name of the limit, and its utilisation, shape (k, d or 1): in each piece for
+        `POSITIONS_IN_PIECE`, over the whole curve for velocity, acceleration and jerk.
     """
     for order, name in enumerate(RATE_QUANTITIES, 1):
         utilisation = curve.extrema(order).peak / problem.limits[name]

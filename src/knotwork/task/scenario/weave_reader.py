@@ -112,7 +112,7 @@ class WeaveReader:
                 "weave",
                 "width",
             )
-        axes = requested.axes or (("across", "along") if requested.loop else ("across",))
+        axes = requested.axes or (("across", "along") if requested.is_loop else ("across",))
         weave = WeavePattern(
             shape=requested.shape,
             width=requested.width,

@@ -75,14 +75,15 @@ class Quantity(NamedTuple):
     Attributes:
         values: Function from joint positions, velocities and accelerations, shape (k, d) each, to
             φ(g), shape (k, c); signed if it is absolute.
-        sizes: Function from bounds of the joints' derivatives, shape (5, d, n), to bounds of |g|,
+        rate_bounds: Function from bounds of the joints' derivatives, shape (5, d, n), to bounds
+            of |g|, |g'| and |g''|, shape (3, c, n).
             |g'| and |g''|, shape (3, c, n).
         angles: Whether each joint's position is an angle, shape (d,).
         absolute: Whether φ is the magnitude, so that signed values are compared by magnitude.
     """
 
     values: Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
-    sizes: Callable[[FloatArray], FloatArray]
+    rate_bounds: Callable[[FloatArray], FloatArray]
     angles: NDArray[np.bool_]
     absolute: bool = False
 
@@ -205,12 +206,12 @@ class _Evaluations:
             block = intervals[low : low + BLOCK_INTERVALS]
             with np.errstate(over="ignore", invalid="ignore"):
                 rates = joint_rates(self.curve, block)
-                sizes = self.quantity.sizes(rates.bounds)
+                bounds = self.quantity.rate_bounds(rates.bounds)
                 turned = 1.0 + rates.size[self.quantity.angles].sum(axis=0)
-                excess = (1.0 + VALUE_ROUNDING) / 8.0 * block.length**2 * sizes[2]
-                pair = np.stack((excess, VALUE_ROUNDING * turned * sizes[0]))
+                excess = (1.0 + VALUE_ROUNDING) / 8.0 * block.length**2 * bounds[2]
+                pair = np.stack((excess, VALUE_ROUNDING * turned * bounds[0]))
             pair[np.isnan(pair)] = np.inf
-            self.scale = np.maximum(self.scale, sizes[0].max(axis=1))
+            self.scale = np.maximum(self.scale, bounds[0].max(axis=1))
             blocks.append(pair)
         excess, rounding = np.concatenate(blocks, axis=2).swapaxes(1, 2)
         return excess, rounding

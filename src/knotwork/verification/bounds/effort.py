@@ -56,7 +56,7 @@ def effort_bound(
     return upper_bounds(curve, quantity, limits)
 
 
-def effort_sizes(motion: TreeMotion, model: Any, rates: FloatArray) -> FloatArray:
+def effort_rate_bounds(motion: TreeMotion, model: Any, rates: FloatArray) -> FloatArray:
     """Bound the joint efforts and their first two derivatives, shape (3, d, n).
 
     With c the centre of mass, f and n the force and moment of a joint on its link, both summed from
@@ -118,7 +118,7 @@ def effort_quantity(model: Any) -> Quantity:
             row[:] = pin.rnea(model, data, *state)
         return result
 
-    def sizes(rates: FloatArray) -> FloatArray:
-        return effort_sizes(tree_motion(tree, rates), model, rates)
+    def rate_bounds(rates: FloatArray) -> FloatArray:
+        return effort_rate_bounds(tree_motion(tree, rates), model, rates)
 
-    return Quantity(values, sizes, tree.is_angle, absolute=True)
+    return Quantity(values, rate_bounds, tree.is_angle, absolute=True)

@@ -14,7 +14,7 @@ from knotwork.arrays import BoolArray, FloatArray
 from knotwork.curves.tool_paths.rotations import rotation_angle
 from knotwork.curves.tool_paths.tool_path import CORNER_ANGLE
 from knotwork.verification.bounds.free_turn import continue_turns, excess_over_ranges, nearest_turns
-from knotwork.verification.bounds.path_samples import PathSamples, PathSizes
+from knotwork.verification.bounds.path_samples import PathSamples, ToolMotionBounds
 from knotwork.waypoints import PoseFreedom
 
 if TYPE_CHECKING:
@@ -150,7 +150,7 @@ def bounded_path_errors(
     path: ToolPath,
     samples: PathSamples,
     t: FloatArray,
-    sizes: PathSizes,
+    bounds: ToolMotionBounds,
     limits: PathLimits,
     freedom: PoseFreedom | None = None,
     start_turn: float = 0.0,
@@ -161,7 +161,7 @@ def bounded_path_errors(
         path: The path.
         samples: Samples of the motion.
         t: Times of the samples [s], shape (n + 1,).
-        sizes: Bounds on the intervals between them.
+        bounds: Bounds on the intervals between them.
         limits: Speed and tolerances.
         freedom: Freedom of the poses.
         start_turn: Approximate turn of the tool at the first time [rad].
@@ -169,8 +169,8 @@ def bounded_path_errors(
     square = np.diff(t) ** 2
     bend = path.bend_bound(samples.s[:-1], samples.s[1:])
     rotation_bend = path.turn_bend_bound(samples.s[:-1], samples.s[1:])
-    chord_error = (square * sizes.acceleration + bend) / 8.0 + sizes.rounding
-    rotation_error = (square * sizes.rotation + rotation_bend) / 8.0 + sizes.rounding
+    chord_error = (square * bounds.acceleration + bend) / 8.0 + bounds.rounding
+    rotation_error = (square * bounds.rotation + rotation_bend) / 8.0 + bounds.rounding
     everywhere = np.ones(len(square), dtype=bool)
     upper = _worse_end(samples.distance) + chord_error
     angle_upper = rotation_angle(_worse_end(samples.gap) + rotation_error)
@@ -181,14 +181,14 @@ def bounded_path_errors(
     }
     turns = (0.0, 0.0)
     if freedom is not None:
-        excess, upper, turns = _follow_turn(path, samples, t, sizes, freedom, start_turn)
+        excess, upper, turns = _follow_turn(path, samples, t, bounds, freedom, start_turn)
         limited = np.isfinite(_worse_end(excess))
         criteria["path_turn"] = _criterion(limits.orientation, excess, upper, limited)
     lowest, highest = np.inf, -np.inf
     if limits.speed is not None:
         full_speed, tolerance, (begin, end) = limits.speed
         speed = np.linalg.norm(samples.velocity, axis=1)
-        velocity_error = square * sizes.jerk / 8.0 + sizes.rounding
+        velocity_error = square * bounds.jerk / 8.0 + bounds.rounding
         slowest = _least_velocity(samples, bend, velocity_error)
         fastest = _worse_end(speed) + velocity_error
         in_full = (t[:-1] >= begin) & (t[1:] <= end)
@@ -227,7 +227,7 @@ def _follow_turn(
     path: ToolPath,
     samples: PathSamples,
     t: FloatArray,
-    sizes: PathSizes,
+    bounds: ToolMotionBounds,
     freedom: PoseFreedom,
     start_turn: float,
 ) -> TurnErrors:
@@ -239,7 +239,7 @@ def _follow_turn(
     orientation.
     """
     low, high = np.minimum(samples.s[:-1], samples.s[1:]), np.maximum(samples.s[:-1], samples.s[1:])
-    rotation = np.diff(t) * sizes.spin + (high - low) * path.orientation.rate_bounds(low, high)[0]
+    rotation = np.diff(t) * bounds.spin + (high - low) * path.orientation.rate_bounds(low, high)[0]
     if freedom.torch is None:
         gap = _worse_end(samples.gap) + rotation * np.sqrt(2.0)
         slower = np.maximum(1.0 - gap**2 / 4.0, 1e-12)  # cos(φ); the gap is 2 √2 sin(φ/2)
@@ -253,7 +253,7 @@ def _follow_turn(
     if not is_unambiguous.all():  # a sample is outside only if it is at every whole turn
         angles = nearest_turns(freedom, samples.angles)
     excess = excess_over_ranges(freedom, angles)
-    upper = 0.5 * (excess[:-1] + excess[1:] + change) + sizes.rounding
+    upper = 0.5 * (excess[:-1] + excess[1:] + change) + bounds.rounding
     furthest = excess_over_ranges(freedom, np.array([[turns[0], 0.0, 0.0]]))[0] + change.sum()
     if freedom.turn[1] - freedom.turn[0] > 2.0 * np.pi:
         furthest = np.inf  # every turn is within its range

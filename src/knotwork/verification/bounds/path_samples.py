@@ -58,8 +58,8 @@ class PathSamples(NamedTuple):
         return np.asarray((self.velocity * self.tangent).sum(axis=1))
 
 
-class PathSizes(NamedTuple):
-    """Bounds on n intervals, shape (n,) each.
+class ToolMotionBounds(NamedTuple):
+    """Bounds of the tool on n intervals, shape (n,) each.
 
     Attributes:
         acceleration: Acceleration of the tool [m/s²].
@@ -135,7 +135,7 @@ class PathStretch:
             angles = free_angles(self.freedom, path.rotation(s), rotation)
         return PathSamples(s, distance, gap, velocity, path.derivatives(s, 1, inside)[1], angles)
 
-    def sizes(self, t: FloatArray) -> PathSizes:
+    def bounds(self, t: FloatArray) -> ToolMotionBounds:
         """Bound the motion on the n intervals between increasing times [s], shape (n + 1,)."""
         middle = 0.5 * (t[1:] + t[:-1])
         breaks = self.positions.x
@@ -147,7 +147,7 @@ class PathStretch:
         spin = moved.angular[self.joint][0]
         turned = 1.0 + rates.size[self.tree.is_angle].sum(axis=0)
         rounding = VALUE_ROUNDING * turned * (point[0] + point[1] + 1.0)
-        return PathSizes(point[2], point[3], spin, rotation, rounding)
+        return ToolMotionBounds(point[2], point[3], spin, rotation, rounding)
 
 
 def tree_from(frame_joints: Sequence[KnownJoints], arm: JointTree, root: Any) -> JointTree:

@@ -126,20 +126,20 @@ def path_bounds(
     inside = (curve.x > interval[0]) & (curve.x < interval[1])
     budget = max(SAMPLE_BUDGET, SAMPLES_PER_PIECE * int(inside.sum()))
     # the bounds alone give the required density of samples
-    sizes = stretch.sizes(t)
+    bounds = stretch.bounds(t)
     for _ in range(4):
         angle = rotation_gap(limits.orientation + (0.0 if freedom is None else freedom.tilt))
-        utilisations = np.maximum(sizes.acceleration / limits.position, sizes.rotation / angle)
+        utilisations = np.maximum(bounds.acceleration / limits.position, bounds.rotation / angle)
         if limits.speed:
-            utilisations = np.maximum(utilisations, sizes.jerk / limits.speed.tolerance)
+            utilisations = np.maximum(utilisations, bounds.jerk / limits.speed.tolerance)
         needed = np.diff(t) * np.sqrt(utilisations / (8.0 * BOUND_SHARE))
         finer = _divide(t, np.clip(np.ceil(needed), 1, MAX_DIVISION), needed, budget // 4)
         if len(finer) == len(t):
             break
-        t, sizes = finer, stretch.sizes(finer)
+        t, bounds = finer, stretch.bounds(finer)
     samples = stretch.sample(t)
     for remaining in range(MAX_ROUNDS, -1, -1):
-        errors = bounded_path_errors(motion.path, samples, t, sizes, limits, freedom, start_turn)
+        errors = bounded_path_errors(motion.path, samples, t, bounds, limits, freedom, start_turn)
         needed = np.max([error.parts for error in errors.criteria.values()], axis=0)
         if not remaining or not needed.any():
             break
@@ -147,7 +147,7 @@ def path_bounds(
         finer = _divide(t, parts, needed, budget)
         if len(finer) == len(t):
             break
-        t, samples, sizes = finer, stretch.sample(finer), stretch.sizes(finer)
+        t, samples, bounds = finer, stretch.sample(finer), stretch.bounds(finer)
     return StretchBounds(t, errors, _path_progress(stretch, t, samples.s))
 
 
@@ -194,4 +194,4 @@ def path_rounding(robot: Robot, curve: PiecewisePolynomial, motion: TimedPath) -
         motion: The path and its timing.
     """
     stretch = PathStretch(robot, curve, motion, motion.start_time, motion.end_time)
-    return float(stretch.sizes(curve.x).rounding.max())
+    return float(stretch.bounds(curve.x).rounding.max())

@@ -173,16 +173,16 @@ def _singularity(robot: Robot) -> Quantity:
         values = np.linalg.svd(np.where(finite, jacobians, 0.0), compute_uv=False)[:, -1:]
         return np.where(finite[:, 0], -(values**2), np.inf)
 
-    def sizes(rates: FloatArray) -> FloatArray:
+    def rate_bounds(rates: FloatArray) -> FloatArray:
         rates = rates.copy()
         rates[:, first] = 0.0
-        J = jacobian_sizes(tree_motion(tree, rates), carrier, distance)
+        J = jacobian_rate_bounds(tree_motion(tree, rates), carrier, distance)
         return product(J, J)[:, None]
 
-    return Quantity(values, sizes, tree.is_angle)
+    return Quantity(values, rate_bounds, tree.is_angle)
 
 
-def jacobian_sizes(motion: TreeMotion, carrier: int, distance: float) -> FloatArray:
+def jacobian_rate_bounds(motion: TreeMotion, carrier: int, distance: float) -> FloatArray:
     """Bound the Frobenius norm of a point's Jacobian and of its first two derivatives.
 
     The column of a joint is (axis × (point - origin), axis), of a prismatic one (axis, 0).

@@ -33,7 +33,7 @@ def position_limits(robot: Robot) -> Limits:
 def arm_limits(robot: Robot) -> Limits:
     """Position limits of a robot, infinite for its virtual joints."""
     lower, upper = position_limits(robot)
-    return np.where(robot.virtual, -np.inf, lower), np.where(robot.virtual, np.inf, upper)
+    return np.where(robot.is_virtual, -np.inf, lower), np.where(robot.is_virtual, np.inf, upper)
 
 
 def infinite_limits(robot: Robot) -> Limits:

@@ -273,5 +273,5 @@ def joint_scales(robot: Robot) -> FloatArray:
     usual = float(np.mean(limit[finite])) if finite.any() else 1.0
     scales = np.where(finite, limit, usual) / usual
     scales /= robot.weights
-    scales[robot.virtual] = [joint.mobility for joint in robot.virtual_joints]
+    scales[robot.is_virtual] = [joint.mobility for joint in robot.virtual_joints]
     return scales

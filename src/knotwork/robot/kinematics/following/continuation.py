@@ -168,7 +168,7 @@ def continue_along(
             stages = Stages.evaluate(field, path, when, inside)
             for k in range(0, 2 * block_steps, 2):
                 alive = np.flatnonzero(np.isfinite(q).all(axis=1))
-                step_end = take_step(field, path, limit, q[alive], v[alive], stages.three(k))
+                step_end = take_step(field, path, limit, q[alive], v[alive], stages.of_step(k))
                 max_move = float(np.nanmax(np.abs(step_end.q - q[alive]), initial=0.0))
                 duration = float(when[k + 2] - when[k])
                 if max_move > REPEAT_FACTOR * step:
@@ -178,7 +178,7 @@ def continue_along(
                 q[alive] = step_end.q
                 blocked = np.isnan(step_end.q).any(axis=1)
                 blocked_time[alive[blocked]] = step_end.reached[blocked]
-                smallest_singular_value[alive[blocked]] = step_end.smallest[blocked]
+                smallest_singular_value[alive[blocked]] = step_end.smallest_singular_value[blocked]
                 v = _evaluate_velocities(field, q, stages, k + 2)
                 now, h = float(when[k + 2]), _step_duration(v, step, max_h)
                 if FASTER_FACTOR * h < duration:

@@ -60,8 +60,8 @@ class Stages(NamedTuple):
         """Joint velocities at the k-th time, shape (n, d)."""
         return field.velocities(q, self.twist[k], self.speed_fraction[k], self.arc_length[k])
 
-    def three(self, k: int) -> Stages:
-        """The stages of one step: the k-th, which is its start, and the next two."""
+    def of_step(self, k: int) -> Stages:
+        """The stages of the step that starts at the k-th: that one and the next two."""
         return Stages(*(values[k : k + 3] for values in self))
 
 
@@ -72,12 +72,13 @@ class StepEnd(NamedTuple):
         q: Joint positions [rad or m], shape (n, d); NaN for a blocked start.
         reached: Time at the end of the step [s], shape (n,); for a blocked start, the time at
             which it was blocked.
-        smallest: Smallest singular value where a start was blocked, shape (n,); NaN for others.
+        smallest_singular_value: Value of the Jacobian where a start was blocked, shape
+            (n,); NaN for others.
     """
 
     q: FloatArray
     reached: FloatArray
-    smallest: FloatArray
+    smallest_singular_value: FloatArray
 
 
 def take_step(
@@ -113,7 +114,7 @@ def take_step(
     if not off_path.any():
         return result
     result.reached[off_path] = start
-    result.smallest[off_path] = field.smallest_singular_values(q[off_path])
+    result.smallest_singular_value[off_path] = field.smallest_singular_values(q[off_path])
     result.q[off_path] = np.nan
     retried = np.flatnonzero(off_path & ~hopeless)
     if not halvings or not retried.size:
@@ -124,7 +125,8 @@ def take_step(
         rates = half.velocities(field, q_retry, 0)
         part = take_step(field, path, limit, q_retry, rates, half, halvings - 1)
         result.q[row_retry] = part.q
-        result.reached[row_retry], result.smallest[row_retry] = part.reached, part.smallest
+        result.reached[row_retry] = part.reached
+        result.smallest_singular_value[row_retry] = part.smallest_singular_value
         still_on_path = np.isfinite(part.q).all(axis=1)
         q_retry, row_retry = part.q[still_on_path], row_retry[still_on_path]
         if not row_retry.size:

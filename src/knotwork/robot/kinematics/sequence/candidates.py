@@ -180,12 +180,12 @@ def _move_nearest_samples(
     robot, speed = search.robot, search.robot.limits.velocity
     acceleration = robot.limits.acceleration
     scales = [joint_scales(robot)]
-    if np.isfinite((speed + acceleration)[~robot.virtual]).all():
+    if np.isfinite((speed + acceleration)[~robot.is_virtual]).all():
         with np.errstate(invalid="ignore"):  # virtual joints have no limits
             ramped = speed / (1.0 + speed / acceleration)
         for limit in (ramped, acceleration):
-            usual = limit[~robot.virtual].mean()
-            scales.append(np.where(robot.virtual, scales[0], limit / usual))
+            usual = limit[~robot.is_virtual].mean()
+            scales.append(np.where(robot.is_virtual, scales[0], limit / usual))
     result = []
     for scale in scales:
         gaps = joint_difference(samples, near, joint_axes(robot).is_revolute) / scale
