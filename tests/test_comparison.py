@@ -167,6 +167,14 @@ def test_planner_leaves_out_what_it_does_not_support_and_says_so() -> None:
     assert planned("ur5_deburring").unsupported_options == ()
 
 
+def test_motion_chosen_by_planning_is_no_option_of_the_user() -> None:
+    lift = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": "fastest"}]
+    task = {"limits": {"velocity": 1, "acceleration": 4}, "waypoints": lift}
+    assert kw.plan(task, planner="cubic").unsupported_options == ()
+    frozen = kw.plan(task).scenario.task
+    assert kw.plan(frozen, planner="cubic").unsupported_options == ("chosen",)
+
+
 def test_table_has_a_line_for_each_planner_and_each_reason(knotwork: Command) -> None:
     lines = knotwork("compare", "paper_case").done().splitlines()
     for planner in PLANNERS:

@@ -76,7 +76,7 @@ def _attempt(sequence_planner: SequencePlanner, solution: TaskSolution) -> Seque
     """Plan a sequence of solutions.
 
     Raises:
-        InputError: No motion exists at any duration.
+        InputError: The sequence can't be planned.
     """
     try:
         plan = sequence_planner.plan(solution)
@@ -120,12 +120,12 @@ def _around_obstacles(
     sequence_planner: SequencePlanner, best: Plan, attempts: Sequence[SequenceAttempt]
 ) -> Plan:
     """A plan around the obstacles that every sequence hits, or the best plan and the attempts."""
-    has_ended = sequence_planner.budget.has_ended
+    ended_before = sequence_planner.budget.has_ended
     free_values = sequence_planner.scenario.free_values
     free = free_values.waypoints if free_values else ()
     notes: list[str] = []
     avoidable = find_avoidable_ends(best, sequence_planner.scenario)
-    attempted = [i for i in avoidable if free and free[i].duration_is_free and not has_ended]
+    attempted = [i for i in avoidable if free and free[i].duration_is_free and not ended_before]
     if attempted:
         try:
             detour = best_of_sequences(_with_clear_motions(sequence_planner, attempted))
@@ -148,8 +148,10 @@ def _around_obstacles(
             f"way: clear at {_quoted_names(best, untried)}{times} may avoid {collisions} "
             "(not attempted)"
         )
-    if len(attempts) > 1 or has_ended:
-        when = " when the budget ended" if has_ended else ""
+    if len(attempts) == 1 and ended_before:
+        notes.append("the budget ended before another sequence of solutions was tried")
+    elif len(attempts) > 1:
+        when = " when the budget ended" if ended_before else ""
         failed = sum(attempt.plan is None for attempt in attempts)
         without_motion = f", {failed} of them without a motion" if failed else ""
         notes.append(

@@ -83,14 +83,14 @@ def check_without_task(
     data["waypoints"] = [{"joints": "home"}, {"joints": "home", "after": 1}]
     task = validate(Task, replace(surroundings, data=data)).replace(name=Path(path).name)
     _refuse_waypoint_names(task, surroundings)
-    moved = robot_with_tool(resolve_task(task, surroundings))
+    named = robot_with_tool(resolve_task(task, surroundings))
     motion, defects = read_trajectory(
-        path, moved.joint_names, moved.joint_units, owner=f"robot {moved.name!r}"
+        path, named.joint_names, named.joint_units, owner=f"robot {named.name!r}"
     )
-    if set(motion.joint_names) != set(moved.joint_names):
+    if set(motion.joint_names) != set(named.joint_names):
         raise InputError(
-            f"{path} moves {', '.join(motion.joint_names)}; robot {moved.name!r} has "
-            f"{', '.join(moved.joint_names)}"
+            f"{path} moves {', '.join(motion.joint_names)}; robot {named.name!r} has "
+            f"{', '.join(named.joint_names)}"
         )
     scenario = resolve_task(task.replace(waypoints=_ends(motion, task)), surroundings)
     joints = read_scenario_joints(scenario)
@@ -105,9 +105,9 @@ def _refuse_waypoint_names(task: Task, surroundings: Document) -> None:
     objects = task.scene.objects.items()
     held: list[Location] = [("tool", "holds", name) for name in (task.tool or Tool()).holds]
     appearing = [("scene", "objects", name, "appears") for name, item in objects if item.appears]
-    for location in held + appearing:
+    if held + appearing:
         raise surroundings.error(
-            location,
+            (held + appearing)[0],
             "refers to waypoints, which are not read from a scene",
             "a scene without it, or the whole scenario with --scenario",
         )

@@ -230,7 +230,13 @@ def _checked_plan(plan: MotionT, executed: Execution, warnings: Sequence[Finding
     q, v = (trajectory(kept.times, nu) for nu in range(2))
     waypoints = JointWaypoints(joints.joint_names, kept.times, q, v, joint_units=joints.joint_units)
     report = check(trajectory, scenario, joints=joints, known=known)
-    return type(plan)(scenario, joints, waypoints, trajectory, report)
+    return type(plan)(
+        scenario=scenario,
+        joints=joints,
+        joint_waypoints=waypoints,
+        trajectory=trajectory,
+        report=report,
+    )
 
 
 def _misplaced_objects(scenario: Scenario, executed: Execution) -> Iterator[Finding]:

@@ -14,7 +14,7 @@ from knotwork.curves.tool_paths import Curve, OrientationCurve, TimedPath, ToolP
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError, PathError
 from knotwork.errors.arguments import require_number, require_type
-from knotwork.planning.task_to_joint.waypoint_insertion import with_waypoints_inserted
+from knotwork.planning.task_to_joint.waypoint_insertion import insert_path_waypoints
 from knotwork.robot import Robot, load_robot
 from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
 from knotwork.robot.kinematics.solutions.pose import solve_pose_ik
@@ -87,17 +87,17 @@ def follow_path(
         tool_path, require_number(speed, "speed", "m/s", positive=True), acceleration
     )
     _check_start(arm, motion, q)
-    return _follow(JointsOnPath(arm, motion, q, rate), allowed)
+    return _motion_on_path(JointsOnPath(arm, motion, q, rate), allowed)
 
 
-def _follow(joints_on_path: JointsOnPath, allowed: Tolerances) -> JointTrajectory:
+def _motion_on_path(joints_on_path: JointsOnPath, allowed: Tolerances) -> JointTrajectory:
     """The motion along a path, checked against the limits.
 
     Raises:
         FollowingError: The motion exceeds a limit of a joint.
     """
     joints_on_path.check()
-    arm, followed = joints_on_path.robot, with_waypoints_inserted(joints_on_path, allowed)
+    arm, followed = joints_on_path.robot, insert_path_waypoints(joints_on_path, allowed)
     waypoints = JointWaypoints(
         joint_names=arm.joint_names,
         time=followed.time,
@@ -148,13 +148,13 @@ def _timed_path(path: ToolPath, speed: float, acceleration: float | None) -> Tim
     if acceleration is None and path.stops:
         raise PathError("the path has stops; give acceleration")
     lengths = [curve.length for curve in path.curves]
-    ends = None if acceleration is None else 0.0
+    end_speed = None if acceleration is None else 0.0
     timing = speed_profile(
         lengths,
         [speed] * len(lengths),
         acceleration=1.0 if acceleration is None else acceleration,
-        start_speed=ends,
-        end_speed=ends,
+        start_speed=end_speed,
+        end_speed=end_speed,
         stops=path.stops,
     )
     return TimedPath(path, timing)

@@ -75,7 +75,7 @@ class Plan(CheckedMotion):
         return self.report._repr_html_()
 
     def report_to_dict(self) -> dict[str, Any]:
-        """Convert the report to plain data, with the choice of the poses' `solutions`."""
+        """Convert the report to plain data, with the poses' `solutions` and `chosen_times`."""
         data = self.report.to_dict()
         if self.solution is not None and self.solution.choices:
             data["solutions"] = self.solution.to_dict()

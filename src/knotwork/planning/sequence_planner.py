@@ -68,9 +68,12 @@ class SequencePlanner:
         self.options = planner_options(scenario, self.joints)
         self.unsupported: tuple[str, ...] = ()
         if self.scenario.planner != original:
-            self.options, self.unsupported = supported_options(
+            self.options, unsupported = supported_options(
                 self.options, original, self.scenario.planner
             )
+            if not requested.task.chosen:  # planning has written it
+                unsupported = tuple(name for name in unsupported if name != "chosen")
+            self.unsupported = unsupported
 
     def with_scenario(self, scenario: Scenario) -> SequencePlanner:
         """The same for another scenario."""

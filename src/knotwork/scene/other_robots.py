@@ -83,10 +83,12 @@ def _load_motion(path: str, motion: Path | None, changed: tuple[int, ...]) -> Ot
         trajectory, faults = read(motion, joints.joint_names, joints.joint_units)
         if faults:
             raise InputError(f"{motion}: {faults[0]}")
-    moved = _load_callable("verification.motion", "Motion")(trajectory, joints)
-    model = _load_callable("verification.collisions", "motion_model")(moved, scenario, joints.robot)
+    moving = _load_callable("verification.motion", "Motion")(trajectory, joints)
+    model = _load_callable("verification.collisions", "motion_model")(
+        moving, scenario, joints.robot
+    )
     held = frozenset(held.name for held in scenario.scene.held)
-    known = (ExtendedCurve(moved.curve), *model.known_motions)
+    known = (ExtendedCurve(moving.curve), *model.known_motions)
     return OtherMotion(joints.robot, model, known, held)
 
 

@@ -67,7 +67,7 @@ class AllPathSpeeds:
                 limits.append(ActiveLimit(names[i], names[i + 1], subject, quantity, None))
         return tuple(limits)
 
-    def slowed_down(self, sections: Iterable[FreeSection] = ()) -> list[PathSpeedProblem]:
+    def slower_problems(self, sections: Iterable[FreeSection] = ()) -> list[PathSpeedProblem]:
         """The problems with lower speeds where sections without a motion begin or end.
 
         Paths that are slow for this reason already are slowed down further.
@@ -78,7 +78,7 @@ class AllPathSpeeds:
         ends = {section.indices[k] for section in sections for k in (0, -1)}
         problems = [path_speeds.problem for path_speeds in self.by_path]
         slower = [
-            path_speeds.slowed_down(SLOWDOWN, Reason.ADJACENT_MOTION)
+            path_speeds.slower_problem(SLOWDOWN, Reason.ADJACENT_MOTION)
             if ends & {path_speeds.problem.path.first, path_speeds.problem.path.last}
             or any(bound is Reason.ADJACENT_MOTION for _, bound in path_speeds.by_stretch.values())
             else path_speeds.problem
@@ -115,7 +115,7 @@ def maximum_path_speeds(
         duration = sum(path_speeds.timing.duration for path_speeds in by_path)
         if feasible and (duration >= longest or budget.has_ended):
             break
-        speeds = _follow(solved, by_path)
+        speeds = _planned_and_corrected(solved, by_path)
         problems = [path_speeds.problem for path_speeds in speeds.by_path]
         if speeds.errors:
             errors = speeds.errors
@@ -127,7 +127,7 @@ def maximum_path_speeds(
     return feasible[-1]
 
 
-def _follow(solved: SolvedScenario, by_path: Sequence[PathSpeeds]) -> AllPathSpeeds:
+def _planned_and_corrected(solved: SolvedScenario, by_path: Sequence[PathSpeeds]) -> AllPathSpeeds:
     """Plan the motion along the paths with chosen speeds, and correct their problems."""
     try:
         timed = _with_speeds(solved, by_path)
@@ -159,7 +159,8 @@ def given_speeds_beyond_limits(speeds: AllPathSpeeds) -> list[InputError]:
     """Errors for given speeds that exceed a limit along a path.
 
     Args:
-        speeds: The chosen speeds. Along the same path given speeds are feasible.
+        speeds: The chosen speeds. Paths with a chosen speed are left out, because their given
+            speeds were checked with it.
     """
     errors: list[InputError] = []
     solved = speeds.solved

@@ -131,7 +131,7 @@ def choose_values(solved: SolvedScenario, budget: Budget) -> ChosenValues:
         InputError: No motion within the limits was found.
     """
     speeds, values = _values_at_maximum_speeds(solved, path_speed_problems(solved), budget)
-    while (slower := speeds.slowed_down()) and not budget.has_ended:
+    while (slower := speeds.slower_problems()) and not budget.has_ended:
         try:
             speeds, other = _values_at_maximum_speeds(solved, slower, budget)
         except InputError:
@@ -156,7 +156,7 @@ def _values_at_maximum_speeds(
             return speeds, _values_at_speeds(solved.scenario, speeds, budget)
         except SectionsUnsolvedError as error:
             unsolved = error
-        problems = speeds.slowed_down(unsolved.errors)
+        problems = speeds.slower_problems(unsolved.errors)
         if not problems:
             break
     raise unsolved.combined_error()

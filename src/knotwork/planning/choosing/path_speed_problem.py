@@ -233,7 +233,7 @@ class PathSpeeds:
     timing: Timing
     error: SpeedError | None = None
 
-    def slowed_down(self, factor: float, reason: Reason) -> PathSpeedProblem:
+    def slower_problem(self, factor: float, reason: Reason) -> PathSpeedProblem:
         """The problem with caps at a fraction of these speeds."""
         caps = {k: BoundedSpeed(factor * v, reason) for k, (v, _) in self.by_stretch.items()}
         return replace(self.problem, caps=caps)
@@ -241,7 +241,7 @@ class PathSpeeds:
     def blocked(self) -> PathSpeeds:
         """The speeds as speeds that keep no tolerances, with lower caps of their problem."""
         error = SpeedError(self.problem.path, 0, Reason.TOLERANCES)
-        slower = self.slowed_down(MIN_SPEED_FACTOR, Reason.TOLERANCES)
+        slower = self.slower_problem(MIN_SPEED_FACTOR, Reason.TOLERANCES)
         return replace(self, problem=slower, error=error)
 
     def corrected(self, timed: SolvedScenario) -> PathSpeeds:

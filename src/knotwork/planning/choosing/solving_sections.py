@@ -21,7 +21,7 @@ SMOOTHEST = Objective(time=0.0, jerk=1.0)
 """Objective of a single interval with a given time."""
 
 CALMEST = Objective(time=0.0, acceleration=1.0)
-"""The same for several intervals.
+"""Objective of several intervals with given times.
 
 With minimum jerk the accelerations of a short interval would continue in a long one.
 """

@@ -232,7 +232,7 @@ class _ClearSearch:
     def _report(self, number: int, best: ClearMotion | None) -> None:
         """Report the progress of a search, and the best motion so far."""
         duration = None if best is None else best.duration
-        self.budget.report(1, duration, f"way {number} of {self.tries}", (number - 1) / self.tries)
+        self.budget.report(0, duration, f"way {number} of {self.tries}", (number - 1) / self.tries)
 
     def _polylines(self, seed: int) -> list[FloatArray] | None:
         """Polylines between consecutive waypoints, proved clear, or `None`."""

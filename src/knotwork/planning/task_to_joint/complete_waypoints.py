@@ -134,7 +134,7 @@ def _insert_waypoints(
         start: Joint positions at its start [rad or m], shape (d,).
         knots: Knot placement of the motion: see `ModifiedHermiteSpline`.
     """
-    from knotwork.planning.task_to_joint.waypoint_insertion import with_waypoints_inserted
+    from knotwork.planning.task_to_joint.waypoint_insertion import insert_path_waypoints
     from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
 
     path, tolerances = track.path, scenario.tolerances
@@ -144,9 +144,7 @@ def _insert_waypoints(
         joints_on_path = JointsOnPath(
             begin.robot, path.motion, begin.q, begin.self_motion_target, continuation
         )
-        followed = with_waypoints_inserted(
-            joints_on_path, tolerances, times=path.times, knots=knots
-        )
+        followed = insert_path_waypoints(joints_on_path, tolerances, times=path.times, knots=knots)
     except PathError as error:
         error.path_start = path.first
         error.locate(scenario.waypoints[path.last].where)

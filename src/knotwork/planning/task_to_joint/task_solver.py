@@ -51,8 +51,9 @@ def solve_task(
         OutsideLimitsError: A pose is reached only with joints outside their limits.
         BranchError: No solution of a pose is in the requested branch.
         SingularityError: The chosen configuration does not allow the velocity at a waypoint.
+        FollowingError: No solution can follow a tool path to its end.
+        CollisionError: A static object touches the robot at its start.
         RobotError: The arm is not redundant, and no joint can be pulled to the middle.
-        DocumentError: Joint values name a joint or configuration that does not exist.
 
     >>> from knotwork.task.scenario.scenario_joints import read_scenario_joints
     >>> scenario = kw.load_scenario("ur5_deburring")

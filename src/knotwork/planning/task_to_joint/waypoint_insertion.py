@@ -54,7 +54,7 @@ ROUNDING_FACTOR = 4.0
 """Minimum ratio of a tolerance to the rounding error of the bounds."""
 
 
-class FollowedPath(NamedTuple):
+class PathWaypoints(NamedTuple):
     """Waypoints that keep the joints on a path.
 
     Attributes:
@@ -68,13 +68,13 @@ class FollowedPath(NamedTuple):
     acceleration: FloatArray
 
 
-def with_waypoints_inserted(
+def insert_path_waypoints(
     joints_on_path: JointsOnPath,
     tolerance: ToolTolerances,
     *,
     times: FloatArray | None = None,
     knots: Any = "paper",
-) -> FollowedPath:
+) -> PathWaypoints:
     """Find waypoints along a path with which the modified Hermite curve provably follows it.
 
     Between two waypoints with the positions, velocities and accelerations of the path the curve is
@@ -116,11 +116,11 @@ class _Insertion:
     tolerance: ToolTolerances
     knots: Any
 
-    def waypoints_at(self, times: FloatArray) -> FollowedPath:
+    def waypoints_at(self, times: FloatArray) -> PathWaypoints:
         q = self.joints_on_path.positions(times)
-        return FollowedPath(times, q, *self.joints_on_path.rates(times, q))
+        return PathWaypoints(times, q, *self.joints_on_path.rates(times, q))
 
-    def curve(self, followed: FollowedPath) -> ModifiedHermiteSpline:
+    def curve(self, followed: PathWaypoints) -> ModifiedHermiteSpline:
         return ModifiedHermiteSpline(
             followed.time,
             followed.position,
@@ -129,7 +129,7 @@ class _Insertion:
             acceleration=followed.acceleration,
         )
 
-    def divide_evenly(self, ends: FloatArray) -> tuple[FollowedPath, FloatArray]:
+    def divide_evenly(self, ends: FloatArray) -> tuple[PathWaypoints, FloatArray]:
         """Equal intervals between given times, the fewest on a smooth path, and `utilisation`."""
         count = np.ones(len(ends) - 1, dtype=int)
         followed = self.waypoints_at(ends)
@@ -147,7 +147,7 @@ class _Insertion:
             utilisation = self.utilisation(followed)
         return followed, utilisation
 
-    def divide(self, followed: FollowedPath, utilisation: FloatArray) -> FollowedPath:
+    def divide(self, followed: PathWaypoints, utilisation: FloatArray) -> PathWaypoints:
         """Divide the intervals that exceed the tolerances."""
         excess = utilisation > 1.0
         self._check_count(len(utilisation) + int(excess.sum()))
@@ -155,9 +155,9 @@ class _Insertion:
         middles = self.waypoints_at(0.5 * (followed.time[1:] + followed.time[:-1])[excess])
         order = np.argsort(np.concatenate((followed.time, middles.time)))
         values = zip(followed, middles, strict=True)
-        return FollowedPath(*(np.concatenate(columns)[order] for columns in values))
+        return PathWaypoints(*(np.concatenate(columns)[order] for columns in values))
 
-    def utilisation(self, followed: FollowedPath) -> FloatArray:
+    def utilisation(self, followed: PathWaypoints) -> FloatArray:
         """Sampled error of each interval relative to the tolerances, shape (k - 1,)."""
         spline = self.curve(followed)
         start, length = followed.time[:-1, None], np.diff(followed.time)[:, None]
@@ -177,7 +177,7 @@ class _Insertion:
         """Distance of joints (k, d) from the motion on the path at times [rad or m], shape (k,)."""
         strayed = np.abs(q - self.joints_on_path.curve(times)).max(axis=1)
         far = strayed > SELF_MOTION_TOLERANCE
-        if far.any():  # `joints.curve` is approximate: compute these exactly
+        if far.any():  # that curve is approximate: compute these exactly
             strayed[far] = np.abs(q[far] - self.joints_on_path.positions(times[far])).max(axis=1)
         return np.asarray(strayed)
 
@@ -189,7 +189,7 @@ class _Insertion:
                 "curvature jumps"
             )
 
-    def _check_lengths(self, followed: FollowedPath, utilisation: FloatArray) -> None:
+    def _check_lengths(self, followed: PathWaypoints, utilisation: FloatArray) -> None:
         """Refuse intervals below the resolution of time."""
         short = np.flatnonzero((utilisation > 1.0) & (np.diff(followed.time) < MIN_INTERVAL))
         if short.size:
@@ -220,11 +220,11 @@ def sampled_path_errors(
 ) -> FloatArray:
     """Errors of joints on a path: distance [m], angle [rad], relative speed; shape (k, 3)."""
     tip, columns, J = joint_axes(robot).compute_poses_and_jacobians(q)
-    moved, rotations = np.einsum("ijn,nj->ni", J[:3], v), columns.transpose(2, 1, 0)
-    place, rotations, moved = path.woven_frame.relative_motion(times, tip.T, rotations, moved)
+    velocity, rotations = np.einsum("ijn,nj->ni", J[:3], v), columns.transpose(2, 1, 0)
+    place, rotations, velocity = path.woven_frame.relative_motion(times, tip.T, rotations, velocity)
     along = path.path.nearest(place, path.arc_length(times))
     distance, gap = path.path.deviations(place, rotations, along)
-    off = np.abs(np.linalg.norm(moved, axis=1) - path.speed(times)) / path.requested_speed(times)
+    off = np.abs(np.linalg.norm(velocity, axis=1) - path.speed(times)) / path.requested_speed(times)
     return np.stack((distance, rotation_angle(gap), off), axis=1)
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 
@@ -141,7 +142,7 @@ def _infeasible_durations(problem: TimingProblem, direct: bool) -> Iterator[Timi
             yield _short_total(problem.total, reason, shortest)
         if len(problem.position) == 2:
             problem = replace(problem, duration=np.array([problem.total]), total=None)
-    yield from _short_durations(problem, min_durations(problem), direct=direct)
+    yield from _short_duration_errors(problem, min_durations(problem), direct=direct)
 
 
 def _short_total(total: float, reason: str, bound: float) -> TimingError:
@@ -149,7 +150,7 @@ def _short_total(total: float, reason: str, bound: float) -> TimingError:
     return TimingError(message, cause="duration", value=total, feasible_value=bound)
 
 
-def _short_durations(
+def _short_duration_errors(
     problem: TimingProblem, required: FloatArray, prefix: str = "", *, direct: bool = True
 ) -> Iterator[TimingError]:
     """Errors for too short given durations, with durations in which the arm can come to rest.
@@ -198,7 +199,7 @@ def _too_short(problem: TimingProblem) -> list[TimingError]:
     if takes is None:
         return []
     if problem.total is None:
-        return list(_short_durations(problem, takes, f"{NO_MOTION}; "))
+        return list(_short_duration_errors(problem, takes, f"{NO_MOTION}; "))
     sufficient = sufficient_duration(
         float(np.where(problem.duration_is_free, takes, problem.duration).sum())
     )
@@ -214,7 +215,8 @@ def value_errors(problem: TimingProblem) -> list[TimingError]:
     Each waypoint has the worst error of each kind.
     """
     worst: dict[tuple[str, int], TimingError] = {}
-    for kind, error in (*_beyond(problem), *_beyond_tool_speed(problem), *_unstoppable(problem)):
+    of_kinds = _rates_above_limits, _tool_speeds_above_limit, _unstoppable
+    for kind, error in chain.from_iterable(errors_of(problem) for errors_of in of_kinds):
         key = kind, error.waypoint_index or 0
         if key not in worst or _feasible_fraction(error) < _feasible_fraction(worst[key]):
             worst[key] = error
@@ -227,7 +229,7 @@ def _feasible_fraction(error: TimingError) -> float:
     return (error.feasible_value or 0.0) / (error.value or 1.0)
 
 
-def _fault(
+def _joint_error(
     problem: TimingProblem, i: int, k: int, cause: str, value: float, bound: float, text: str
 ) -> TimingError:
     """Make the error for a value of joint k at waypoint i; the text follows the joint's name."""
@@ -241,7 +243,7 @@ def _fault(
     )
 
 
-def _advice(kind: str, fraction: float) -> str:
+def _feasible_part_text(kind: str, fraction: float) -> str:
     if not fraction:
         return (
             f". No part of the {kind} given here is possible: stop here, or move the waypoint or "
@@ -250,7 +252,7 @@ def _advice(kind: str, fraction: float) -> str:
     return f". At most {rounded_down(fraction, 4):g} times the {kind} given here is possible"
 
 
-def _beyond(problem: TimingProblem) -> Iterator[tuple[str, TimingError]]:
+def _rates_above_limits(problem: TimingProblem) -> Iterator[tuple[str, TimingError]]:
     """Velocities and accelerations above their limits."""
     limits, text = problem.limits, problem.units.text
     for name, order, article, known in (
@@ -264,12 +266,12 @@ def _beyond(problem: TimingProblem) -> Iterator[tuple[str, TimingError]]:
             message = (
                 f"is given {article} {name} of {text(value, unit)}; its limit is "
                 f"{limit_text(float(limit[k]), unit, problem.units, limits.used_fraction)}"
-                f"{_advice(name, bound / value)}"
+                f"{_feasible_part_text(name, bound / value)}"
             )
-            yield name, _fault(problem, i, k, name, value, bound, message)
+            yield name, _joint_error(problem, i, k, name, value, bound, message)
 
 
-def _beyond_tool_speed(problem: TimingProblem) -> Iterator[tuple[str, TimingError]]:
+def _tool_speeds_above_limit(problem: TimingProblem) -> Iterator[tuple[str, TimingError]]:
     """Velocities at which the tool is near its speed limit or above it."""
     limit = problem.tool_speed
     if np.isinf(limit):
@@ -283,7 +285,7 @@ def _beyond_tool_speed(problem: TimingProblem) -> Iterator[tuple[str, TimingErro
                 f"{waypoint_text(problem.names[i])}: the given speed of the tool is "
                 f"{problem.units.text(speed, 'm/s')}, and tool_speed is "
                 f"{limit_text(limit, 'm/s', problem.units, problem.limits.used_fraction)}"
-                f"{_advice('velocity', bound / speed)}"
+                f"{_feasible_part_text('velocity', bound / speed)}"
             )
             data = {"cause": "tool_speed", "value": speed, "feasible_value": bound}
             yield "tool_speed", TimingError(message, waypoint_index=i, **data)
@@ -301,7 +303,7 @@ def _outside_limits(problem: TimingProblem) -> Iterator[TimingError]:
             f"{text(lower, unit)} to {text(upper, unit)}"
         )
         bound = min(max(value, lower), upper)
-        yield _fault(problem, i, k, "position", value, bound, message)
+        yield _joint_error(problem, i, k, "position", value, bound, message)
 
 
 def _unstoppable(problem: TimingProblem) -> Iterator[tuple[str, TimingError]]:
@@ -322,6 +324,6 @@ def _unstoppable(problem: TimingProblem) -> Iterator[tuple[str, TimingError]]:
             message = (
                 f"moves at {text(value, rate_unit(unit, 1))} and can't {verb} its position limit, "
                 f"{text(float(distance[i, k]), unit, '.4g')} away; it needs at least "
-                f"{text(needed, unit, '.4g')}{_advice('velocity', bound / value)}"
+                f"{text(needed, unit, '.4g')}{_feasible_part_text('velocity', bound / value)}"
             )
-            yield "velocity", _fault(problem, i, k, "position", value, bound, message)
+            yield "velocity", _joint_error(problem, i, k, "position", value, bound, message)

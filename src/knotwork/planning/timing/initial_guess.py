@@ -17,7 +17,7 @@ def plain_guess(problem: TimingProblem) -> States:
     """
     velocity = _first_velocities(problem)
     duration = _first_durations(problem, velocity)
-    short = _short_durations(problem)
+    short = _nonstop_durations(problem)
     duration = np.where(np.isnan(short), duration, np.minimum(short, duration))
     if problem.total is not None:
         duration = duration * (problem.total / duration.sum())
@@ -42,7 +42,7 @@ def _first_durations(problem: TimingProblem, velocity: FloatArray) -> FloatArray
     return np.where(problem.duration_is_free, 1.3 * typical, problem.duration)
 
 
-def _short_durations(problem: TimingProblem) -> FloatArray:
+def _nonstop_durations(problem: TimingProblem) -> FloatArray:
     """Durations in which no joint has to stop [s], shape (n-1,).
 
     They are the middle of the common interval. NaN if no joint has such a limit, or if there is no

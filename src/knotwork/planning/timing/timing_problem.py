@@ -99,8 +99,9 @@ class TimingProblem(ReadOnlyArrays):
         units: Units of errors; by default SI.
 
     Raises:
-        ArrayError: Shapes do not match, or a value is impossible; a `WaypointDataError` in
-            joint waypoints.
+        ArrayError: Shapes do not match, or a value is impossible; for values at waypoints a
+            `WaypointDataError`.
+        InputError: Dynamics are missing, or are of other joints.
 
     >>> from knotwork.joint_quantities import JointLimits
     >>> problem = TimingProblem(("a",), [[0], [1]], [[0], [0]], JointLimits([1.0], [2.0]))

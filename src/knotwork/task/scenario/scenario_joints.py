@@ -101,31 +101,31 @@ def read_scenario_joints(scenario: Scenario) -> ScenarioJoints:
     used_fraction = scenario.task.limits.used_fraction
     robot = loaded_robots = None
     if scenario.task.robot is None:
-        read = _bare_joints(scenario)
-        limits = JointLimits.by_joint(read.names, read.limits()).scaled(used_fraction)
+        reader = _bare_joints(scenario)
+        limits = JointLimits.by_joint(reader.names, reader.limits()).scaled(used_fraction)
     else:
         robot = _configured_robot(scenario)
-        read = JointReader(scenario, robot.joint_names, robot.joint_units, robot.configurations)
-        robot = robot.with_limits(**read.limits()).with_used_fraction(used_fraction)
+        reader = JointReader(scenario, robot.joint_names, robot.joint_units, robot.configurations)
+        robot = robot.with_limits(**reader.limits()).with_used_fraction(used_fraction)
         limits = robot.limits
         if not robot.base_moves:
             loaded_robots = robots_with_loads(scenario, robot)
     near = scenario.task.near
-    targets = read.targets()
+    targets = reader.targets()
     return ScenarioJoints(
-        read.names,
-        read.units,
+        reader.names,
+        reader.units,
         limits,
         robot,
         loaded_robots,
         targets,
-        near=None if near is None else read.array(near, "near"),
-        end_acceleration=read.end_acceleration(),
-        accelerations=read.accelerations(),
-        tolerances={f"joint_{name}": read.tolerance(name) for name in MOTION_QUANTITIES[:3]},
+        near=None if near is None else reader.array(near, "near"),
+        end_acceleration=reader.end_acceleration(),
+        accelerations=reader.accelerations(),
+        tolerances={f"joint_{name}": reader.tolerance(name) for name in MOTION_QUANTITIES[:3]},
         waits=tuple(find_waits(scenario, targets)),
-        chosen_sections=read.chosen_sections(),
-        near_at_waypoints=read.near_at_waypoints(),
+        chosen_sections=reader.chosen_sections(),
+        near_at_waypoints=reader.near_at_waypoints(),
         units=scenario.units,
     )
 
@@ -199,7 +199,8 @@ def _with_unplanned_joints(scenario: Scenario, robot: Robot) -> Robot:
 
 def _check_followers(scenario: Scenario, robot: Robot) -> None:
     """Refuse joints that mimic planned ones: other code assumes that their links do not move."""
-    for follower, master in robot.followers.items():
+    if robot.followers:
+        follower, master = next(iter(robot.followers.items()))
         raise RobotError(
             robot.name,
             f"joint {follower!r} mimics {master!r}, which moves: links that follow a planned joint "
