@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
+import html
 import json
 import re
 from collections.abc import Iterator
@@ -16,7 +16,6 @@ import knotwork as kw
 from command_line import Command
 from knotwork.verification import CHECKS, Finding, Motion, Report
 from knotwork.view import report_page
-from knotwork.view.scene_verdict import failures
 
 FAST = "the tool whistles at 'three four'"
 
@@ -210,16 +209,15 @@ def test_number_of_further_failures_is_not_marked_as_failure(
     assert lines[5:7] == ["FAIL odd (4)", "     and 2 more"]
 
 
-def test_failure_in_scene_is_at_the_place_of_its_worst_interval() -> None:
-    plan = kw.plan("paper_case")
-    other, worst = [
-        (a.time + 0.1, b.time - 0.1) for a, b in itertools.pairwise(plan.scenario.waypoints[:3])
-    ]
-    odd = Finding("Odd", "tool", "", "oddity", "failed", "it is odd", short_fact="odd")
-    found = replace(odd, interval=worst, intervals=(other, worst))
-    (failure,) = failures(replace(plan.report, findings=(found,)), plan.scenario)
-    assert failure["line"].endswith("between 'B' and 'C'")
-    assert failure["at"] == worst[0]
+@pytest.mark.usefixtures("without_plots")
+def test_place_of_failure_is_that_of_its_worst_interval(monkeypatch: pytest.MonkeyPatch) -> None:
+    odd: dict[str, Any] = {"group": "Odd", "subject": "tool", "name": "", "quantity": "oddity"}
+    intervals = (0.1, 4.9), (5.1, 14.9)
+    found = Finding(**odd, verdict="failed", fact="", short_fact="odd", intervals=intervals)
+    found = replace(found, interval=intervals[1])
+    monkeypatch.setitem(CHECKS, "odd", lambda motion, scenario, joints: (found,))
+    page = html.unescape(report_page(kw.plan("paper_case")).html)
+    assert "odd from 5.100 to 14.900 s, between 'B' and 'C'" in page
 
 
 @pytest.mark.parametrize(
