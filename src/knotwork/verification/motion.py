@@ -13,7 +13,6 @@ from knotwork.task.scenario.scenario_joints import ScenarioJoints
 AT_WAYPOINT = 1e-6
 """Difference of times within which a time is at a waypoint [s]."""
 
-OUTSIDE = "outside the waypoints"
 TIME_ROUNDING = 1e-9
 """Relative rounding tolerance of times."""
 MAX_TIME_SLACK = 1e-6
@@ -57,7 +56,7 @@ def time_slack(*times: float) -> float:
 
 
 def describe_time(scenario: Scenario, time: float) -> str:
-    """Name the waypoint at a time [s], or the two waypoints before and after it."""
+    """Name the waypoint at a time [s], or the two before and after it, in a clause."""
     before = None
     for waypoint in scenario.waypoints:
         if abs(waypoint.time - time) <= AT_WAYPOINT:
@@ -67,4 +66,4 @@ def describe_time(scenario: Scenario, time: float) -> str:
                 break
             return f"between {before!r} and {waypoint.name!r}"
         before = waypoint.name
-    return OUTSIDE
+    return "outside the waypoints"

@@ -10,7 +10,7 @@ from knotwork.task.scenario import Scenario
 from knotwork.units import Units
 from knotwork.verification import Finding, Report
 from knotwork.verification.brief import failure_text, group_alike, highlights_by_group
-from knotwork.verification.motion import OUTSIDE, describe_time
+from knotwork.verification.motion import describe_time
 from knotwork.view.base_joints import base_joints
 from knotwork.view.shown_motion import ShownMotion
 
@@ -58,18 +58,17 @@ def _failure(finding: Finding, units: Units, scenario: Scenario) -> dict[str, An
     if finding.subject == "waypoint" and line.startswith(finding.name):
         line = waypoint_text(finding.name) + line.removeprefix(finding.name)
     elif at is not None and (finding.short_fact or finding.value is not None):
-        line += _where(scenario, at if finding.time is not None else sum(finding.intervals[0]) / 2)
+        time = at if finding.time is not None else sum(finding.intervals[0]) / 2
+        line += f", {describe_time(scenario, time)}"
     further = [
-        {"line": f"also {low:.3f} to {high:.3f} s{_where(scenario, 0.5 * (low + high))}", "at": low}
+        {
+            "line": f"also {low:.3f} to {high:.3f} s, {describe_time(scenario, (low + high) / 2)}",
+            "at": low,
+        }
         for low, high in finding.intervals
         if at is None or not low <= at <= high
     ]
     return {"line": line, "remedy": finding.remedy, "fact": finding.fact, "at": at, "also": further}
-
-
-def _where(scenario: Scenario, time: float) -> str:
-    place = describe_time(scenario, time)
-    return f", {place}" if place != OUTSIDE else ""
 
 
 def _contacts(report: Report, robot: Robot) -> list[dict[str, Any]]:

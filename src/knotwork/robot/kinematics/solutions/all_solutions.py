@@ -97,14 +97,12 @@ def solve_pose_ik_all(
     Raises:
         OutsideLimitsError, UnreachablePoseError, ArrayError, RobotError: As `solve_pose_ik`.
 
-    Examples:
-        >>> import knotwork as kw
-        >>> robot = kw.load_robot("ur5")
-        >>> branches = kw.solve_pose_ik_all(robot, robot.forward([0.4, -1.2, 1.1, -0.8, 1.0, 0.3]))
-        >>> len(branches), sum(len(branch.turns) for branch in branches)
-        (8, 256)
-        >>> branches[0].flags
-        'shoulder right, elbow down, no flip'
+    >>> robot = kw.load_robot("ur5")
+    >>> branches = kw.solve_pose_ik_all(robot, robot.forward([0.4, -1.2, 1.1, -0.8, 1.0, 0.3]))
+    >>> len(branches), sum(len(branch.turns) for branch in branches)
+    (8, 256)
+    >>> branches[0].flags
+    'shoulder right, elbow down, no flip'
     """
     check_request(pose, position_tolerance, orientation_tolerance)
     require_count(spread, "spread", 1)
