@@ -5,9 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Literal
 
 from knotwork.arrays import FloatArray
 from knotwork.scene.solids import Placed, Solid
+
+BodyKind = Literal["link", "tool", "held", "object"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -16,7 +19,7 @@ class Body:
 
     Attributes:
         name: Name in reports.
-        kind: `"link"`, `"tool"`, `"held"`, or `"object"` if the robot does not move it.
+        kind: Kind; an `"object"` is one that the robot does not move.
         joint: Index of the joint that carries it; 0 for a fixed body.
         solids: Its solids.
         start, end: Time interval of its presence [s].
@@ -26,7 +29,7 @@ class Body:
     """
 
     name: str
-    kind: str
+    kind: BodyKind
     joint: int
     solids: tuple[Solid, ...]
     start: float = -math.inf

@@ -64,7 +64,7 @@ class DistanceMeter:
         self._request = coal.DistanceRequest()
         self._request.enable_signed_distance = True
         self._request.gjk_tolerance = NEAREST_POINT_TOLERANCE
-        self._result, self._gap_result = coal.DistanceResult(), coal.DistanceResult()
+        self._result, self._hull_result = coal.DistanceResult(), coal.DistanceResult()
         self._first, self._second = coal.Transform3s(), coal.Transform3s()
         self._point_placement, self._point = coal.Transform3s(), coal.Sphere(0.0)
 
@@ -95,10 +95,11 @@ class DistanceMeter:
                 return near
             if near > DISTANCE_ERROR:
                 points = self._result.getNearestPoint1(), self._result.getNearestPoint2()
-                gap = self._gap(a, self._first, points[0]) + self._gap(b, self._second, points[1])
-                if gap <= SURFACE_TOLERANCE:
+                inside = self._hull_distance(a, self._first, points[0])
+                inside += self._hull_distance(b, self._second, points[1])
+                if inside <= SURFACE_TOLERANCE:
                     return near
-                max_distance = min(max_distance, near + gap + DISTANCE_ERROR)
+                max_distance = min(max_distance, near + inside + DISTANCE_ERROR)
             return self._coal_distance(a.geometry, b.geometry, max_distance)
         return self._coal_distance(a.geometry, b.geometry)
 
@@ -111,15 +112,15 @@ class DistanceMeter:
         coal.distance(first, self._first, second, self._second, self._request, result)
         return float(result.min_distance)
 
-    def _gap(self, solid: Solid, placement: Any, point: Any) -> float:
-        """Gap between a point of the hull and the mesh or cells in it [m]; 0 without a hull."""
+    def _hull_distance(self, solid: Solid, placement: Any, point: Any) -> float:
+        """Distance of a point of the hull from the mesh or cells in it [m]; 0 without a hull."""
         if solid.outer_hull is None:
             return 0.0
         self._point_placement.setTranslation(point)
-        self._gap_result.clear()
+        self._hull_result.clear()
         second = self._point, self._point_placement
-        coal.distance(solid.geometry, placement, *second, self._request, self._gap_result)
-        return max(float(self._gap_result.min_distance), 0.0)
+        coal.distance(solid.geometry, placement, *second, self._request, self._hull_result)
+        return max(float(self._hull_result.min_distance), 0.0)
 
     def distance_and_normal(
         self, first: Placed, second: Placed, max_distance: float = math.inf

@@ -19,7 +19,6 @@ from knotwork.task.scenario import Scene
 ADJACENT = "a joint joins them"
 CARRIED = "the tool carries it"
 BY_ROBOT = "the robot's file ignores it"
-OBJECT_KIND = "object"
 SELF_CHECK_OFF = "the scenario says `self: false`"
 NOT_MOVED_BY_ROBOT = "no joint of the robot moves one of them to the other"
 
@@ -55,8 +54,8 @@ class Pairing:
                     IgnoredPair(self._reported_name(first), self._reported_name(second), reason)
                 )
                 continue
-            involves_scene = OBJECT_KIND in (first.kind, second.kind)
-            second_moves = second.kind != OBJECT_KIND if involves_scene else bool(second.joint)
+            involves_scene = "object" in (first.kind, second.kind)
+            second_moves = second.kind != "object" if involves_scene else bool(second.joint)
             order = (i, j) if second_moves else (j, i)
             pairs.append(Pair(*order, self.scene.margin if involves_scene else 0.0, involves_scene))
         return pairs, [pair for pair in dict.fromkeys(ignored) if pair.first != pair.second]
@@ -66,7 +65,7 @@ class Pairing:
         robots = (
             robot.name for robot in self.scene.robots if body.name.startswith(f"{robot.name}/")
         )
-        return next(robots, body.name) if body.kind == OBJECT_KIND else body.name
+        return next(robots, body.name) if body.kind == "object" else body.name
 
     def _reason(self, first: Body, second: Body) -> str | None:
         """Reason why a pair of bodies is excluded, or `None` if it is checked."""
@@ -80,7 +79,7 @@ class Pairing:
         if reason is not None and not (reason == ALLOWED and keeps_clear):
             return reason  # only the gripper may touch an object, and only during this time
         carriers, other_carriers = self.own_carriers[[first.joint, second.joint]]
-        if kinds == {OBJECT_KIND} and (carriers == other_carriers).all():
+        if kinds == {"object"} and (carriers == other_carriers).all():
             return NOT_MOVED_BY_ROBOT
         if kinds == {"link"}:
             links = frozenset((first.link, second.link))

@@ -228,8 +228,8 @@ def _stretch_findings(scenario: Scenario, followed: _FollowedStretch) -> Finding
         interval = stretch.start, stretch.end
         if quantity == "path_speed":
             interval = stretch.full_speed_interval
-        gap = max(bound.bound - bound.value, 0.0)
-        worst = LimitedValue(bound.value, bound.time, bound.limit, 1.0, proof, gap)
+        proof_gap = max(bound.bound - bound.value, 0.0)
+        worst = LimitedValue(bound.value, bound.time, bound.limit, 1.0, proof, proof_gap)
         verdict = verdict_on(bound.proved and bound.value <= bound.limit)
         finding = Topic(Group.TOOL_PATHS, "path", f"{begin} to {end}").finding(
             quantity, fact, verdict, unit=unit, interval=interval, **worst.numbers

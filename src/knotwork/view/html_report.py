@@ -75,7 +75,7 @@ def report_page(plan: CheckedMotion) -> Page:
         robot=robot,
         trajectory=plan.trajectory,
         summary=report.summary,
-        facts=highlights_by_group(report.groups),
+        highlights=highlights_by_group(report.groups),
         failures=failures(report, scenario),
         most_use=MAX_USE,
         tightest=_tightest_rows(report),

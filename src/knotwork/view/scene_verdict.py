@@ -19,13 +19,13 @@ def check_results(shown: ShownMotion) -> dict[str, Any]:
     """Summary, failures and contacts of the check; empty if there was none."""
     report = shown.report
     if report is None:
-        nothing: dict[str, Any] = {"failures": [], "facts": {}, "contacts": []}
+        nothing: dict[str, Any] = {"failures": [], "highlights": {}, "contacts": []}
         return {"ok": None, "summary": "", "duration": "", **nothing}
     return {
         "ok": report.ok,
         "summary": report.summary,
         "duration": f"{report.end_time - report.start_time:.5g} s",
-        "facts": highlights_by_group(report.groups),
+        "highlights": highlights_by_group(report.groups),
         "failures": failures(report, shown.scenario),
         "contacts": _contacts(report, shown.robot),
     }

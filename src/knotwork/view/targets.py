@@ -100,9 +100,9 @@ def velocity_arrows(targets: Sequence[ToolTarget], size: float) -> tuple[Mesh, f
     if not moving:
         return None
     longest = size / 6
-    gaps = spacings(targets)
-    if len(gaps):
-        longest = min(longest, max(float(np.median(gaps)), 0.04 * size))
+    distances = spacings(targets)
+    if len(distances):
+        longest = min(longest, max(float(np.median(distances)), 0.04 * size))
     fastest = max(float(np.linalg.norm(target.linear)) for target in moving)
     fitting = (seconds for seconds in _NICE_SECONDS if seconds * fastest <= longest)
     seconds = next(fitting, _NICE_SECONDS[-1])

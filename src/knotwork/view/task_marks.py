@@ -100,8 +100,8 @@ def _waypoint_detail(target: ToolTarget, units: Units) -> str:
 
 
 def _axis_length(targets: Sequence[ToolTarget], size: float) -> float:
-    gaps = spacings(targets)
-    nearest = float(gaps.min()) if len(gaps) else size
+    distances = spacings(targets)
+    nearest = float(distances.min()) if len(distances) else size
     return min(0.06 * size, max(0.6 * nearest, 0.025 * size))
 
 

@@ -76,21 +76,21 @@ def approximate_by_cubics(
         cubics = ModifiedHermiteSpline(times, q, v, acceleration=a, end_acceleration=(a[0], a[-1]))
         exact, fine = split_at(curve, cubics.x), split_at(cubics, curve.x)
         c = exact.c - raise_degree(fine.c, exact.degree)
-        gap = PiecewisePolynomial(c, exact.x).extrema(0).peak
-        if gap.max() <= tolerance:
+        deviation = PiecewisePolynomial(c, exact.x).extrema(0).peak
+        if deviation.max() <= tolerance:
             # cubic pieces are kept: rounding would change their third derivative
             is_cubic = np.logical_not(exact.c[:-4].any(axis=(0, 2)))
             c = np.where(is_cubic.reshape(-1, 1), exact.c[-4:], fine.c)
-            return PiecewisePolynomial(c, exact.x), gap
+            return PiecewisePolynomial(c, exact.x), deviation
         times = sort_distinct(times, 0.5 * (times[1:] + times[:-1]))
     raise InputError(
-        f"the retimed motion deviates by {gap.max():.3g} rad or m from the path; accepted: "
-        f"a tolerance of {gap.max():.3g} or more, now {tolerance:g}"
+        f"the retimed motion deviates by {deviation.max():.3g} rad or m from the path; accepted: "
+        f"a tolerance of {deviation.max():.3g} or more, now {tolerance:g}"
     )
 
 
 def _drop_breaks(times: FloatArray, breaks: FloatArray) -> FloatArray:
     """Drop the times that are breaks within rounding."""
     after = np.searchsorted(breaks, times).clip(1, len(breaks) - 1)
-    gap = np.minimum(np.abs(times - breaks[after - 1]), np.abs(times - breaks[after]))
-    return np.asarray(times[gap > BREAK_TOLERANCE * np.ptp(breaks)])
+    distance = np.minimum(np.abs(times - breaks[after - 1]), np.abs(times - breaks[after]))
+    return np.asarray(times[distance > BREAK_TOLERANCE * np.ptp(breaks)])

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from knotwork.arrays import FloatArray, checked_array
 from knotwork.errors import PathError
 
-HALF_TURN_GAP = np.sqrt(8.0)
+HALF_TURN_DIFFERENCE = np.sqrt(8.0)
 """Frobenius norm of the difference of two rotations half a turn apart."""
 
 
@@ -68,17 +68,19 @@ def transport_axes(start: FloatArray, axes: FloatArray) -> FloatArray:
     return result
 
 
-def rotation_gap(angle: float) -> float:
+def rotation_difference(angle: float) -> float:
     """Frobenius norm of the difference of two rotations at an angle [rad]: √8 sin(φ/2).
 
     The norm increases up to half a turn and is constant beyond.
     """
-    return float(HALF_TURN_GAP * np.sin(0.5 * min(angle, np.pi)))
+    return float(HALF_TURN_DIFFERENCE * np.sin(0.5 * min(angle, np.pi)))
 
 
-def rotation_angle(gap: ArrayLike) -> FloatArray:
+def rotation_angle(difference: ArrayLike) -> FloatArray:
     """Angle between two rotations [rad], from the Frobenius norm of their difference."""
-    return np.asarray(2.0 * np.arcsin(np.minimum(np.asarray(gap) / HALF_TURN_GAP, 1.0)))
+    return np.asarray(
+        2.0 * np.arcsin(np.minimum(np.asarray(difference) / HALF_TURN_DIFFERENCE, 1.0))
+    )
 
 
 def checked_rotations(rotations: ArrayLike, shape: tuple[int, ...], name: str) -> FloatArray:

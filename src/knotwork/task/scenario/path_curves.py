@@ -275,10 +275,10 @@ class PathCurves:
         allowed = MAX_SPACINGS * float(spacing.max())
         text = self.reading.units.text
         for name, point, end in (("first", points[0], i - 1), ("last", points[-1], i)):
-            gap = float(np.linalg.norm(point - self.poses[end].translation))
-            if gap > allowed:
+            distance = float(np.linalg.norm(point - self.poses[end].translation))
+            if distance > allowed:
                 raise PathError(
-                    f"its {name} point is {text(gap, 'm')} from waypoints[{end}]; the "
+                    f"its {name} point is {text(distance, 'm')} from waypoints[{end}]; the "
                     "points must begin and end at the waypoints, or at most this far from them: "
                     f"{text(allowed, 'm')}, {MAX_SPACINGS:g} times their spacing"
                 )

@@ -99,8 +99,8 @@ class PathCriterion(NamedTuple):
         """Number of parts of each interval that would decide it; zero if it is decided."""
         if self.is_exceeded:
             return np.zeros_like(self.upper)
-        gap = np.maximum(self.limit - self.ends, 1e-3 * self.limit)
-        parts = np.sqrt(np.maximum(self.upper - self.ends, 0.0) / gap)
+        remaining = np.maximum(self.limit - self.ends, 1e-3 * self.limit)
+        parts = np.sqrt(np.maximum(self.upper - self.ends, 0.0) / remaining)
         return np.where(self.upper > self.limit, parts, 0.0)
 
     def worst(self, t: FloatArray) -> PathBound:
@@ -173,7 +173,7 @@ def bounded_path_errors(
     rotation_error = (square * bounds.rotation + rotation_bend) / 8.0 + bounds.rounding
     everywhere = np.ones(len(square), dtype=bool)
     upper = _worse_end(samples.distance) + chord_error
-    angle_upper = rotation_angle(_worse_end(samples.gap) + rotation_error)
+    angle_upper = rotation_angle(_worse_end(samples.rotation_difference) + rotation_error)
     angle_limit = limits.orientation + (0.0 if freedom is None else freedom.tilt)
     criteria = {
         "path_deviation": _criterion(limits.position, samples.distance, upper, everywhere),
@@ -241,8 +241,10 @@ def _follow_turn(
     low, high = np.minimum(samples.s[:-1], samples.s[1:]), np.maximum(samples.s[:-1], samples.s[1:])
     rotation = np.diff(t) * bounds.spin + (high - low) * path.orientation.rate_bounds(low, high)[0]
     if freedom.torch is None:
-        gap = _worse_end(samples.gap) + rotation * np.sqrt(2.0)
-        slower = np.maximum(1.0 - gap**2 / 4.0, 1e-12)  # cos(φ); the gap is 2 √2 sin(φ/2)
+        difference = _worse_end(samples.rotation_difference) + rotation * np.sqrt(2.0)
+        slower = np.maximum(
+            1.0 - difference**2 / 4.0, 1e-12
+        )  # cos(φ); the difference is 2 √2 sin(φ/2)
     else:
         travel = np.abs(samples.angles[:, 1] + freedom.torch.pose_travel)
         steep = np.minimum(_worse_end(travel) + rotation, 0.5 * np.pi)

@@ -34,7 +34,7 @@ class PathSamples(NamedTuple):
     Attributes:
         s: Arc lengths of the nearest points [m], shape (k,).
         distance: Distances of the tool from them [m], shape (k,).
-        gap: Frobenius norm of the difference of the rotations, shape (k,).
+        rotation_difference: Frobenius norm of the difference of the rotations, shape (k,).
         velocity: Velocity of the tool [m/s], shape (k, 3).
         tangent: Direction of the path, shape (k, 3).
         angles: Free turn, travel and work angle, see `free_angles` [rad], shape (k, 3).
@@ -42,7 +42,7 @@ class PathSamples(NamedTuple):
 
     s: FloatArray
     distance: FloatArray
-    gap: FloatArray
+    rotation_difference: FloatArray
     velocity: FloatArray
     tangent: FloatArray
     angles: FloatArray
@@ -50,7 +50,7 @@ class PathSamples(NamedTuple):
     @property
     def angle(self) -> FloatArray:
         """Angles from the orientation of the path [rad], shape (k,)."""
-        return rotation_angle(self.gap)
+        return rotation_angle(self.rotation_difference)
 
     @property
     def along_speed(self) -> FloatArray:
@@ -129,11 +129,15 @@ class PathStretch:
         s = track_arc_length(path, position, self.timed_arc_length(t), (self.low, self.high))
         # at the end, the direction of this stretch, because the next one may have another direction
         inside = np.clip(s, self.low, np.nextafter(self.high, self.low))
-        distance, gap = path.deviations(position, rotation, s, axis=self.freedom is not None)
+        distance, rotation_difference = path.deviations(
+            position, rotation, s, axis=self.freedom is not None
+        )
         angles = np.zeros((len(s), 3))
         if self.freedom is not None:
             angles = free_angles(self.freedom, path.rotation(s), rotation)
-        return PathSamples(s, distance, gap, velocity, path.derivatives(s, 1, inside)[1], angles)
+        return PathSamples(
+            s, distance, rotation_difference, velocity, path.derivatives(s, 1, inside)[1], angles
+        )
 
     def bounds(self, t: FloatArray) -> ToolMotionBounds:
         """Bound the motion on the n intervals between increasing times [s], shape (n + 1,)."""

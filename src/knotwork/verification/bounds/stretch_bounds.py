@@ -17,7 +17,7 @@ import numpy as np
 from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.distinct import sort_distinct
-from knotwork.curves.tool_paths.rotations import rotation_gap
+from knotwork.curves.tool_paths.rotations import rotation_difference
 from knotwork.robot import Robot
 from knotwork.verification.bounds.path_criteria import (
     PathBound,
@@ -128,7 +128,7 @@ def path_bounds(
     # the bounds alone give the required density of samples
     bounds = stretch.bounds(t)
     for _ in range(4):
-        angle = rotation_gap(limits.orientation + (0.0 if freedom is None else freedom.tilt))
+        angle = rotation_difference(limits.orientation + (0.0 if freedom is None else freedom.tilt))
         utilisations = np.maximum(bounds.acceleration / limits.position, bounds.rotation / angle)
         if limits.speed:
             utilisations = np.maximum(utilisations, bounds.jerk / limits.speed.tolerance)

@@ -188,8 +188,10 @@ def plan_residual(curve: Smoothed, plan: JointTrajectory, lead: float) -> PlanRe
     fine = (breaks[:-1, None] + np.diff(breaks)[:, None] * parts).ravel()
     # the curve extends beyond log and plan
     fine = fine.clip(min(0.0, lead + plan.start_time), max(time[-1], lead + plan.end_time))
-    gaps = np.abs([_extend(plan, fine - lead, nu) - followed(fine, nu) for nu in ERROR_ORDERS])
-    worst = gaps.reshape(len(ERROR_ORDERS), len(breaks) - 1, PIECE_TIMES, -1).max(axis=2)
+    differences = np.abs(
+        [_extend(plan, fine - lead, nu) - followed(fine, nu) for nu in ERROR_ORDERS]
+    )
+    worst = differences.reshape(len(ERROR_ORDERS), len(breaks) - 1, PIECE_TIMES, -1).max(axis=2)
     # where the knots suit the log but not the plan, the log has another motion
     of_log = _by_piece(curve, np.abs(curve.residuals) + curve.sigma)
     share = np.minimum(1.0, of_log / np.maximum(_by_piece(curve, samples), np.finfo(float).tiny))

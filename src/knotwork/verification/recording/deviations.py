@@ -109,9 +109,9 @@ def _size(finding: Finding) -> float:
 def _joint_findings(
     motion: JointTrajectory, alignment: Alignment, units: Units, tolerances: LogTolerances
 ) -> Findings:
-    gap = _difference(motion.polynomial, alignment.plan.polynomial)
+    difference = _difference(motion.polynomial, alignment.plan.polynomial)
     for order, word in enumerate(("", "velocity_")):
-        extrema = gap.extrema(order)
+        extrema = difference.extrema(order)
         for j, (name, unit) in enumerate(zip(motion.joint_names, motion.joint_units, strict=True)):
             limit = tolerances.of_joint(name, unit) if not order else None
             fact = f"joint {name!r}:{' velocity' if order else ''} off the plan"
@@ -128,8 +128,8 @@ def _difference(curve: PiecewisePolynomial, plan: PiecewisePolynomial) -> Piecew
     curve, plan = cut_curve(curve, low, high), cut_curve(plan, low, high)
     curve, plan = split_at(curve, plan.x), split_at(plan, curve.x)
     degree = max(curve.degree, plan.degree)
-    gap = raise_degree(curve.c, degree) - raise_degree(plan.c, degree)
-    return PiecewisePolynomial(gap, curve.x)
+    c = raise_degree(curve.c, degree) - raise_degree(plan.c, degree)
+    return PiecewisePolynomial(c, curve.x)
 
 
 def _tool_findings(

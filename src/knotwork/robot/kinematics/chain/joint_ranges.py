@@ -79,15 +79,15 @@ def find_blocked_joints(q: FloatArray, slope: FloatArray, limits: Limits) -> Boo
     return blocked
 
 
-def whole_turns(gap: FloatArray) -> FloatArray:
+def whole_turns(difference: FloatArray) -> FloatArray:
     """Angles rounded to whole turns [rad]."""
-    return np.asarray(FULL_TURN * np.rint(gap / FULL_TURN))
+    return np.asarray(FULL_TURN * np.rint(difference / FULL_TURN))
 
 
 def joint_difference(a: FloatArray, b: FloatArray, revolute: BoolArray) -> FloatArray:
     """Difference a − b of joint positions; for revolute joints the shortest rotation [rad or m]."""
-    gap = a - b
-    return np.where(revolute, gap - whole_turns(gap), gap)
+    difference = a - b
+    return np.where(revolute, difference - whole_turns(difference), difference)
 
 
 def joint_distances(a: FloatArray, b: FloatArray, revolute: BoolArray) -> FloatArray:

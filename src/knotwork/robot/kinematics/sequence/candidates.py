@@ -188,8 +188,8 @@ def _move_nearest_samples(
             scales.append(np.where(robot.is_virtual, scales[0], limit / usual))
     result = []
     for scale in scales:
-        gaps = joint_difference(samples, near, joint_axes(robot).is_revolute) / scale
-        order = np.linalg.norm(gaps, axis=1).argsort(kind="stable")
+        differences = joint_difference(samples, near, joint_axes(robot).is_revolute) / scale
+        order = np.linalg.norm(differences, axis=1).argsort(kind="stable")
         for q in samples[order[:NEARBY_SAMPLES]]:
             start = nearest_turns(robot, q, near)
             result.append(minimise_by_self_motion(search, start, near, scale=scale)[0])

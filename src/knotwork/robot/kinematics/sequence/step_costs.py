@@ -76,9 +76,9 @@ class CollidingStep(NamedTuple):
         """
         near: list[BoolArray] = []
         for q, collided in ((start, self.start), (end, self.end)):
-            gap = q - collided
-            gap -= np.where(unbounded, whole_turns(gap), 0.0)
-            near.append(np.asarray((np.abs(gap) < self.tolerance).all(axis=1)))
+            difference = q - collided
+            difference -= np.where(unbounded, whole_turns(difference), 0.0)
+            near.append(np.asarray((np.abs(difference) < self.tolerance).all(axis=1)))
         return near[0][:, None] & near[1][None, :]
 
 

@@ -150,11 +150,11 @@ def drop_equal_solutions(robot: Robot, target: Targets, solutions: FloatArray) -
     chain = joint_axes(robot)
     result: list[FloatArray] = []
     for q in solutions:
-        gaps = joint_difference(q, np.array(result).reshape(-1, len(q)), chain.is_revolute)
-        sizes = np.abs(gaps).max(axis=1)
+        differences = joint_difference(q, np.array(result).reshape(-1, len(q)), chain.is_revolute)
+        sizes = np.abs(differences).max(axis=1)
         if (sizes <= SOLUTION_TOLERANCE).any():
             continue
-        between = q - 0.5 * gaps[sizes < JOINED_DISTANCE]
+        between = q - 0.5 * differences[sizes < JOINED_DISTANCE]
         if len(between):
             tip, rotation, *_ = chain.forward(between)
             poses = target.take(np.zeros(len(between), dtype=int))
