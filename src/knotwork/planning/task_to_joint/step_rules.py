@@ -58,7 +58,11 @@ def step_rules(
         free_velocity: Waypoints whose speed is chosen later, by index.
         avoided: Steps that count as collisions.
     """
-    free, tolerance, collided = scenario.free_values, _avoided_distance(chains), list(avoided)
+    free_values, tolerance, collided = (
+        scenario.free_values,
+        _avoided_distance(chains),
+        list(avoided),
+    )
     passes = [
         isinstance(w, CartesianWaypoint) and (i in free_velocity or bool(w.twist.vector.any()))
         for i, w in enumerate(scenario.waypoints)
@@ -72,13 +76,13 @@ def step_rules(
         # Where the tool passes at speed, a change of branch would move it off its path.
         keeps = scenario.branch == "keep" or passes[i] or passes[i + 1]
         change: Literal["allowed", "avoided", "forbidden"] = "avoided" if keeps else "allowed"
-        end = free.waypoints[i + 1] if free else None
+        end = free_values.waypoints[i + 1] if free_values else None
         rests = end is not None and end.duration_is_free and end.way is None
         rules.append(
             StepRules(
                 duration,
                 branch_change="forbidden" if scenario.branch == "fixed" else change,
-                duration_is_given=free is None or not free.motion_is_unknown(i),
+                duration_is_given=free_values is None or not free_values.motion_is_unknown(i),
                 rest_to_rest=rests and not (moves[i] or moves[i + 1]),
                 colliding=tuple(
                     CollidingStep(start, end, tolerance)
