@@ -70,6 +70,9 @@ RATE_QUANTITIES = MOTION_QUANTITIES[1:]
 MAGNITUDES = tuple(quantity.name for quantity in _ALL if quantity.limit == "magnitude")
 """Names of the quantities that are limited to the same magnitude on both sides."""
 
+FRAME_ORDERS = MappingProxyType({"tool_speed": 1, "tool_acceleration": 2, "frame_speed": 1})
+"""Order of the derivative of a position of tool or link, by the name of the limited quantity."""
+
 _UNLIMITED: Any = None
 """Default of absent limits, which `JointLimits` replaces by infinite ones."""
 

@@ -90,6 +90,15 @@ class MotionLimits(TaskPart):
         limits = self.frame_speed or ()
         return (limits,) if isinstance(limits, LinkSpeed) else limits
 
+    @property
+    def of_frames(self) -> list[tuple[str, str, float]]:
+        """Given limits by a name of `FRAME_ORDERS`, and by link, which is empty for the tool."""
+        of_tool = ("tool_speed", self.tool_speed), ("tool_acceleration", self.tool_acceleration)
+        return [
+            *((quantity, "", limit) for quantity, limit in of_tool if limit is not None),
+            *(("frame_speed", limit.link, limit.speed) for limit in self.link_speeds),
+        ]
+
 
 class Limits(MotionLimits, JointLimitFields):
     """Limits that replace those of the robot, and limits on the motion of tool and links."""

@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knotwork.joint_quantities import rate_unit
+from knotwork.joint_quantities import FRAME_ORDERS, rate_unit
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.scenario_joints import ScenarioJoints
 from knotwork.verification.finding import Findings, Group, Topic
 from knotwork.verification.limits import (
     LIMIT_SLACK,
     SMALLEST_SINGULAR_VALUE,
-    TOOL_ORDERS,
     LimitedValue,
     explain_excess,
     joint_finding,
@@ -35,29 +34,21 @@ ALMOST_SINGULAR = 1e-3
 def check_tool_limits(motion: Motion, scenario: Scenario, joints: ScenarioJoints) -> Findings:
     """Compare speed and acceleration of the tool, and the speed of links, with their limits."""
     robot = joints.robot
-    limits = scenario.motion_limits
     if robot is None:
         return
     from knotwork.verification.bounds import tool_acceleration_bound, tool_speed_bound
 
-    rows = [
-        ("tool_speed", None, limits.tool_speed),
-        ("tool_acceleration", None, limits.tool_acceleration),
-        *(("frame_speed", limit.link, limit.speed) for limit in limits.link_speeds),
-    ]
-    for quantity, link, limit in rows:
-        if limit is None:
-            continue
-        order = TOOL_ORDERS[quantity]
+    for quantity, link, limit in scenario.motion_limits.of_frames:
+        order = FRAME_ORDERS[quantity]
         compute_bound = tool_speed_bound if order == 1 else tool_acceleration_bound
         allowed = limit + limit_slack(limit)
-        bound = compute_bound(robot, motion.trajectory, frame=link, limit=allowed)
+        bound = compute_bound(robot, motion.trajectory, frame=link or None, limit=allowed)
         worst = LimitedValue.from_bound(bound, limit)
         jumps = lower_order_jumps(motion.curve, 2) if order == 2 else {}
         if jumps:
             worst = LimitedValue(np.inf, min(jumps.values())[0], limit)
-        topic = Topic(Group.TOOL_LIMITS, "tool" if link is None else "link", link or "")
-        label = "tool" if link is None else f"link {link!r}"
+        topic = Topic(Group.TOOL_LIMITS, "link" if link else "tool", link)
+        label = f"link {link!r}" if link else "tool"
         text = f"{label}: {quantity.partition('_')[2]}"
         finding = limit_finding(topic, quantity, text, worst, rate_unit("m", order), scenario.units)
         yield explain_excess(finding, order, scenario)

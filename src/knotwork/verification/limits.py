@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from knotwork.verification.bounds import Bound
 
 LIMIT_GROUPS = Group.JOINT_LIMITS, Group.TOOL_LIMITS, Group.SINGULARITY
-TOOL_ORDERS = {"tool_speed": 1, "tool_acceleration": 2, "frame_speed": 1}
-"""Order of the limited derivative of a position of tool or link, by the quantity of its finding."""
 SMALLEST_SINGULAR_VALUE = "smallest_singular_value"
 LIMIT_SLACK = 1e-9
 """Rounding tolerance of limits, relative to the limit, or to 1 in SI for smaller limits."""

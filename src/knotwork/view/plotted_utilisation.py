@@ -9,7 +9,7 @@ import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.joint_quantities import JOINT_QUANTITIES
+from knotwork.joint_quantities import FRAME_ORDERS, JOINT_QUANTITIES
 from knotwork.robot import Robot
 from knotwork.task.scenario.scenario_joints import ScenarioJoints
 from knotwork.verification import Finding
@@ -17,7 +17,6 @@ from knotwork.verification.bounds.tool_motion import speed_quantity
 from knotwork.verification.limits import (
     LIMIT_GROUPS,
     SMALLEST_SINGULAR_VALUE,
-    TOOL_ORDERS,
     limit_slack,
 )
 from knotwork.view.shown_motion import ShownMotion
@@ -51,8 +50,10 @@ def sample_utilisation(
             i = joints.joint_names.index(finding.name)
             values = of_joints(finding.quantity)[:, i]
             lower, upper = _judged_sides(finding, i, joints)
-        elif finding.quantity in TOOL_ORDERS:
-            values = frame_values(shown.robot, finding.name, TOOL_ORDERS[finding.quantity], *states)
+        elif finding.quantity in FRAME_ORDERS:
+            values = frame_values(
+                shown.robot, finding.name, FRAME_ORDERS[finding.quantity], *states
+            )
         elif finding.quantity == SMALLEST_SINGULAR_VALUE:
             values = smallest_singular_values(shown.robot, states[0])
             lower = finding.limit

@@ -11,7 +11,7 @@ import numpy as np
 from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.errors import InputError
-from knotwork.joint_quantities import rate_unit
+from knotwork.joint_quantities import FRAME_ORDERS, rate_unit
 from knotwork.task.scenario import ScenarioPath, Stretch
 from knotwork.verification.bounds.path_samples import PathSamples, PathStretch
 from knotwork.verification.limits import SMALLEST_SINGULAR_VALUE
@@ -185,13 +185,10 @@ def tool_rows(motions: list[ShownMotion]) -> list[ToolRow]:
         ToolRow("off tool path", "m", off, limit=allowed.path, tolerance=True),
         ToolRow("turned off path", "rad", off, 1, limit=allowed.path_orientation, tolerance=True),
     ]
-    motion_rows = [("tool acceleration", "", limits.tool_acceleration, 2, "tool_acceleration")]
-    motion_rows += [
-        (f"speed of {limit.link}", limit.link, limit.speed, 1, "frame_speed")
-        for limit in limits.link_speeds
-    ]
-    for title, frame, limit, order, quantity in motion_rows:
-        if limit is not None:
+    for quantity, frame, limit in limits.of_frames:
+        if quantity != "tool_speed":
+            title = f"speed of {frame}" if frame else "tool acceleration"
+            order = FRAME_ORDERS[quantity]
             curve = partial(frame_rates, frame=frame, order=order)
             unit = rate_unit("m", order)
             rows.append(ToolRow(title, unit, curve, limit=limit, judged=(quantity, frame)))

@@ -46,7 +46,7 @@ def chosen_values_findings(
         joints: The joints and their limits.
     """
     free_values = chosen_values.requested.required_free_values
-    has_free_times = bool(free_values.duration_is_unknown.any())
+    has_free_times = bool(np.isnan(chosen_values.requested.durations).any())
     given = free_values.total_duration is not None or not has_free_times
     highlight = _duration(chosen_values, given=given)
     verdict: Verdict = "warning" if chosen_values.status != "optimal" else "information"

@@ -218,7 +218,7 @@ def _with_fewer_free(
     Other arguments as for `change_task`.
     """
     timed = change_task(scenario, task.replace(objective=None), expected)
-    if timed.free_values is not None and timed.free_values.duration_is_unknown.any():
+    if np.isnan(timed.durations).any():
         return change_task(scenario, task, expected)
     free_values = scenario.required_free_values
     if not free_values.knots_are_free:

@@ -44,14 +44,10 @@ CONSTANT_SPEED_PART = 1
 
 def path_state_limits(solved: SolvedScenario, path: ScenarioPath) -> StateLimits:
     """The limits of joint states on a path, whose load the efforts depend on."""
-    joints, motion = solved.joints, solved.scenario.motion_limits
-    frames = {
-        LimitedQuantity(limit.link, "frame_speed", 1): limit.speed for limit in motion.link_speeds
-    }
-    if motion.tool_speed is not None:
-        frames[TOOL_SPEED] = (1.0 - TOOL_MARGIN) * motion.tool_speed
-    if motion.tool_acceleration is not None:
-        frames[LimitedQuantity("", "tool_acceleration", 2)] = motion.tool_acceleration
+    joints, limits = solved.joints, solved.scenario.motion_limits
+    frames = {LimitedQuantity(link, name): limit for name, link, limit in limits.of_frames}
+    if TOOL_SPEED in frames:
+        frames[TOOL_SPEED] *= 1.0 - TOOL_MARGIN
     dynamics = solved.dynamics[path.first]
     robot = joints.robot if dynamics is None else dynamics.robot
     return StateLimits(joints.joint_names, joints.limits, robot, frames)

@@ -8,8 +8,8 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from knotwork.errors import UnknownNameError
-from knotwork.joint_quantities import JOINT_QUANTITIES
-from knotwork.verification.limits import SMALLEST_SINGULAR_VALUE, TOOL_ORDERS
+from knotwork.joint_quantities import FRAME_ORDERS, JOINT_QUANTITIES
+from knotwork.verification.limits import SMALLEST_SINGULAR_VALUE
 from knotwork.verification.metrics import squared_effort
 
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ FIGURES: dict[str, RowFigure] = {
         ),
         RowFigure("clearance", "clearance to the surroundings", "m", True, _scene_clearance),
         RowFigure("self_clearance", "clearance to itself", "m", True, _self_clearance),
-        *(_utilisation_figure(quantity) for quantity in (*JOINT_QUANTITIES, *TOOL_ORDERS)),
+        *(_utilisation_figure(quantity) for quantity in (*JOINT_QUANTITIES, *FRAME_ORDERS)),
         RowFigure("path_deviation", "deviation from the path", "m", False, _path_deviation),
         RowFigure("squared_effort", "integral of effort squared", "N²m²s", False, _squared_effort),
     )

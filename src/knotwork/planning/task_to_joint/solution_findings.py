@@ -53,7 +53,7 @@ def find_infeasibilities(search: SequenceSearch, chosen: ChosenSequence) -> tupl
     failures = [
         _velocity_finding(robot, scenario, move / step.duration, start, end)
         for move, step, (start, end) in zip(moves, search.steps, intervals, strict=True)
-        if step.duration_is_given
+        if step.is_timed
     ]
     failures += [
         _velocity_finding(robot, scenario, np.abs(chosen.velocities[i]), scenario.waypoints[i])

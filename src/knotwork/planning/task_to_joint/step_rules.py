@@ -18,7 +18,7 @@ from knotwork.robot.kinematics.sequence.step_costs import (
     JointRules,
     StepRules,
 )
-from knotwork.task.scenario import Scenario
+from knotwork.task.scenario import FreeWaypoint, Scenario
 from knotwork.task.scenario.joint_reader import JointState
 from knotwork.waypoints import CartesianWaypoint
 
@@ -76,17 +76,20 @@ def step_rules(
         # Where the tool passes at speed, a change of branch would move it off its path.
         keeps = scenario.branch == "keep" or passes[i] or passes[i + 1]
         change: Literal["allowed", "avoided", "forbidden"] = "avoided" if keeps else "allowed"
-        end = free_values.waypoints[i + 1] if free_values else None
-        rests = end is not None and end.duration_is_free and end.way is None
+        start, end = (
+            free_values.waypoints[i : i + 2] if free_values else (FreeWaypoint(), FreeWaypoint())
+        )
+        has_given_speeds = start.speed_kind == end.speed_kind == "given"
+        rests = end.duration_is_free and end.way is None
         rules.append(
             StepRules(
                 duration,
                 branch_change="forbidden" if scenario.branch == "fixed" else change,
-                duration_is_given=free_values is None or not free_values.motion_is_unknown(i),
+                is_timed=has_given_speeds and not end.duration_is_unknown,
                 rest_to_rest=rests and not (moves[i] or moves[i + 1]),
                 colliding=tuple(
-                    CollidingStep(start, end, tolerance)
-                    for interval, start, end in collided
+                    CollidingStep(q_start, q_end, tolerance)
+                    for interval, q_start, q_end in collided
                     if interval == i
                 ),
             )

@@ -13,7 +13,7 @@ import pinocchio as pin
 from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.joint_quantities import (
-    JOINT_QUANTITIES,
+    FRAME_ORDERS,
     MAGNITUDES,
     MOTION_QUANTITIES,
     RATE_QUANTITIES,
@@ -32,15 +32,20 @@ class LimitedQuantity(NamedTuple):
     Attributes:
         subject: Name of a joint or a link; empty for the tool.
         quantity: Name of the quantity.
-        order: Order of the highest derivative of positions in it.
     """
 
     subject: str
     quantity: str
-    order: int = 0
+
+    @property
+    def order(self) -> int:
+        """Order of the highest derivative of positions in it."""
+        if self.quantity in MOTION_QUANTITIES:
+            return MOTION_QUANTITIES.index(self.quantity)
+        return FRAME_ORDERS.get(self.quantity, EFFORT_ORDER)
 
 
-TOOL_SPEED = LimitedQuantity("", "tool_speed", 1)
+TOOL_SPEED = LimitedQuantity("", "tool_speed")
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,11 +68,9 @@ class StateLimits:
     @property
     def quantities(self) -> list[LimitedQuantity]:
         """The limited quantities, length m."""
-        of_joints = [
-            LimitedQuantity(joint, name, JOINT_QUANTITIES[name].order or EFFORT_ORDER)
-            for name in MAGNITUDES
-            for joint in self.joint_names
-        ]
+        of_joints = (
+            LimitedQuantity(joint, name) for name in MAGNITUDES for joint in self.joint_names
+        )
         return [*of_joints, *self.frame_limits]
 
     def ratios(self, q: FloatArray, *rates: FloatArray) -> FloatArray:

@@ -7,9 +7,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
-import numpy as np
-
-from knotwork.arrays import BoolArray
 from knotwork.files.documents import Location, Locations
 from knotwork.task import AtMost, ClearWay, ExpandedTask, Fastest, PathWaypoint, Weights
 
@@ -76,19 +73,9 @@ class FreeValues:
         return any(free.duration_is_free for free in self.waypoints)
 
     @property
-    def duration_is_unknown(self) -> BoolArray:
-        """Whether each duration is free, itself or by the speed of a path, shape (n - 1,)."""
-        return np.array([free.duration_is_unknown for free in self.waypoints[1:]])
-
-    @property
     def first_unknown_time(self) -> int:
         """The first waypoint whose time is unknown; n without one."""
-        return int(np.append(self.duration_is_unknown, True).argmax()) + 1
-
-    def motion_is_unknown(self, i: int) -> bool:
-        """Whether the scenario alone does not define the joint speeds after waypoint i."""
-        start, end = self.waypoints[i : i + 2]
-        return end.duration_is_free or {start.speed_kind, end.speed_kind} != {"given"}
+        return [*(free.duration_is_unknown for free in self.waypoints), True].index(True)
 
 
 def ends_wait(task_index: Sequence[int], i: int) -> bool:

@@ -137,6 +137,9 @@ class Scenario:
 
     Joint values have units that depend on the robot: `ScenarioJoints` has them in SI.
     Its waypoints include the start and the ends of waits; "by waypoint" is by their index.
+    The duration to a waypoint is unknown if it is free itself, or follows from a free speed along a
+    path. It is NaN in `durations`; all later waypoints are NaN in `times`. `expected_times` has
+    guesses in place of NaN, for moving frames and bodies.
 
     Attributes:
         name: Name of the scenario.
@@ -218,21 +221,22 @@ class Scenario:
 
     @property
     def times(self) -> FloatArray:
-        """Times of the waypoints [s], shape (n,); NaN from the first free one."""
+        """Times of the waypoints [s], shape (n,); NaN after an unknown duration."""
         times = self.expected_times
-        if self.free_values is not None:
-            times[self.free_values.first_unknown_time :] = np.nan
+        times[1:][np.isnan(self.durations.cumsum())] = np.nan
         return times
 
     @property
     def durations(self) -> FloatArray:
-        """Time from each waypoint to the next [s], shape (n - 1,); NaN where it is chosen."""
+        """Time from each waypoint to the next [s], shape (n - 1,); NaN where it is unknown."""
         durations = np.diff(self.expected_times)
         if self.free_values is not None:
-            durations[self.free_values.duration_is_unknown] = np.nan
+            durations[[free.duration_is_unknown for free in self.free_values.waypoints[1:]]] = (
+                np.nan
+            )
         return durations
 
     @property
     def expected_times(self) -> FloatArray:
-        """Waypoint times [s], shape (n,); chosen ones as expected, for moving frames and bodies."""
+        """Times of the waypoints [s], shape (n,); unknown ones as expected."""
         return np.array([waypoint.time for waypoint in self.waypoints])

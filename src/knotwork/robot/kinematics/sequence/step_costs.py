@@ -129,15 +129,15 @@ class StepRules(NamedTuple):
     Attributes:
         duration: Time for the step [s].
         branch_change: Whether the branch may change.
-        duration_is_given: Whether the duration is given. If it is chosen later, velocity limits
-            do not restrict the step.
+        is_timed: Whether the duration and the speeds at both ends are given. If one is chosen
+            later, velocity limits do not restrict the step.
         rest_to_rest: Whether it is from rest to rest with a duration chosen later.
         colliding: Steps whose motion collided.
     """
 
     duration: float
     branch_change: Literal["allowed", "avoided", "forbidden"] = "allowed"
-    duration_is_given: bool = True
+    is_timed: bool = True
     rest_to_rest: bool = False
     colliding: tuple[CollidingStep, ...] = ()
 
@@ -168,7 +168,7 @@ def compute_step_costs(
             moves[joints.unbounded] -= whole_turns(moves[joints.unbounded])
         weight = 0.5 * (start.weight[:, None] + end.weight[None, :])
         cost = make_cost(*shape, travel=weight * joints.travel(moves, rules.rest_to_rest))
-        if rules.duration_is_given:
+        if rules.is_timed:
             utilisation = _utilisation(joints, moves / rules.duration)
             cost[CostLevel.INFEASIBLE] = np.where(utilisation > OVERSPEED_FACTOR, utilisation, 0.0)
             cost[CostLevel.VIOLATION] = _midpoint_violations(
