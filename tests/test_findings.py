@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import html
 import json
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -205,6 +207,17 @@ def test_number_of_further_failures_is_not_marked_as_failure(
     monkeypatch.setitem(CHECKS, "odd", lambda motion, scenario, joints: findings)
     lines = kw.plan("planar2_closed_form").report.brief()
     assert lines[5:7] == ["FAIL odd (4)", "     and 2 more"]
+
+
+@pytest.mark.usefixtures("without_plots")
+def test_place_of_failure_is_that_of_its_worst_interval(monkeypatch: pytest.MonkeyPatch) -> None:
+    odd: dict[str, Any] = {"group": "Odd", "subject": "tool", "name": "", "quantity": "oddity"}
+    intervals = (0.1, 4.9), (5.1, 14.9)
+    found = Finding(**odd, verdict="failed", fact="", short_fact="odd", intervals=intervals)
+    found = replace(found, interval=intervals[1])
+    monkeypatch.setitem(CHECKS, "odd", lambda motion, scenario, joints: (found,))
+    page = html.unescape(report_page(kw.plan("paper_case")).html)
+    assert "odd from 5.100 to 14.900 s, between 'B' and 'C'" in page
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from pathlib import Path
 from syntax_trees import FILES, SOURCE, tree_of
 
 # The typed part of a task and what it becomes: both are public names.
-TWICE = {"Arc", "Branch"}
+TWICE = {"Arc"}
 EMPTY = {"one", "ones", "found", "made", "told", "thing", "things", "what"}
 
 

@@ -374,5 +374,5 @@ def test_controls_of_mujoco_lead_by_what_its_actuators_lag() -> None:
         )
         np.testing.assert_allclose(q, motion.position(float(key.get("time", ""))), atol=1e-15)
         np.testing.assert_allclose(control, q + 0.03 * v, atol=1e-15)
-    with pytest.raises(InputError, match="lead is -1 s"):
+    with pytest.raises(InputError, match="lead, kv/kp of the actuators, is -1"):
         export.to_mujoco(motion, lead=-1.0)

@@ -171,7 +171,7 @@ def test_turns_are_all_copies_within_limits() -> None:
         for turn in branch.turns[::7]:
             assert UR5.forward(turn).isApprox(UR5.forward(q), 1e-7)
     assert any(np.abs(branch.q - q).max() < 1e-7 for branch in branches)
-    assert len({branch.flags for branch in branches}) == 8
+    assert len({solution.branch for solution in branches}) == 8
 
 
 def test_joint_on_limit_has_both_turns() -> None:
@@ -207,14 +207,15 @@ def test_spreads_samples_of_self_motion(name: str) -> None:
     robot = ROBOTS[name]
     pose = robot.forward(robot.configuration("home"))
     q, again = (
-        np.array([branch.q for branch in kw.solve_pose_ik_all(robot, pose, spread=12)])
+        np.array([branch.q for branch in kw.solve_pose_ik_all(robot, pose, samples=12)])
         for _ in range(2)
     )
     assert len(q) == 12
     np.testing.assert_array_equal(q, again)
     gaps = np.abs(closed_form.turned(q[:, None] - q[None])).max(axis=2) + 10 * np.eye(12)
     assert gaps.min() > 0.1
-    assert len(kw.solve_pose_ik_all(robot, pose, spread=30)) == 30
+    with pytest.warns(DeprecationWarning, match="option 'spread' is now 'samples'"):
+        assert len(kw.solve_pose_ik_all(robot, pose, spread=30)) == 30
 
 
 @pytest.mark.parametrize("name", robot_names())
@@ -247,7 +248,7 @@ def test_flags_change_only_at_singularities(arm: str, spherical: Robot) -> None:
         middle = np.clip(middle, robot.limits.lower, robot.limits.upper)
         for branch in kw.solve_pose_ik_all(robot, robot.forward(middle)):
             # Up and down trade places where the shoulder changes sides.
-            flags = ("elbow up" in branch.flags) ^ ("no flip" in branch.flags)
+            flags = ("elbow up" in branch.branch) ^ ("no flip" in branch.branch)
             products.add(flags ^ bool(np.linalg.det(robot.jacobian(branch.q)) > 0))
     assert len(products) == 1
 
@@ -256,7 +257,7 @@ def test_flags_describe_posture(spherical: Robot) -> None:
     def flags(robot: Robot, q: list[float]) -> str:
         pose = robot.forward(np.array(q))
         branches = kw.solve_pose_ik_all(robot, pose)
-        return min(branches, key=lambda b: np.abs(closed_form.turned(b.q - q)).max()).flags
+        return min(branches, key=lambda b: np.abs(closed_form.turned(b.q - q)).max()).branch
 
     # The wrist in front of the arm at the height of the shoulder, the elbow above or below.
     above = [0.0, 0.5, 1.9, 0.2, 0.5, 0.1]

@@ -203,7 +203,7 @@ def test_stops_need_acceleration() -> None:
         ({"speed": 0.0}, r"speed is 0\.0; it must be a positive and finite number \[m/s\]"),
         ({"speed": "fast"}, "speed is 'fast'"),
         ({"tolerance": -1.0}, "tolerance is -1.0"),
-        ({"tolerance": 1e-10}, "accepted: at least 1e-09"),
+        ({"tolerance": 1e-10}, "it must be at least 1e-09"),
         ({"orientation_tolerance": np.nan}, "orientation_tolerance is nan"),
         ({"speed_tolerance": 1e-12}, "speed_tolerance is 1e-12"),
         ({"pull_to_middle": None}, "pull_to_middle is null"),

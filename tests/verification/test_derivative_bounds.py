@@ -216,13 +216,14 @@ Array = NDArray[np.float64]
 LENGTHS = np.array([1e-3, 0.02, 0.1, 0.5])
 
 
-def solid_pairs(arm: str) -> SolidPairs:
-    """All pairs of an arm with a tool and a box."""
+def solid_pairs(arm: str, **objects: Any) -> SolidPairs:
+    """All pairs of an arm with a tool, a box and further objects."""
+    box = {"box": [0.3, 0.2, 0.1], "position": [0.2, 0.9, 0.9]}
     task = kw.load_scenario(
         {
             "robot": arm,
             "tool": {"shape": {"box": [0.1, 0.05, 0.2], "position": [0, 0, 0.1]}},
-            "scene": {"objects": {"box": {"box": [0.3, 0.2, 0.1], "position": [0.2, 0.9, 0.9]}}},
+            "scene": {"objects": {"box": box, **objects}},
             "waypoints": [
                 {"joints": dict.fromkeys(kw.load_robot(arm).joint_names, 0.1), "stop": True},
                 {"joints": dict.fromkeys(kw.load_robot(arm).joint_names, 0.2), "after": 1},
@@ -301,11 +302,29 @@ def test_plane_gap_is_at_most_distance(arm: str) -> None:
         for i, c in enumerate(combo):
             distance[i], across[i] = table.measure(int(c), turn[k], shift[k])
         apart = distance > 1e-3
-        assert (
-            table.distances_along(item, combo, normal, turn, shift)[apart] <= distance[apart] + 1e-6
-        ).all()
+        gaps = table.distances_along(item, combo, normal, turn, shift)
+        assert (gaps[apart] <= distance[apart] + 1e-6).all()
         gaps = table.distances_along(item, combo, across, turn, shift)
         np.testing.assert_allclose(gaps[apart], distance[apart], atol=1e-6)
+
+
+def test_half_space_is_separated_by_its_plane() -> None:
+    """Its distance is infinite along any other direction; measured directions are not changed."""
+    slope = {"half_space": {"normal": [0, 0.6, 0.8]}, "position": [0, 0, -2]}
+    table = solid_pairs("ur5", slope=slope)
+    pairs = np.arange(len(table.first))
+    measured = np.random.default_rng(9).normal(size=(len(pairs), 3))
+    measured /= np.linalg.norm(measured, axis=1)[:, None]
+    measured.flags.writeable = False
+    normals = table.separating_normals(pairs, measured)
+    on_slope = np.array([table.solids[solid].plane is not None for solid in table.first])
+    assert 0 < on_slope.sum() < len(pairs)
+    np.testing.assert_array_equal(normals[~on_slope], measured[~on_slope])
+    turn, shift = table.placements(*place_joints(table.model.tree, np.full((1, 6), 0.3)))
+    gaps = table.distances_along(np.zeros_like(pairs), pairs, normals, turn, shift)
+    for pair in np.flatnonzero(on_slope).tolist():
+        np.testing.assert_allclose(normals[pair], [0, -0.6, -0.8], atol=1e-15)
+        assert gaps[pair] == pytest.approx(table.measure(pair, turn[0], shift[0])[0], abs=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -68,7 +68,7 @@ def _collisions(name: str | None, as_json: bool) -> None:
     if as_json:
         echo_json(data)
     else:
-        print_collisions(robot, [*model.missing, model.bare_links_note], data)
+        print_collisions(robot, [*model.missing_shapes_notes, model.bare_links_note], data)
 
 
 @click.command()
@@ -166,7 +166,7 @@ def collisions_to_dict(robot: Robot, model: CollisionModel) -> dict[str, Any]:
         "links": {body.name: len(body.solids) for body in model.bodies},
         "checked": [[names[pair.first], names[pair.second]] for pair in model.pairs],
         "ignored": [pair._asdict() for pair in model.ignored],
-        "missing": list(model.missing),
+        "missing": list(model.missing_shapes_notes),
         "without_shapes": list(model.bare),
     }
 

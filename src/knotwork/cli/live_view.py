@@ -83,7 +83,7 @@ def serve_live(server: LiveServer, files: WatchedFiles, build: BuildScene) -> No
 def _rebuild(server: LiveServer, files: WatchedFiles, build: BuildScene) -> None:
     """Build a scene and show it, or the error, with a line on the terminal."""
     start = time.perf_counter()
-    server.start()
+    server.announce_next()
     try:
         built = build()
     except Exception as error:

@@ -72,7 +72,8 @@ def main() -> NoReturn:
     # long as a short plan.
     gc.set_threshold(200_000)
     atexit.register(gc.freeze)
-    if not _has_output():
+    _occupy_closed_streams()
+    if sys.stdout is None:
         echo("error: can't write the output: standard output is closed", err=True)
         sys.exit(WRONG_INPUT)
     for stream in (sys.stdout, sys.stderr):
@@ -117,8 +118,8 @@ def main() -> NoReturn:
     sys.exit(code or PASSED)
 
 
-def _has_output() -> bool:
-    """Return whether there is a standard output, and occupy the numbers of closed streams.
+def _occupy_closed_streams() -> None:
+    """Open the null device under the numbers of closed streams.
 
     Otherwise the next opened file would get such a number, and C code would write its messages
     into that file.
@@ -129,7 +130,6 @@ def _has_output() -> bool:
             if descriptor != number:
                 os.dup2(descriptor, number)
                 os.close(descriptor)
-    return sys.stdout is not None
 
 
 def _drop_output() -> None:

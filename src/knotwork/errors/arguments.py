@@ -11,7 +11,14 @@ import numpy as np
 from knotwork.errors import InputError, format_value
 
 
-def require_number(value: Any, subject: str, unit: str = "", *, positive: bool = False) -> float:
+def require_number(
+    value: Any,
+    subject: str,
+    unit: str = "",
+    *,
+    positive: bool = False,
+    minimum: float = -math.inf,
+) -> float:
     """Check a number, and return it as a float.
 
     Args:
@@ -19,9 +26,11 @@ def require_number(value: Any, subject: str, unit: str = "", *, positive: bool =
         subject: Name of the quantity, for the error.
         unit: Its unit, for the error.
         positive: Require a value above 0.
+        minimum: Smallest accepted value.
 
     Raises:
-        InputError: The value is not a number, not finite, or not positive where required.
+        InputError: The value is not a number, not finite, not positive where required, or below
+            the minimum.
     """
     number = math.nan
     if isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool):
@@ -31,6 +40,8 @@ def require_number(value: Any, subject: str, unit: str = "", *, positive: bool =
         kind = "positive and finite number" if positive else "finite number"
         in_unit = f" [{unit}]" if unit else ""
         raise InputError(f"{subject} is {format_value(value)}; it must be a {kind}{in_unit}")
+    if number < minimum:
+        raise InputError(f"{subject} is {format_value(value)}; it must be at least {minimum:g}")
     return number
 
 

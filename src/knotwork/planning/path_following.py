@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +27,8 @@ START_POSE_TOLERANCE = 1e-6
 """Tolerance of the tool's pose at the start of the path [m, rad]."""
 
 DEFAULT_TOLERANCES = Tolerances.model_construct()
+
+_require_tolerance = partial(require_number, minimum=MIN_PATH_TOLERANCE)
 
 
 def follow_path(
@@ -77,11 +80,11 @@ def follow_path(
     arm = robot if isinstance(robot, Robot) else load_robot(robot)
     arm.require_tool()
     allowed = Tolerances.model_construct(
-        path=_tolerance(tolerance, "tolerance", "m"),
-        path_orientation=_tolerance(orientation_tolerance, "orientation_tolerance", "rad"),
-        path_speed=_tolerance(speed_tolerance, "speed_tolerance", ""),
+        path=_require_tolerance(tolerance, "tolerance", "m"),
+        path_orientation=_require_tolerance(orientation_tolerance, "orientation_tolerance", "rad"),
+        path_speed=_require_tolerance(speed_tolerance, "speed_tolerance"),
     )
-    rate = _pull_rate(pull_to_middle)
+    rate = require_number(pull_to_middle, "pull_to_middle", "1/s", minimum=0.0)
     tool_path, q = _path_and_start(arm, path, start, rotation)
     motion = _timed_path(
         tool_path, require_number(speed, "speed", "m/s", positive=True), acceleration
@@ -128,20 +131,6 @@ def _path_and_start(
     if start is None:
         near = solve_pose_ik(robot, path.pose(0.0), near).q
     return path, near
-
-
-def _tolerance(value: float, name: str, unit: str) -> float:
-    number = require_number(value, name, unit, positive=True)
-    if number < MIN_PATH_TOLERANCE:
-        raise InputError(f"{name} is {number:g}; accepted: at least {MIN_PATH_TOLERANCE:g}")
-    return number
-
-
-def _pull_rate(value: float) -> float:
-    rate = require_number(value, "pull_to_middle", "1/s")
-    if rate < 0.0:
-        raise InputError(f"pull_to_middle is {rate:g}; it must be at least 0")
-    return rate
 
 
 def _timed_path(path: ToolPath, speed: float, acceleration: float | None) -> TimedPath:

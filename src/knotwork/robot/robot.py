@@ -327,6 +327,6 @@ class Robot(ChainModel):
         return robot.forward(q[joints])
 
     def solve_pose_ik_all(self, pose: Any, **options: Any) -> tuple[Any, ...]:
-        """Find every `Branch` that takes the TCP to a pose; see `knotwork.solve_pose_ik_all`."""
+        """Find every `PoseSolution` of a pose of the TCP; see `knotwork.solve_pose_ik_all`."""
         kinematics = importlib.import_module(f"{__package__}.kinematics")  # which imports `robot`
         return tuple(kinematics.solve_pose_ik_all(self, pose, **options))

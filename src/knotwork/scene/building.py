@@ -192,7 +192,7 @@ class _Builder:
             tuple(bodies),
             tuple(pairs),
             tuple(ignored),
-            missing=self.links.missing,
+            missing_shapes_notes=self.links.missing_notes,
             bare=self.links.bare,
             known_motions=tuple(self.known_motions),
             carriers=self.carriers,

@@ -81,7 +81,7 @@ class CollisionModel:
         bodies: All bodies.
         pairs: Pairs to check.
         ignored: Excluded pairs of bodies, with the reason.
-        missing: Sentences on links whose shapes are not available.
+        missing_shapes_notes: Sentences on links whose shapes are not available.
         bare: Names of links with visual shapes but no collision shapes.
         known_motions: Positions over time of the joints that follow the robot's in `tree`.
         carriers: For each frame, by its link and joints, the joint that carries it and the
@@ -94,7 +94,7 @@ class CollisionModel:
     bodies: tuple[Body, ...]
     pairs: tuple[Pair, ...]
     ignored: tuple[IgnoredPair, ...]
-    missing: tuple[str, ...] = ()
+    missing_shapes_notes: tuple[str, ...] = ()
     bare: tuple[str, ...] = ()
     known_motions: tuple[ExtendedCurve, ...] = ()
     carriers: FrameCarriers = field(default_factory=dict)

@@ -20,12 +20,12 @@ class LinkBodies(NamedTuple):
 
     Attributes:
         bodies: A body for each such link.
-        missing: Sentences on links whose shapes are not available.
+        missing_notes: Sentences on links whose shapes are not available.
         bare: Names of links with visual shapes but no collision shapes.
     """
 
     bodies: tuple[Body, ...]
-    missing: tuple[str, ...]
+    missing_notes: tuple[str, ...]
     bare: tuple[str, ...]
 
 
@@ -36,13 +36,13 @@ def read_link_bodies(robot: Robot) -> LinkBodies:
         InputError: A mesh file exists, but can't be read whole.
     """
     urdf_shapes = UrdfShapes(robot.urdf_files)
-    bodies, missing, bare = [], [], []
+    bodies, missing_notes, bare = [], [], []
     for frame in robot.model.frames:
         link = str(frame.name)
         if frame.type != pin.FrameType.BODY or link not in urdf_shapes.links:
             continue
         shapes, faults = urdf_shapes.link_shapes(link, "collision")
-        missing += [f"link {link!r}: {fault}" for fault in faults]
+        missing_notes += [f"link {link!r}: {fault}" for fault in faults]
         if not shapes and not faults and any(urdf_shapes.link_shapes(link, "visual")):
             bare.append(link)
         solids = []
@@ -52,7 +52,7 @@ def read_link_bodies(robot: Robot) -> LinkBodies:
                 try:
                     path = find_mesh(shape.mesh, shape.urdf, robot.package_paths)
                 except InputError as error:
-                    missing.append(f"link {link!r}: {error}")
+                    missing_notes.append(f"link {link!r}: {error}")
                     continue
             x, y, z = shape.scale.tolist()
             placed = PlacedShape(shape.kind, shape.size, shape.placement, path, scale=(x, y, z))
@@ -63,4 +63,4 @@ def read_link_bodies(robot: Robot) -> LinkBodies:
                 raise
         if solids:
             bodies.append(Body(link, "link", int(frame.parentJoint), tuple(solids), link=link))
-    return LinkBodies(tuple(bodies), tuple(missing), tuple(bare))
+    return LinkBodies(tuple(bodies), tuple(missing_notes), tuple(bare))

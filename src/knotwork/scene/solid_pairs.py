@@ -138,6 +138,20 @@ class SolidPairs:
         placed = self.placed_pair(pair, rotation, origin)
         return self._meter.distance_and_normal(*placed, max_distance)
 
+    def separating_normals(self, pair: IndexArray, measured: FloatArray) -> FloatArray:
+        """Normals of planes that may separate solids, shape (m, 3): measured, or of a half space.
+
+        A measured direction is rounded, and a half space is unbounded in all but its own.
+
+        Args:
+            pair: Indices of the pairs of solids, shape (m,).
+            measured: Unit vectors from the second to the first, see `measure`, shape (m, 3).
+        """
+        normals = measured.copy()
+        for columns, plane in self._planes:
+            normals[np.isin(pair, columns)] = -plane[:3]
+        return normals
+
     def distances_along(
         self,
         item: IndexArray,
@@ -151,13 +165,10 @@ class SolidPairs:
         Args:
             item: Indices of the k placements, shape (m,).
             pair: Indices of the pairs of solids, shape (m,).
-            normal: Unit vectors from the second to the first, shape (m, 3); for half spaces they
-                are replaced by the normals of their planes.
+            normal: Unit vectors from the second to the first, see `separating_normals`, (m, 3).
             rotation: Rotations of the solids' own axes, shape (k, s, 3, 3).
             origin: Their origins [m], shape (k, s, 3).
         """
-        for columns, plane in self._planes:
-            normal[np.isin(pair, columns)] = -plane[:3]
         result = np.zeros(len(item))
         first, second = self.first[pair], self.second[pair]
         for solids, direction in ((first, -normal), (second, normal)):

@@ -13,7 +13,7 @@ from knotwork.verification.bounded_limits import (
     check_tool_limits,
 )
 from knotwork.verification.collisions import check_collisions
-from knotwork.verification.continuity import check_continuity, check_resolution
+from knotwork.verification.continuity import check_continuity, check_rounding
 from knotwork.verification.event_checks import check_events, report_cycles, report_segments
 from knotwork.verification.finding import Finding
 from knotwork.verification.freedom_use import report_freedoms
@@ -67,7 +67,7 @@ CHECKS: dict[str, Check] = {
     "collisions": check_collisions,
     "continuity": check_continuity,
     "acceleration_spike": check_acceleration_spike,
-    "resolution": check_resolution,
+    "rounding": check_rounding,
     "singularity": check_singularity,
     "no_start": NeedsTask(report_missing_approach),
 }

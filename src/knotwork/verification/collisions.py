@@ -103,7 +103,8 @@ def _not_examined(reason: str) -> Finding:
 def _shape_findings(model: CollisionModel, scenario: Scenario, robot: Robot) -> Findings:
     """Report bodies without shapes, and pairs that are not checked."""
     notes: list[tuple[Verdict, str]] = [
-        ("warning", f"{name}; it is not checked for collisions") for name in model.missing
+        ("warning", f"{note}; it is not checked for collisions")
+        for note in model.missing_shapes_notes
     ]
     has_bodies = scenario.scene.has_bodies
     if has_bodies and not any(body.kind == "link" for body in model.bodies):

@@ -66,7 +66,7 @@ def check_continuity(motion: Motion, scenario: Scenario, joints: ScenarioJoints)
             )
 
 
-def check_resolution(motion: Motion, scenario: Scenario, joints: ScenarioJoints) -> Findings:
+def check_rounding(motion: Motion, scenario: Scenario, joints: ScenarioJoints) -> Findings:
     """Check that rounding errors of position, velocity and acceleration are negligible.
 
     Where large terms of opposite signs cancel, their rounding errors remain. All other checks

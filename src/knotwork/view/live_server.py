@@ -79,7 +79,7 @@ class LiveServer(PageServer):
         """Show an error over the last good page."""
         self._set_state(self.version, error, busy=False)
 
-    def start(self) -> None:
+    def announce_next(self) -> None:
         """Announce that the next scene is in progress; an error is shown until it is ready."""
         self._set_state(self.version, self._error, busy=True)
 

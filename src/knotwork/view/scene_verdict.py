@@ -58,7 +58,8 @@ def _failure(finding: Finding, units: Units, scenario: Scenario) -> dict[str, An
     if finding.subject == "waypoint" and line.startswith(finding.name):
         line = waypoint_text(finding.name) + line.removeprefix(finding.name)
     elif at is not None and (finding.short_fact or finding.value is not None):
-        time = at if finding.time is not None else sum(finding.intervals[0]) / 2
+        middle = sum(finding.interval) / 2 if finding.interval else at
+        time = at if finding.time is not None else middle
         line += f", {describe_time(scenario, time)}"
     further = [
         {

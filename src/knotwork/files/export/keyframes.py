@@ -7,7 +7,6 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 from knotwork.arrays import FloatArray
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.curves.trajectory.sampling import make_sample_times
-from knotwork.errors import InputError
 from knotwork.errors.arguments import require_number
 from knotwork.files.export.table import DEFAULT_RATE
 
@@ -37,9 +36,7 @@ def to_mujoco(motion: JointTrajectory, *, rate: float = DEFAULT_RATE, lead: floa
     Raises:
         InputError: The rate or the lead is out of range.
     """
-    lead = require_number(lead, "lead", "s")
-    if lead < 0.0:
-        raise InputError(f"lead is {lead:g} s; accepted: kv/kp of the actuators, 0 or more")
+    lead = require_number(lead, "lead, kv/kp of the actuators,", "s", minimum=0.0)
     time = make_sample_times(motion.start_time, motion.end_time, rate, MAX_KEYFRAMES)
     root = Element("mujoco", model="knotwork_motion")
     names = SubElement(root, "custom")

@@ -58,9 +58,7 @@ class Objective:
     def __post_init__(self) -> None:
         names = [term.name for term in fields(self)]
         for name in names:
-            value = require_number(getattr(self, name), f"weight of {name}")
-            if value < 0.0:
-                raise InputError(f"weight of {name} is {value:g}; it must not be negative")
+            value = require_number(getattr(self, name), f"weight of {name}", minimum=0.0)
             object.__setattr__(self, name, value)
         if not any(getattr(self, name) for name in names):
             raise InputError("all weights of the objective are zero; give one that is positive")

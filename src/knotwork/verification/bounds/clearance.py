@@ -246,7 +246,9 @@ class _ClearanceSearch:
         """
         is_separable = self.table.convex[tests.solid_pair] & (tests.distance > 0.0) & (lower < goal)
         rows = np.flatnonzero(is_separable)
-        where = tests.interval[rows], tests.solid_pair[rows], tests.normal[rows]
+        solid_pair = tests.solid_pair[rows]
+        normal = self.table.separating_normals(solid_pair, tests.normal[rows])
+        where = tests.interval[rows], solid_pair, normal
         distance = self.table.distances_along(*where, *motions.placed) - DISTANCE_ERROR
         by_planes = np.full_like(lower, -np.inf)
         by_planes[rows] = distance - motions.approach(*where)

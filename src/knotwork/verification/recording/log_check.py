@@ -18,7 +18,7 @@ from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.errors import InputError, UnknownNameError
-from knotwork.joint_quantities import MOTION_QUANTITIES
+from knotwork.joint_quantities import MOTION_QUANTITIES, rate_unit
 from knotwork.units import SI, Units
 from knotwork.verification import Finding, Report, check
 from knotwork.verification.continuity import ROUNDING_QUANTITIES
@@ -30,6 +30,7 @@ from knotwork.verification.recording.alignment import (
     Alignment,
 )
 from knotwork.verification.recording.deviations import LogTolerances, deviation_findings
+from knotwork.verification.recording.smoothing import ERROR_ORDERS
 
 if TYPE_CHECKING:
     from knotwork.curves.trajectory import JointTrajectory
@@ -49,8 +50,12 @@ MOVING_GAP_RANGE = 0.1
 """Fraction of the range of a joint's motion beyond which it moves far in a gap."""
 REST_DEVIATIONS = 4.0
 """Motion of a plan, in standard deviations of the noise, below which it is at rest."""
-_UNIT_ORDERS = {"m": 0, "rad": 0, "m/s": 1, "rad/s": 1, "m/s²": 2, "rad/s²": 2}
-_ROTATION_UNITS = ("rad", "rad/s", "rad/s²")
+_UNITS = {
+    rate_unit(unit, order): (order, rows)
+    for unit, rows in (("m", slice(3)), ("rad", slice(3, 6)))
+    for order in range(3)
+}
+"""Order, and rows of the Jacobian, of quantities of the tool by their unit."""
 
 
 def check_log(
@@ -171,6 +176,10 @@ def _check_tolerances(
 
 def _uncertainty(finding: Finding, alignment: Alignment, joints: ScenarioJoints) -> float | None:
     """Uncertainty of a finding's value because of the noise of the log; `None` if unknown."""
+    quantity = finding.quantity.removeprefix("joint_")
+    order = MOTION_QUANTITIES.index(quantity) if quantity in MOTION_QUANTITIES else None
+    if order is not None and order not in ERROR_ORDERS:
+        return np.inf  # the smooth curve has no such derivative
     if finding.value is None or not np.isfinite(finding.value) or finding.margin is None:
         return None
     names, robot = joints.joint_names, joints.robot
@@ -179,14 +188,13 @@ def _uncertainty(finding: Finding, alignment: Alignment, joints: ScenarioJoints)
     def errors(order: int, time: float | None = finding.shown_time) -> FloatArray:
         return alignment.uncertainty(order, time)[columns]
 
-    quantity = finding.quantity.removeprefix("joint_")
     if finding.subject == "wait" and finding.interval is not None:
         # the finding compares two times, so both errors add
         return float((errors(0) + errors(0, finding.interval[0])).max())
-    if quantity in MOTION_QUANTITIES and finding.name in names and finding.subject == "joint":
-        return float(errors(MOTION_QUANTITIES.index(quantity))[names.index(finding.name)])
-    if quantity in MOTION_QUANTITIES and finding.group == Group.JOINTS_AT_WAYPOINTS:
-        return float(errors(MOTION_QUANTITIES.index(quantity)).max())
+    if order is not None and finding.name in names and finding.subject == "joint":
+        return float(errors(order)[names.index(finding.name)])
+    if order is not None and finding.group == Group.JOINTS_AT_WAYPOINTS:
+        return float(errors(order).max())
     if robot is None:
         return None
     motion = alignment.trajectory.reordered(names, joints.joint_units)
@@ -196,11 +204,11 @@ def _uncertainty(finding: Finding, alignment: Alignment, joints: ScenarioJoints)
     if finding.quantity == "effort" and finding.name in names:
         row = _inertia(robot, q)[names.index(finding.name)]
         return float(np.linalg.norm(row * errors(2)))
-    if finding.unit not in _UNIT_ORDERS:
+    if finding.unit not in _UNITS:
         return None
+    order, rows = _UNITS[finding.unit]
     jacobian = robot.jacobian(q)
-    turning = finding.unit in _ROTATION_UNITS
-    error = float(np.linalg.norm(jacobian[3 * turning :][:3] * errors(_UNIT_ORDERS[finding.unit])))
+    error = float(np.linalg.norm(jacobian[rows] * errors(order)))
     if finding.unit == "rad" and finding.subject != "waypoint":
         # on a path the orientation depends on the position along it
         v, w = np.split(jacobian @ motion.velocity(time), 2)

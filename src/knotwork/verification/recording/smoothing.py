@@ -30,10 +30,10 @@ MIN_IN_INTERVAL = 4
 """Minimum number of samples in an interval."""
 MISS_DEVIATIONS = 3.0
 """Standard deviations of white noise beyond which residuals show that the curve is too coarse."""
-ERROR_ORDERS = range(4)
-"""Orders of the quantities with standard errors: position, velocity, acceleration and jerk."""
 DEGREE = 3
 """Degree of the splines, whose acceleration is continuous."""
+ERROR_ORDERS = range(DEGREE + 1)
+"""Orders of the quantities with standard errors: position, velocity, acceleration and jerk."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -107,9 +107,8 @@ def _time_between(
     if after + 1 == len(task.waypoints):
         return _at_the_end(scenario, after)
     following = task.waypoints[after + 1]
-    added: dict[str, Any] = {} if task.ways or following.way else {"velocity": "free"}
-    if not added:
-        added["stop"] = True
+    has_way = task.ways or following.way
+    added: dict[str, Any] = {"stop": True} if has_way else {"velocity": "free"}
     changes: list[Change] = []
     if isinstance(following, PathWaypoint):
         if following.along != "line":
@@ -145,11 +144,11 @@ def _at_the_end(scenario: Scenario, after: int) -> tuple[dict[str, Any], list[Ch
     """
     task = scenario.task
     last = task.waypoints[after]
-    passing = isinstance(last, PathWaypoint) or last.stop or last.dwell
-    moves = passing or getattr(last, "velocity", None) or getattr(last, "speed", None)
+    has_motion = getattr(last, "velocity", None) or getattr(last, "speed", None)
+    is_settled = isinstance(last, PathWaypoint) or last.stop or last.dwell or has_motion
     stop = {"at": (*scenario.locations.in_file(("waypoints", after)), "stop"), "value": True}
     added = {"after": last.after if isinstance(last.after, float) else 1.0}
-    return added, [] if moves else [stop]
+    return added, [] if is_settled else [stop]
 
 
 def box_at(task: Task, point: FloatArray, size: float) -> list[Change]:

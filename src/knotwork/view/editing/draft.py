@@ -167,15 +167,15 @@ def structure_digest(data: Any) -> str:
     return hashlib.sha256(words.encode()).hexdigest()[:16]
 
 
-def units(data: Any, robot: Robot | None) -> dict[str, str]:
-    """The units of the values of a file, by their location as JSON."""
+def unit_by_location(data: Any, robot: Robot | None) -> dict[str, str]:
+    """The units of the values of a file, by `location_key`."""
     joints = {} if robot is None else dict(zip(robot.joint_names, robot.joint_units, strict=True))
     located_units = ((at, unit_at(data, at, joints)) for at in _locations(data))
-    return {as_javascript(at): unit for at, unit in located_units if unit}
+    return {location_key(at): unit for at, unit in located_units if unit}
 
 
-def as_javascript(at: Location) -> str:
-    """A location as written by a page."""
+def location_key(at: Location) -> str:
+    """A location as a page writes it, as JSON."""
     return json.dumps(at, separators=(",", ":"), ensure_ascii=False)
 
 

@@ -27,7 +27,7 @@ from knotwork.task.scenario import Scenario, resolve_task
 from knotwork.task.scenario.scenario_joints import read_scenario_joints
 from knotwork.task.task_source import moved_paths
 from knotwork.view.editing.additions import box_at, waypoint_here
-from knotwork.view.editing.draft import Draft, as_javascript, structure_digest, units
+from knotwork.view.editing.draft import Draft, location_key, structure_digest, unit_by_location
 from knotwork.view.editing.handles import Handle, handles, move_handle
 from knotwork.view.live_server import LiveServer
 from knotwork.view.scene_data import make_scene, scene_of
@@ -76,7 +76,7 @@ class DraftReading:
             robot=robot,
             handles=[handle for handle in all_handles if value_at(document.data, handle.at)],
             structure=structure_digest(document.data),
-            units=units(document.data, robot),
+            units=unit_by_location(document.data, robot),
             names=_names(scenario),
         )
 
@@ -138,11 +138,11 @@ class Session:
     def _plan_draft(self, revision: int) -> tuple[Plan, dict[str, Any]]:
         reading = self._read()
         if reading.robot is not None:
-            self.server.start()
+            self.server.announce_next()
             if self.server.scene is None:
                 scene = unplanned_scene(reading.scenario, reading.robot)
                 self.server.show({**scene, "revision": -1})
-                self.server.start()
+                self.server.announce_next()
         planned = plan(reading.scenario, budget=self._budget)
         self._verdict = {"revision": revision, "ok": planned.report.ok}
         self.server.notify()  # before drawing the scene
@@ -283,7 +283,7 @@ def _names(scenario: Scenario) -> dict[str, str]:
     for i, waypoint in zip(scenario.task_index, scenario.waypoints, strict=True):
         if i >= 0:
             at = scenario.locations.in_file(("waypoints", i))
-            named.setdefault(as_javascript(at), waypoint.name)
+            named.setdefault(location_key(at), waypoint.name)
     return named
 
 

@@ -10,6 +10,7 @@ import pinocchio as pin
 
 from knotwork.arrays import FloatArray, checked_array
 from knotwork.errors.arguments import require_count
+from knotwork.errors.old_names import OldAttribute, warn_of_old_name
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.chain.joint_ranges import all_turns, position_limits, range_middles
 from knotwork.robot.kinematics.chain.levenberg_marquardt import TOLERANCE_MARGIN, PoseSearch
@@ -26,18 +27,18 @@ from knotwork.robot.kinematics.solutions.diagnosis import find_solution_or_raise
 from knotwork.robot.kinematics.solutions.enumeration import MAX_BRANCHES
 from knotwork.robot.kinematics.solutions.self_motion import choose_farthest_apart
 
-SELF_MOTION_SPREAD = 32
+SELF_MOTION_SAMPLES = 32
 """Number of samples of the self-motion of a redundant arm."""
 
 
 @dataclass(frozen=True, eq=False)
-class Branch:
-    """A solution of a pose, with its turns.
+class PoseSolution:
+    """A solution of a pose: one branch, with its turns.
 
     >>> robot = kw.load_robot("ur5")
     >>> pose = robot.forward([0.3, -1.2, 1.5, -0.4, 0.9, 0.2])
-    >>> branches = kw.solve_pose_ik_all(robot, pose)
-    >>> len(branches), branches[0].flags
+    >>> solutions = kw.solve_pose_ik_all(robot, pose)
+    >>> len(solutions), solutions[0].branch
     (8, 'shoulder right, elbow up, no flip')
 
     Attributes:
@@ -46,8 +47,8 @@ class Branch:
         turns: All copies inside the limits, offset by whole turns, shape (k, d), read-only. A
             joint without limits is within half a turn of zero. At most 1024 copies are kept,
             nearest the middle of the limits.
-        flags: Text of the configuration flags, `shoulder left, elbow up, no flip`; empty for an
-            arm without flags.
+        branch: Name of its branch, `shoulder left, elbow up, no flip`; empty for an arm whose
+            branches have no names.
         smallest_singular_value: Smallest singular value of the Jacobian: zero at a singularity.
         position_error: Distance of the TCP from the pose, by `Robot.forward` [m].
         orientation_error: Angle of the tool from the pose, by `Robot.forward` [rad].
@@ -56,11 +57,17 @@ class Branch:
 
     q: FloatArray
     turns: FloatArray
-    flags: str
+    branch: str
     smallest_singular_value: float
     position_error: float
     orientation_error: float
     sampled: bool = False
+
+    flags = OldAttribute("branch")
+
+
+Branch = PoseSolution
+"""The old name, which goes with the next version."""
 
 
 def solve_pose_ik_all(
@@ -69,10 +76,11 @@ def solve_pose_ik_all(
     *,
     position_tolerance: float = 1e-8,
     orientation_tolerance: float = 1e-8,
-    spread: int = SELF_MOTION_SPREAD,
+    samples: int = SELF_MOTION_SAMPLES,
     waypoint: str = "",
     where: str = "",
-) -> tuple[Branch, ...]:
+    spread: int | None = None,
+) -> tuple[PoseSolution, ...]:
     """Find every branch that takes the TCP to a pose inside the joint limits, with its turns.
 
     Some arms are solved in closed form: axes 2 and 3 parallel to each other and perpendicular to
@@ -87,46 +95,50 @@ def solve_pose_ik_all(
         pose: Pose of the TCP in the base frame, `pin.SE3`.
         position_tolerance: Position tolerance [m].
         orientation_tolerance: Orientation tolerance [rad].
-        spread: Number of samples of a self-motion.
+        samples: Number of samples of a self-motion.
         waypoint: Name of the waypoint, for errors.
         where: Location of its definition, for errors.
+        spread: Old name of `samples`.
 
     Returns:
-        The branches in a fixed order, at least one.
+        A solution for each branch, in a fixed order, at least one.
 
     Raises:
         OutsideLimitsError, UnreachablePoseError, ArrayError, RobotError: As `solve_pose_ik`.
 
     >>> robot = kw.load_robot("ur5")
-    >>> branches = kw.solve_pose_ik_all(robot, robot.forward([0.4, -1.2, 1.1, -0.8, 1.0, 0.3]))
-    >>> len(branches), sum(len(branch.turns) for branch in branches)
+    >>> solutions = kw.solve_pose_ik_all(robot, robot.forward([0.4, -1.2, 1.1, -0.8, 1.0, 0.3]))
+    >>> len(solutions), sum(len(solution.turns) for solution in solutions)
     (8, 256)
-    >>> branches[0].flags
+    >>> solutions[0].branch
     'shoulder right, elbow down, no flip'
     """
     check_request(pose, position_tolerance, orientation_tolerance)
-    require_count(spread, "spread", 1)
+    if spread is not None:
+        warn_of_old_name("option 'spread'", "'samples'")
+        samples = spread
+    require_count(samples, "samples", 1)
     tolerances = TOLERANCE_MARGIN * position_tolerance, TOLERANCE_MARGIN * orientation_tolerance
     search = PoseSearch(robot, pose, *tolerances)
     solutions = find_solutions_within_limits(search)
     sampled = robot.is_redundant or len(solutions) > MAX_BRANCHES
     if sampled:
-        solutions = choose_farthest_apart(robot, solutions, spread)
+        solutions = choose_farthest_apart(robot, solutions, samples)
     if not len(solutions):
         centre = range_middles(position_limits(robot))
         solutions = find_solution_or_raise(search, centre, waypoint, where)[None]
-    return tuple(_make_branch(robot, pose, q, sampled) for q in sorted(solutions, key=sort_key))
+    return tuple(_make_solution(robot, pose, q, sampled) for q in sorted(solutions, key=sort_key))
 
 
-def _make_branch(robot: Robot, pose: Any, q: FloatArray, sampled: bool) -> Branch:
+def _make_solution(robot: Robot, pose: Any, q: FloatArray, sampled: bool) -> PoseSolution:
     copies = all_turns(robot, q)
     distance = np.abs(copies - range_middles(position_limits(robot))).sum(axis=1)
     nearest = copies[int(np.argmin(np.round(distance, 6)))]
     error = robot.forward(nearest).actInv(pose)
-    return Branch(
+    return PoseSolution(
         q=checked_array(nearest, nearest.shape, "q"),
         turns=checked_array(copies, copies.shape, "turns"),
-        flags=describe_flags(robot, configuration_flags(robot, nearest[None])[0]),
+        branch=describe_flags(robot, configuration_flags(robot, nearest[None])[0]),
         smallest_singular_value=float(np.linalg.svd(robot.jacobian(nearest), compute_uv=False)[-1]),
         position_error=float(np.linalg.norm(error.translation)),
         orientation_error=float(np.linalg.norm(pin.log3(error.rotation))),
