@@ -15,7 +15,7 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.monotone import first_times
 from knotwork.curves.retiming import find_first_rest, stop_joints, stop_on_path
 from knotwork.curves.trajectory import JointTrajectory, Segment
-from knotwork.curves.trajectory.motion_events import signals_on_at
+from knotwork.curves.trajectory.motion_events import TIME_TOLERANCE, signals_on_at
 from knotwork.errors import InputError
 from knotwork.files.documents.values import marked
 from knotwork.planning.replanning import (
@@ -23,7 +23,7 @@ from knotwork.planning.replanning import (
     task_with_scene_from,
     waypoint_at_state,
 )
-from knotwork.planning.speed_override import PATH_TOLERANCE, TIME_TOLERANCE, change_speed
+from knotwork.planning.speed_override import PATH_TOLERANCE, change_speed
 from knotwork.task import Task
 from knotwork.task.scenario import JointTarget, Scenario, resolve_task
 from knotwork.task.scenario.event_reader import action_of
