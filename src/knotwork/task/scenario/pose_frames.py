@@ -105,7 +105,7 @@ class PoseFrames:
     def axes(self, i: int) -> FloatArray:
         """Axes of the orientation of a pose at rest, shape (3, 3)."""
         name = getattr(self.task.waypoints[i], "orientation_in", None) or self.names[i]
-        self.named.find(name, ("waypoints", i, "orientation_in"))
+        self.named.checked_name(name, ("waypoints", i, "orientation_in"))
         return np.array(self.named[name].rest_placement.rotation)
 
     def axes_at(self, i: int, name: str, time: float) -> FloatArray:
