@@ -66,7 +66,7 @@ class PoseFrames:
                 continue
             is_own = waypoint.frame is not None
             location: Location = ("waypoints", i, "frame") if is_own else ("frame",)
-            names[i] = self.named.find(self.task.frame_of(waypoint), location)
+            names[i] = self.named.checked_name(self.task.frame_of(waypoint), location)
         return names
 
     @cached_property
@@ -105,7 +105,7 @@ class PoseFrames:
     def axes(self, i: int) -> FloatArray:
         """Axes of the orientation of a pose at rest, shape (3, 3)."""
         name = getattr(self.task.waypoints[i], "orientation_in", None) or self.names[i]
-        self.named.find(name, ("waypoints", i, "orientation_in"))
+        self.named.checked_name(name, ("waypoints", i, "orientation_in"))
         return np.array(self.named[name].rest_placement.rotation)
 
     def axes_at(self, i: int, name: str, time: float) -> FloatArray:
@@ -215,7 +215,9 @@ class PoseFrames:
                     "a frame that is fixed relative to the pose",
                 )
         if requested is not None:
-            joints = self.named[self.named.find(requested, (*location, "orientation_in"))].joints
+            joints = self.named[
+                self.named.checked_name(requested, (*location, "orientation_in"))
+            ].joints
             is_turning = any(any(part.is_revolute) for part in (*frame.joints, *joints))
             if joints != frame.joints and is_turning:
                 raise self.locations.error(
