@@ -25,7 +25,7 @@ def find_avoidable_ends(plan: Plan, requested: Scenario) -> list[int]:
     planner, _ = planner_and_rule(plan.scenario.planner)
     if "chosen" not in PLANNER_SPECS[planner].supports or requested.task.chosen:
         return []
-    free = requested.free_values
+    free_values = requested.free_values
     beginning, at_waypoints = set[int](), set[int]()
     for start, end in (s for pair in failed_pairs(plan.report.findings) for s in pair.intervals):
         span = start - AT_WAYPOINT, end + AT_WAYPOINT
@@ -33,26 +33,30 @@ def find_avoidable_ends(plan: Plan, requested: Scenario) -> list[int]:
         beginning.add(first)  # the collision begins in the motion to this waypoint
         if first < after:  # and lasts until the motion from the last colliding waypoint
             at_waypoints.update(range(first, after + 1))
-    avoidable = beginning - _given_motions(plan, free)
+    avoidable = beginning - _given_motions(plan, free_values)
     return [
         i
-        for ends in _ends_of_motions(plan, free)
+        for ends in _ends_of_motions(plan, free_values)
         if avoidable.intersection(ends) and not at_waypoints.intersection(ends)
         for i in ends
     ]
 
 
-def _given_motions(plan: Plan, free: FreeValues | None) -> set[int]:
+def _given_motions(plan: Plan, free_values: FreeValues | None) -> set[int]:
     """Ends of tool paths, waits and motions with a way of their own, by index of waypoint."""
     ends = {i for path in plan.scenario.paths for i in range(path.first + 1, path.last + 1)}
-    ways = {i for i, waypoint in enumerate(free.waypoints) if waypoint.way} if free else set()
+    ways = (
+        {i for i, waypoint in enumerate(free_values.waypoints) if waypoint.way}
+        if free_values
+        else set()
+    )
     return ends | {i + 1 for i in plan.joints.waits} | ways
 
 
-def _ends_of_motions(plan: Plan, free: FreeValues | None) -> Iterator[range]:
+def _ends_of_motions(plan: Plan, free_values: FreeValues | None) -> Iterator[range]:
     """For each motion between stops, the waypoints it passes at a free velocity, and its end."""
     last, first = len(plan.scenario.waypoints) - 1, 1
     for i in range(1, last + 1):
-        if free is None or free.waypoints[i].speed_kind != "free" or i == last:
+        if free_values is None or free_values.waypoints[i].speed_kind != "free" or i == last:
             yield range(first, i + 1)
             first = i + 1

@@ -122,10 +122,14 @@ def _around_obstacles(
     """A plan around the obstacles that every sequence hits, or the best plan and the attempts."""
     ended_before = sequence_planner.budget.has_ended
     free_values = sequence_planner.scenario.free_values
-    free = free_values.waypoints if free_values else ()
+    free_waypoints = free_values.waypoints if free_values else ()
     notes: list[str] = []
     avoidable = find_avoidable_ends(best, sequence_planner.scenario)
-    attempted = [i for i in avoidable if free and free[i].duration_is_free and not ended_before]
+    attempted = [
+        i
+        for i in avoidable
+        if free_waypoints and free_waypoints[i].duration_is_free and not ended_before
+    ]
     if attempted:
         try:
             detour = best_of_sequences(_with_clear_motions(sequence_planner, attempted))
@@ -139,7 +143,7 @@ def _around_obstacles(
                 )
     untried = [i for i in avoidable if i not in attempted]
     if untried and not best.scenario.scene.has_moving_bodies:
-        ends = [free[i] for i in untried] if free else []
+        ends = [free_waypoints[i] for i in untried] if free_waypoints else []
         # motions joined at a free velocity are one motion, which takes no times
         joined = any(end.speed_kind == "free" for end in ends)
         times = "" if not joined or all(end.duration_is_free for end in ends) else " without times"

@@ -15,7 +15,7 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.monotone import first_times
 from knotwork.curves.retiming import find_first_rest, stop_joints, stop_on_path
 from knotwork.curves.trajectory import JointTrajectory, Segment
-from knotwork.curves.trajectory.motion_events import signals_on_at
+from knotwork.curves.trajectory.motion_events import TIME_TOLERANCE, signals_on_at
 from knotwork.errors import InputError
 from knotwork.files.documents.values import marked
 from knotwork.planning.replanning import (
@@ -23,7 +23,7 @@ from knotwork.planning.replanning import (
     task_with_scene_from,
     waypoint_at_state,
 )
-from knotwork.planning.speed_override import PATH_TOLERANCE, TIME_TOLERANCE, change_speed
+from knotwork.planning.speed_override import PATH_TOLERANCE, change_speed
 from knotwork.task import Task
 from knotwork.task.scenario import JointTarget, Scenario, resolve_task
 from knotwork.task.scenario.event_reader import action_of
@@ -75,8 +75,8 @@ def scaled_motion(plan: MotionT, profile: Mapping[float, float]) -> MotionT:
         raise scenario.locations.error(
             ("waypoints", moving[0]), "is in a moving frame, which keeps its own speed"
         )
-    motion, clock, warnings = change_speed(profile, plan.trajectory, scenario.times, limits)
-    return _checked_plan(plan, _execution_of(plan, motion, clock, (START, "end")), warnings)
+    curve, clock, warnings = change_speed(profile, plan.trajectory, scenario.times, limits)
+    return _checked_plan(plan, _execution_of(plan, curve, clock, (START, "end")), warnings)
 
 
 def stopped_motion(plan: MotionT, at: float, *, on_path: bool) -> MotionT:
@@ -101,22 +101,22 @@ def stopped_motion(plan: MotionT, at: float, *, on_path: bool) -> MotionT:
                 f"{name}: no stop on the path from {at:g} s keeps the limits "
                 "before the motion ends; accepted: an earlier time, or on_path=False"
             )
-        clock, motion = stop
+        clock, curve = stop
     else:
         off_path = stop_joints(q, v, a, joints.limits)
         if off_path is None:
             raise at_rest
-        motion, clock = off_path, PiecewisePolynomial([[at]], off_path.x[[0, -1]])
+        curve, clock = off_path, PiecewisePolynomial([[at]], off_path.x[[0, -1]])
         if plan.scenario.paths:
             fact = "the motion leaves the tool paths of the task, which are not checked"
             warnings = [Topic(Group.WARNINGS).finding("path", fact, "warning")]
     ends = f"stop from {at:g} s", "stopped"
-    return _checked_plan(plan, _execution_of(plan, motion, clock, ends), warnings)
+    return _checked_plan(plan, _execution_of(plan, curve, clock, ends), warnings)
 
 
 def _execution_of(
     plan: CheckedMotion,
-    motion: PiecewisePolynomial,
+    curve: PiecewisePolynomial,
     clock: PiecewisePolynomial,
     ends: tuple[str, str],
 ) -> Execution:
@@ -126,12 +126,12 @@ def _execution_of(
 
     Args:
         plan: The planned motion.
-        motion: The executed motion of the joints.
+        curve: The executed motion of the joints.
         clock: Time of the planned motion over that of the executed one.
         ends: Names of its ends, where the task has no waypoint.
     """
     planned = plan.scenario
-    start, end = motion.x[[0, -1]].tolist()
+    start, end = curve.x[[0, -1]].tolist()
     first, last = clock(clock.x[[0, -1]])
     within = np.clip(planned.times, first, last)
     passes = np.abs(planned.times - within) <= TIME_TOLERANCE
@@ -164,7 +164,7 @@ def _execution_of(
         task_index=tuple(task_index),
         paths=tuple(_passed_paths(planned, waypoints, intervals, clock)) if on_path else (),
     )
-    trajectory = replace(plan.trajectory, polynomial=motion, waypoint_times=kept_scenario.times)
+    trajectory = replace(plan.trajectory, polynomial=curve, waypoint_times=kept_scenario.times)
     return Execution(trajectory, clock, kept_scenario)
 
 
@@ -260,7 +260,7 @@ def _task_of(plan: CheckedMotion, executed: Execution) -> Task:
     It does not depend on a file: it has a name and absolute paths.
     """
     scenario = plan.scenario
-    motion = executed.trajectory
+    trajectory = executed.trajectory
     kept = executed.kept_scenario
     ends = kept.waypoints[0].name, kept.waypoints[-1].name
     task = task_with_scene_from(plan, executed.span, ends)
@@ -271,10 +271,11 @@ def _task_of(plan: CheckedMotion, executed: Execution) -> Task:
             waypoints[-1]["wait"] = reached.time - waypoints[-1]["time"]
         else:
             given = planned[task_i] if 0 <= task_i < len(planned) else None
-            waypoints.append(waypoint_at_state(motion, reached.time, task, reached.name, given))
+            waypoints.append(waypoint_at_state(trajectory, reached.time, task, reached.name, given))
     _add_actions(waypoints, plan, executed)
     start, end = (
-        to_file_units(motion, motion(t, 2), task.units) for t in kept.times[[0, -1]].tolist()
+        to_file_units(trajectory, trajectory(t, 2), task.units)
+        for t in kept.times[[0, -1]].tolist()
     )
     replaced = marked(Task, "defines_motion")
     data = {key: value for key, value in task.to_dict().items() if key not in replaced} | {

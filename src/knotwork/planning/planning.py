@@ -50,9 +50,9 @@ def plan(
     """
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
-    requested, free = scenario, scenario.free_values
+    requested, free_values = scenario, scenario.free_values
     work = Budget(progress, budget)
-    if free is not None and free.time_dependent:
+    if free_values is not None and free_values.time_dependent:
         from knotwork.planning.choosing import fix_arrival_times
 
         scenario = fix_arrival_times(scenario, work)

@@ -9,11 +9,10 @@ from typing import Any
 
 from knotwork.curves.retiming import find_first_rest
 from knotwork.curves.trajectory import JointTrajectory
-from knotwork.curves.trajectory.motion_events import signals_on_at
+from knotwork.curves.trajectory.motion_events import TIME_TOLERANCE, signals_on_at
 from knotwork.errors import InputError
 from knotwork.errors.plain_text import default_waypoint_name
 from knotwork.files.documents.values import marked
-from knotwork.planning.speed_override import TIME_TOLERANCE
 from knotwork.task import Action, EndAcceleration, ExpandedTask, Placement, SceneObject, Task
 from knotwork.task.scenario import PlacedHeldObject, Scenario, resolve_task
 from knotwork.task.scenario.event_reader import action_of

@@ -17,15 +17,13 @@ from knotwork.curves.retiming import (
     make_override,
 )
 from knotwork.curves.trajectory import JointTrajectory
+from knotwork.curves.trajectory.motion_events import TIME_TOLERANCE
 from knotwork.joint_quantities import JointLimits
 from knotwork.verification import Finding
 from knotwork.verification.finding import Group, Topic
 
 PATH_TOLERANCE = 1e-6
 """Largest deviation of a joint from the planned path [rad or m]."""
-
-TIME_TOLERANCE = 1e-9
-"""Difference within which times are equal [s]."""
 
 ATTEMPTS = (
     *((1.0, 1.5), (0.97, 1.0), (0.97, 2.5), (0.9, 1.0)),

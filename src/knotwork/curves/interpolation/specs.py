@@ -87,7 +87,8 @@ _ALL_PLANNERS = (
         "one polynomial of degree nine per interval",
         continuity=4,
         degree=9,
-        guarantees="positions, velocities, preset accelerations, zero jerk and snap at waypoints",
+        guarantees="positions, velocities, preset accelerations, zero jerk and snap "
+        "at all waypoints",
         limitations="does not keep peaks low: the more is preset, the higher they are",
         supports=("accelerations", "end_acceleration"),
         entry_point="waypoint_polynomials:plan_nonic",

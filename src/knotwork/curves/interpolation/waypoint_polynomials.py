@@ -27,6 +27,7 @@ to Robotics; C. de Boor, A Practical Guide to Splines, chapters IV and IX.
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -47,27 +48,18 @@ def plan_cubic(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewiseP
     return join_pieces(waypoints, two_point_coefficients(waypoints.time, derivatives))
 
 
-def plan_quintic(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynomial:
-    """Make a C2 smooth curve of degree five: accelerations are met as well."""
-    return _with_presets(waypoints, options)
-
-
-def plan_septic(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynomial:
-    """Make a C3 smooth curve of degree seven: the jerk is zero at waypoints."""
-    return _with_presets(waypoints, options, zeros=1)
-
-
-def plan_nonic(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynomial:
-    """Make a C4 smooth curve of degree nine: jerk and snap are zero at waypoints."""
-    return _with_presets(waypoints, options, zeros=2)
-
-
 def _with_presets(
-    waypoints: JointWaypoints, options: PlannerOptions, zeros: int = 0
+    waypoints: JointWaypoints, options: PlannerOptions, zeros: int
 ) -> PiecewisePolynomial:
+    """Make a curve that also meets accelerations; so many derivatives above them are zero."""
     presets = preset_accelerations(waypoints, options)
     derivatives = waypoints.position, waypoints.velocity, presets, *[0.0 * presets] * zeros
     return join_pieces(waypoints, two_point_coefficients(waypoints.time, derivatives))
+
+
+plan_quintic = partial(_with_presets, zeros=0)
+plan_septic = partial(_with_presets, zeros=1)
+plan_nonic = partial(_with_presets, zeros=2)
 
 
 def plan_353(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynomial:

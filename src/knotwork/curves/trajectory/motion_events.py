@@ -8,6 +8,9 @@ from typing import Any, ClassVar, Literal
 
 SegmentKind = Literal["free motion", "way", "tool path", "wait"]
 
+TIME_TOLERANCE = 1e-9
+"""Difference within which times are equal [s]."""
+
 
 class MotionPart:
     """Base class of the data that are stored with a motion."""

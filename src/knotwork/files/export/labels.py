@@ -8,12 +8,10 @@ import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.curves.trajectory import Event, JointTrajectory
+from knotwork.curves.trajectory.motion_events import TIME_TOLERANCE
 from knotwork.errors import ExportError
 from knotwork.errors.plain_text import waypoint_text
 from knotwork.files.storage import json_text
-
-EVENT_ROW_TOLERANCE = 1e-9
-"""An event up to this time after a row belongs to that row [s]."""
 
 EVENTS_FORMAT = "knotwork.events"
 
@@ -33,7 +31,7 @@ def labels_at(trajectory: JointTrajectory, time: FloatArray) -> dict[str, list[s
     names = ["", *(segment.name for segment in trajectory.segments)]
     switched: list[list[str]] = [[] for _ in time]
     for event in trajectory.events:
-        row = int(np.searchsorted(time, event.time - EVENT_ROW_TOLERANCE))
+        row = int(np.searchsorted(time, event.time - TIME_TOLERANCE))
         switched[min(row, len(time) - 1)].append(event.text)
     segment = [names[i] for i in np.searchsorted(starts, time, "right")]
     return {"segment": segment, "event": ["; ".join(row) for row in switched]}

@@ -55,11 +55,11 @@ class ChosenValues:
     @property
     def fixed_arrivals(self) -> tuple[str, ...]:
         """Names of the waypoints in moving frames, whose times were chosen first."""
-        free = self.requested.required_free_values
+        free_values = self.requested.required_free_values
         return tuple(
             self.requested.waypoints[i].name
-            for i in free.time_dependent
-            if free.waypoints[i].duration_is_free
+            for i in free_values.time_dependent
+            if free_values.waypoints[i].duration_is_free
         )
 
     @property

@@ -45,9 +45,9 @@ def chosen_values_findings(
         chosen_values: The chosen values.
         joints: The joints and their limits.
     """
-    free = chosen_values.requested.required_free_values
+    free_values = chosen_values.requested.required_free_values
     has_free_times = bool(np.isnan(chosen_values.requested.durations).any())
-    given = free.total_duration is not None or not has_free_times
+    given = free_values.total_duration is not None or not has_free_times
     highlight = _duration(chosen_values, given=given)
     verdict: Verdict = "warning" if chosen_values.status != "optimal" else "information"
     group = Group.CHOSEN_TIMES if has_free_times else Group.CHOSEN_MOTION

@@ -154,10 +154,10 @@ def find_sections(solved: SolvedScenario) -> list[FreeSection]:
         InputError: Two equal stops have no given time between them, or a free velocity is at a
             waypoint where the motion must be split.
     """
-    scenario, free = solved.scenario, solved.free_values.waypoints
+    scenario, free_waypoints = solved.scenario, solved.free_values.waypoints
     closed = set(solved.joints.waits)
     for i in closed:
-        if free[i + 1].duration_is_free:
+        if free_waypoints[i + 1].duration_is_free:
             names = (scenario.waypoints[k].name for k in (i, i + 1))
             raise InputError(
                 f"{' and '.join(map(repr, names))} are the same stop, so the minimum time between "
@@ -166,9 +166,9 @@ def find_sections(solved: SolvedScenario) -> list[FreeSection]:
             )
     ends = solved.zero_acceleration_points
     for i, why in ends.items():
-        if free[i].speed_kind != "given":
+        if free_waypoints[i].speed_kind != "given":
             accepted = "stop, or a velocity"
-            if [bool(end.way) for end in free[i : i + 2]] == [True, True]:
+            if [bool(end.way) for end in free_waypoints[i : i + 2]] == [True, True]:
                 accepted += ", or velocity: free between ways of equal options without times"
             message = f"the velocity is chosen, but {why} here; accepted: {accepted}"
             raise InputError(message, where=solved.where(i))

@@ -33,20 +33,20 @@ def with_chosen_values(
     solved: SolvedScenario, motions: Mapping[FreeSection, TimedMotion]
 ) -> Scenario:
     """The scenario with numbers in place of its free values, from the motions of all sections."""
-    scenario, free = solved.scenario, solved.free_values.waypoints
+    scenario, free_waypoints = solved.scenario, solved.free_values.waypoints
     waypoints: defaultdict[int, dict[str, Any]] = defaultdict(dict)
     positions = np.array(solved.joint_waypoints.position)
     for section, motion in motions.items():
         if section.way is not None:  # its end was chosen
             positions[section.rows] = motion.trajectory.position(motion.time)
     waypoints.update(solutions_near(solved, positions))
-    for i, waypoint in enumerate(free):
+    for i, waypoint in enumerate(free_waypoints):
         if waypoint.way is not None:
             waypoints[scenario.task_index[i]]["way"] = None
     for section, motion in motions.items():
         for k, i in enumerate(section.indices):
             changes = waypoints[scenario.task_index[i]]
-            if k and free[i].duration_is_free:
+            if k and free_waypoints[i].duration_is_free:
                 after = float(motion.time[k] - motion.time[k - 1])
                 changes |= {"time": None, "after": after}
             q = positions[section.rows[k]]

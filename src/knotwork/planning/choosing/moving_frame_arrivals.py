@@ -123,16 +123,16 @@ def _first_choice(
 
 def _guesses(scenario: Scenario) -> list[dict[int, float]]:
     """Expected times of the first moving frame to try [s], by index in the task."""
-    free = scenario.required_free_values
-    first = free.time_dependent[0]
+    free_values = scenario.required_free_values
+    first = free_values.time_dependent[0]
     task_i = scenario.task_index[first]
     if (
         scenario.task.waypoints[task_i].time is not None
-        or not free.waypoints[first].duration_is_free
+        or not free_values.waypoints[first].duration_is_free
     ):
         return [{}]
     start = scenario.expected_times[first - 1]
-    spans = dict.fromkeys(max(span, free.waypoints[first].min_duration) for span in GUESSES)
+    spans = dict.fromkeys(max(span, free_values.waypoints[first].min_duration) for span in GUESSES)
     return [{task_i: start + span} for span in spans]
 
 
@@ -141,9 +141,9 @@ def _with_speeds_before(scenario: Scenario, budget: Budget) -> Scenario:
 
     They are those of the motion before, planned alone if it is a complete task.
     """
-    free, task = scenario.required_free_values, scenario.task
-    first = free.time_dependent[0]
-    if not any(waypoint.path_speed_is_free for waypoint in free.waypoints[:first]):
+    free_values, task = scenario.required_free_values, scenario.task
+    first = free_values.time_dependent[0]
+    if not any(waypoint.path_speed_is_free for waypoint in free_values.waypoints[:first]):
         return scenario
     try:
         part = task.replace(waypoints=task.waypoints[: scenario.task_index[first]])
@@ -155,8 +155,8 @@ def _with_speeds_before(scenario: Scenario, budget: Budget) -> Scenario:
 
 def _speeds(scenario: Scenario, chosen_values: ChosenValues) -> dict[int, Any]:
     """Chosen speeds along paths up to the last moving frame, for the task."""
-    free, timed = scenario.required_free_values, chosen_values.scenario.task.waypoints
-    until = free.waypoints[: free.time_dependent[-1] + 1]
+    free_values, timed = scenario.required_free_values, chosen_values.scenario.task.waypoints
+    until = free_values.waypoints[: free_values.time_dependent[-1] + 1]
     ends = [scenario.task_index[i] for i, end in enumerate(until) if end.path_speed_is_free]
     # a part of the task has its first waypoints only
     return {k: {"speed": timed[k].speed} for k in ends if k < len(timed)}  # type: ignore[union-attr]
@@ -194,12 +194,12 @@ def _times(scenario: Scenario, chosen_values: ChosenValues) -> FloatArray:
 
 def _with_numbers(scenario: Scenario, chosen_values: ChosenValues) -> Scenario:
     """The scenario with numbers for its free values up to the last moving frame."""
-    free, task = scenario.required_free_values, scenario.task
-    last, spans = free.time_dependent[-1], np.diff(chosen_values.scenario.times)
+    free_values, task = scenario.required_free_values, scenario.task
+    last, spans = free_values.time_dependent[-1], np.diff(chosen_values.scenario.times)
     changes: defaultdict[int, dict[str, Any]] = defaultdict(dict)
     changes.update(_speeds(scenario, chosen_values))
     for i in range(1, last + 1):
-        waypoint = free.waypoints[i]
+        waypoint = free_values.waypoints[i]
         task_i = scenario.task_index[i]
         if waypoint.duration_is_free and task.waypoints[task_i].time is None:
             span = float(spans[i - 1])
@@ -220,10 +220,10 @@ def _with_fewer_free(
     timed = change_task(scenario, task.replace(objective=None), expected)
     if np.isnan(timed.durations).any():
         return change_task(scenario, task, expected)
-    free = scenario.required_free_values
-    if not free.knots_are_free:
+    free_values = scenario.required_free_values
+    if not free_values.knots_are_free:
         return timed
     # minimum jerk would continue end accelerations
-    terms = {name: value for name, value in free.objective if value and name != "time"}
+    terms = {name: value for name, value in free_values.objective if value and name != "time"}
     objective = terms or {"acceleration": 1.0}
     return change_task(scenario, task.replace(knots="optimal", objective=objective), expected)

@@ -6,7 +6,8 @@ q⃛ = q''' ṡ³ + 3 q'' ṡ s̈ + q' s⃛ the ratio of each quantity to its li
     at rest + by_speed ṡ^order + by_acceleration s̈ + by_both ṡ s̈ + by_jerk s⃛,
 
 whose five terms depend on s alone. For the acceleration of a joint, of order 2, they are 0, q'',
-q', 0 and 0, divided by its limit.
+q', 0 and 0, divided by its limit. Ratios are vectors of three components, of which joints use one;
+their norm is the utilisation.
 """
 
 from __future__ import annotations
@@ -126,30 +127,31 @@ class PathUtilisation:
         robot, start, target = solved.solution.starts[path.first]
         curve = JointsOnPath(robot, at_unit_speed, start, target).curve
         joint_count = len(limits.joint_names)
-        self._s = _sample_points(curve)
+        self._s = _sample_points(curve)  # shape (k,)
         orders = range(len(MOTION_QUANTITIES))
+        # positions and their derivatives by s, shape (k, d) each
         q, *derivatives = (curve(self._s, order)[:, :joint_count] for order in orders)
         (d1, d2, *_), zero = derivatives, np.zeros_like(q)
-        at_rest = limits.ratios(q)
+        at_rest = limits.ratios(q)  # shape (k, m, 3), as of the other terms
         by_speed, by_acceleration, by_both, by_jerk = (
             limits.ratios(q, *rates) - at_rest
             for rates in (derivatives, (zero, d1), (zero, zero, 3.0 * d2), (zero, zero, d1))
         )
+        # shape (5, k, m, 3)
         self._terms = np.stack((at_rest, by_speed, by_acceleration, by_both, by_jerk))
         self._ends = timing.times
 
     def with_timing(self, timing: Timing) -> FloatArray:
         """Largest utilisation on each part of n stretches with a timing, shape (n, 3, m)."""
+        from scipy.interpolate import make_interp_spline
+
         curve = timing.arc_length
         t = (curve.x[:-1, None] + np.diff(curve.x)[:, None] * TIMING_FRACTIONS).ravel()
         t = np.union1d(t, np.interp(self._s, curve(t), t))
-        s = curve(t)
+        s = np.clip(curve(t), self._s[0], self._s[-1])  # shape (l,)
+        terms = make_interp_spline(self._s, self._terms, k=1, axis=1)(s)  # linear interpolation
+        at_rest, by_speed, by_acceleration, by_both, by_jerk = terms  # shape (l, m, 3) each
         v, a, j = (curve(t, order)[:, None, None] for order in (1, 2, 3))
-        after = np.clip(np.searchsorted(self._s, s), 1, len(self._s) - 1)
-        low, high = self._s[after - 1], self._s[after]
-        weight = np.clip((s - low) / (high - low), 0.0, 1.0)[:, None, None]
-        terms = (1.0 - weight) * self._terms[:, after - 1] + weight * self._terms[:, after]
-        at_rest, by_speed, by_acceleration, by_both, by_jerk = terms
         ratios = at_rest + by_speed * v ** self.orders[:, None]
         ratios += by_acceleration * a + by_both * v * a + by_jerk * j
         return _largest_by_part(np.linalg.norm(ratios, axis=-1), t, _parts(timing))
@@ -166,8 +168,9 @@ class PathUtilisation:
             The speed that each limit allows on each stretch, shape (n, m).
         """
         at_rest, by_speed, *_ = self._terms
-        sizes = np.linalg.norm(by_speed, axis=-1)
+        sizes = np.linalg.norm(by_speed, axis=-1)  # shape (k, m)
         at_rest = (at_rest * np.sign(by_speed)).sum(axis=-1)  # only efforts are not 0 at rest
+        # the stretch of each sample point
         index = np.clip(np.searchsorted(self._ends, self._s) - 1, 0, len(allowed) - 1)
         with np.errstate(divide="ignore", invalid="ignore"):
             unused = np.maximum(allowed[index] - at_rest, 0.0)

@@ -64,12 +64,12 @@ def solve_sections(
             another sequence of solutions may have one.
         InputError: A section with `way: clear` can't be solved, or the total is too short.
     """
-    free = solved.free_values
-    objective = Objective(**dict(free.objective))
+    free_values = solved.free_values
+    objective = Objective(**dict(free_values.objective))
     with_free_times = [section for section in sections if section.has_free_durations]
-    solved_twice = with_free_times if free.total_duration is not None else []
+    solved_twice = with_free_times if free_values.total_duration is not None else []
     budget.expect(sum(len(section.indices) - 1 for section in sections + solved_twice))
-    if free.total_duration is None:
+    if free_values.total_duration is None:
         return _solve_each(sections, objective, budget)
     fastest = _solve_each(with_free_times, Objective(), budget)
     durations = solved.scenario.durations
@@ -77,10 +77,10 @@ def solve_sections(
         durations[section.indices[:-1]] = 0.0
     outside = float(durations.sum())
     shortest = outside + sum(motion.duration for motion in fastest.values())
-    if free.total_duration < shortest:
+    if free_values.total_duration < shortest:
         budget_ended = any(motion.status == "budget" for motion in fastest.values())
         raise _total_too_short(solved, shortest, budget_ended=budget_ended)
-    factor = (free.total_duration - outside) / (shortest - outside)
+    factor = (free_values.total_duration - outside) / (shortest - outside)
     totals = {section: factor * motion.duration for section, motion in fastest.items()}
     try:
         return _solve_each(sections, objective, budget, totals)

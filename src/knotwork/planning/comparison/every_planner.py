@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.curves.interpolation import PLANNERS, PlannerOptions, get_planner
+from knotwork.curves.interpolation import PLANNERS, PlannerOptions, get_planner, rules
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.files import storage
@@ -80,13 +80,13 @@ class Comparison:
         )
 
 
-_BY_RULE = {"modified-hermite": ("paper", "balanced"), "quintic": ("zero", "estimated")}
+_BY_RULE = {planner: rules(planner) for planner in ("modified-hermite", "quintic")}
 DEFAULT_PLANNERS = tuple(
     name
     for planner in PLANNERS
     for name in (planner, *(f"{planner}:{rule}" for rule in _BY_RULE.get(planner, ())))
 )
-"""Planners compared by default: all of them, and two with each of their rules."""
+"""Planners compared by default: all, and two with each of their rules, which others share."""
 
 
 def compare(

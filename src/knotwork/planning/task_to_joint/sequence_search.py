@@ -98,9 +98,9 @@ class SequenceSearch:
         groups = dependent_groups(scenario, joints.waits)
         self._group_of = {i: group for group in groups for i in group}
         check_branch(scenario, robot)
-        free = scenario.free_values.waypoints if scenario.free_values is not None else ()
+        free_waypoints = scenario.free_values.waypoints if scenario.free_values is not None else ()
         self.free_velocity = frozenset(
-            i for i, waypoint in enumerate(free) if waypoint.speed_kind != "given"
+            i for i, waypoint in enumerate(free_waypoints) if waypoint.speed_kind != "given"
         )
         self.joint_rules = joint_rules(robot)
         self.steps = step_rules(scenario, chains, joints.targets, self.free_velocity, avoided)

@@ -58,7 +58,11 @@ def step_rules(
         free_velocity: Waypoints whose speed is chosen later, by index.
         avoided: Steps that count as collisions.
     """
-    free, tolerance, collided = scenario.free_values, _avoided_distance(chains), list(avoided)
+    free_values, tolerance, collided = (
+        scenario.free_values,
+        _avoided_distance(chains),
+        list(avoided),
+    )
     passes = [
         isinstance(w, CartesianWaypoint) and (i in free_velocity or bool(w.twist.vector.any()))
         for i, w in enumerate(scenario.waypoints)
@@ -72,7 +76,9 @@ def step_rules(
         # Where the tool passes at speed, a change of branch would move it off its path.
         keeps = scenario.branch == "keep" or passes[i] or passes[i + 1]
         change: Literal["allowed", "avoided", "forbidden"] = "avoided" if keeps else "allowed"
-        start, end = free.waypoints[i : i + 2] if free else (FreeWaypoint(), FreeWaypoint())
+        start, end = (
+            free_values.waypoints[i : i + 2] if free_values else (FreeWaypoint(), FreeWaypoint())
+        )
         has_given_speeds = start.speed_kind == end.speed_kind == "given"
         rests = end.duration_is_free and end.way is None
         rules.append(

@@ -9,15 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.curves.trajectory.motion_events import Event
+from knotwork.curves.trajectory.motion_events import TIME_TOLERANCE, Event
 from knotwork.files.documents import Location
 from knotwork.task import Action
 from knotwork.task.actions import parse_switched
 from knotwork.task.scenario.scenario import RequestedEvent, ScenarioPath, ScenarioWaypoint
 from knotwork.task.scenario.task_reading import TaskReading
 
-EVENT_TOLERANCE = 1e-9
-"""Tolerance of positions on a path and times, relative to its length and 1 s."""
+LENGTH_ROUNDING = 1e-9
+"""Rounding tolerance of positions on a path, relative to its length."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +120,7 @@ class EventReader:
         lengths = path.requested.lengths
         before, length = sum(lengths[: i - path.first]), sum(lengths)
         s = before + at
-        if not -EVENT_TOLERANCE * length <= s <= (1.0 + EVENT_TOLERANCE) * length:
+        if not -LENGTH_ROUNDING * length <= s <= (1.0 + LENGTH_ROUNDING) * length:
             text = self.reading.units.text
             raise self.reading.locations.error(
                 location,
@@ -131,7 +131,7 @@ class EventReader:
 
     def _check_inside(self, location: Location, event: Event) -> None:
         start, end = self.waypoints[0].time, self.waypoints[-1].time
-        if not start - EVENT_TOLERANCE <= event.time <= end + EVENT_TOLERANCE:
+        if not start - TIME_TOLERANCE <= event.time <= end + TIME_TOLERANCE:
             raise self.reading.locations.error(
                 location,
                 f"{event.text} ({event.waypoint}) comes at {event.time:.6g} s, outside the motion",

@@ -219,38 +219,38 @@ def _misplaced(task: ExpandedTask, i: int, *, after_free: bool) -> Iterator[tupl
 
 
 def _misused(
-    task: ExpandedTask, free: FreeValues, task_index: Sequence[int]
+    task: ExpandedTask, free_values: FreeValues, task_index: Sequence[int]
 ) -> Iterator[tuple[Location, str, str]]:
     """Keys about free values although none is free, and free values that exclude each other."""
-    free_times = sum(waypoint.duration_is_free for waypoint in free.waypoints)
-    has_free_times = free_times > len(free.time_dependent)
-    has_free_speeds = any(waypoint.speed_kind != "given" for waypoint in free.waypoints)
+    free_times = sum(waypoint.duration_is_free for waypoint in free_values.waypoints)
+    has_free_times = free_times > len(free_values.time_dependent)
+    has_free_speeds = any(waypoint.speed_kind != "given" for waypoint in free_values.waypoints)
     has_objective = task.objective is not None
-    weighs_time = free.objective.time > 0.0
+    weighs_time = free_values.objective.time > 0.0
     if task.duration is not None and not has_free_times:
         accepted = "times: fastest, or after: fastest at a waypoint"
         yield ("duration",), "is given, but so is every time", accepted
-    if has_objective and not (has_free_times or free.knots_are_free or has_free_speeds):
+    if has_objective and not (has_free_times or free_values.knots_are_free or has_free_speeds):
         accepted = "times: fastest, after: fastest at a waypoint, or knots: optimal"
         yield ("objective",), "gives an objective, but no time is free", accepted
     if has_objective and weighs_time and (not has_free_times or task.duration is not None):
         message = "the time is given, so it can't be minimised"
         yield ("objective",), message, "jerk, effort or acceleration"
-    if free.has_free_durations and task.duration is None and not weighs_time:
+    if free_values.has_free_durations and task.duration is None and not weighs_time:
         message = "gives no weight to the time, so the slowest motion would be optimal"
         accepted = "time as well, for example {time: 1, effort: 0.01}, or duration: seconds"
         yield ("objective",), message, accepted
-    if task.chosen is not None and free.has_any:
+    if task.chosen is not None and free_values.has_any:
         message = "gives the motion between waypoints, but times or speeds are free"
         yield ("chosen",), message, "numbers for all of them; leave out chosen"
-    if isinstance(task.knots, tuple) and free.has_any:
+    if isinstance(task.knots, tuple) and free_values.has_any:
         yield ("knots",), "knot times are given, but waypoint times are free", "leave out knots"
-    if task.planner != "modified-hermite" and free.has_any:
+    if task.planner != "modified-hermite" and free_values.has_any:
         accepted = "modified-hermite; its plan.freeze (--freeze) writes numbers for any planner"
         yield ("planner",), f"{task.planner!r} needs given times, and some are free", accepted
-    if free.objective.effort > 0.0 and task.robot is None:
+    if free_values.objective.effort > 0.0 and task.robot is None:
         yield ("objective",), "effort needs a robot, and the file names none", ""
-    if free.time_dependent and task.duration is not None:
-        number = task_index[free.time_dependent[0]] + 1
+    if free_values.time_dependent and task.duration is not None:
+        number = task_index[free_values.time_dependent[0]] + 1
         message = f"is given together with the time at waypoint {number}, after chosen ones"
         yield ("duration",), message, "one of them"

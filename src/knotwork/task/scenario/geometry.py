@@ -167,7 +167,7 @@ class Frames(dict[str, TaskFrame]):
             moving = move_frame(moving, frame.moves, self._locations, name)
         return moving
 
-    def find(self, name: str, location: Location, *also: str) -> str:
+    def checked_name(self, name: str, location: Location, *also: str) -> str:
         """Check that a name is a frame, or one of the other names, and return it.
 
         Raises:

@@ -8,9 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from knotwork.curves.trajectory.motion_events import Segment, SegmentKind
+from knotwork.curves.trajectory.motion_events import TIME_TOLERANCE, Segment, SegmentKind
 from knotwork.task import ChosenSectionFields
-from knotwork.task.scenario.event_reader import EVENT_TOLERANCE
 from knotwork.task.scenario.free_values_reader import ends_wait
 from knotwork.task.scenario.scenario import Scenario
 
@@ -32,7 +31,7 @@ def stored_clear_motions(scenario: Scenario) -> Iterator[StoredClearMotion]:
     times = scenario.expected_times
     for motion in scenario.task.chosen or ():
         if motion.tries:
-            low, high = motion.times[0] - EVENT_TOLERANCE, motion.times[-1] + EVENT_TOLERANCE
+            low, high = motion.times[0] - TIME_TOLERANCE, motion.times[-1] + TIME_TOLERANCE
             inside = np.flatnonzero((low <= times) & (times <= high)).tolist()
             yield StoredClearMotion(inside, motion)
 

@@ -66,7 +66,7 @@ class PoseFrames:
                 continue
             is_own = waypoint.frame is not None
             location: Location = ("waypoints", i, "frame") if is_own else ("frame",)
-            names[i] = self.named.find(self.task.frame_of(waypoint), location)
+            names[i] = self.named.checked_name(self.task.frame_of(waypoint), location)
         return names
 
     @cached_property
@@ -105,7 +105,7 @@ class PoseFrames:
     def axes(self, i: int) -> FloatArray:
         """Axes of the orientation of a pose at rest, shape (3, 3)."""
         name = getattr(self.task.waypoints[i], "orientation_in", None) or self.names[i]
-        self.named.find(name, ("waypoints", i, "orientation_in"))
+        self.named.checked_name(name, ("waypoints", i, "orientation_in"))
         return np.array(self.named[name].rest_placement.rotation)
 
     def axes_at(self, i: int, name: str, time: float) -> FloatArray:
@@ -215,7 +215,9 @@ class PoseFrames:
                     "a frame that is fixed relative to the pose",
                 )
         if requested is not None:
-            joints = self.named[self.named.find(requested, (*location, "orientation_in"))].joints
+            joints = self.named[
+                self.named.checked_name(requested, (*location, "orientation_in"))
+            ].joints
             is_turning = any(any(part.is_revolute) for part in (*frame.joints, *joints))
             if joints != frame.joints and is_turning:
                 raise self.locations.error(
@@ -230,11 +232,11 @@ class PoseFrames:
                 "a speed" if is_path else "a speed, or velocity: free",
             )
 
-    def with_time_dependent(self, free: FreeValues, task_index: Sequence[int]) -> FreeValues:
+    def with_time_dependent(self, free_values: FreeValues, task_index: Sequence[int]) -> FreeValues:
         """The free values, including the waypoints whose pose depends on their time.
 
         Args:
-            free: The free values so far.
+            free_values: The free values so far.
             task_index: Index in the task of each waypoint of the scenario.
 
         Raises:
@@ -242,18 +244,18 @@ class PoseFrames:
         """
         in_moving_frames = [
             i
-            for i in range(free.first_unknown_time, len(task_index))
+            for i in range(free_values.first_unknown_time, len(task_index))
             if self[task_index[i]].is_moving
         ]
-        if in_moving_frames and free.total_duration is not None:
+        if in_moving_frames and free_values.total_duration is not None:
             name = self.names[task_index[in_moving_frames[0]]]
             raise self.locations.error(
                 ("duration",),
                 f"is given, and the time in moving frame {name!r} is chosen",
                 "no duration, or time or after [s] at the waypoints in that frame and before",
             )
-        time_dependent = tuple(sorted({*in_moving_frames, *free.time_dependent}))
-        return replace(free, time_dependent=time_dependent)
+        time_dependent = tuple(sorted({*in_moving_frames, *free_values.time_dependent}))
+        return replace(free_values, time_dependent=time_dependent)
 
 
 def _link_text(link: str) -> str:

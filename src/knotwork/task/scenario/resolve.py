@@ -133,7 +133,7 @@ def _check_keys(reading: TaskReading, given: ExpandedTask) -> None:
                     "a robot file of its own, units m and rad, or the scenario's own limits",
                 )
     if task.frame is not None or task.frames:
-        reading.pose_frames.named.find(task.frame or "base", ("frame",))
+        reading.pose_frames.named.checked_name(task.frame or "base", ("frame",))
     for name in ("path", "path_orientation", "path_speed"):
         value, given_value = getattr(task.tolerances, name), getattr(given.tolerances, name)
         if value < MIN_PATH_TOLERANCE:

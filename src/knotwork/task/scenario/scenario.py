@@ -231,9 +231,8 @@ class Scenario:
         """Time from each waypoint to the next [s], shape (n - 1,); NaN where it is unknown."""
         durations = np.diff(self.expected_times)
         if self.free_values is not None:
-            durations[[free.duration_is_unknown for free in self.free_values.waypoints[1:]]] = (
-                np.nan
-            )
+            arrivals = self.free_values.waypoints[1:]
+            durations[[arrival.duration_is_unknown for arrival in arrivals]] = np.nan
         return durations
 
     @property

@@ -154,7 +154,7 @@ class _SceneReader:
     def _robot(self, name: str, robot: OtherRobot) -> PlacedRobot:
         location: Location = ("scene", "robots", name)
         locations, frames = self.reading.locations, self.reading.pose_frames.named
-        base = frames[frames.find(robot.parent, (*location, "in"))]
+        base = frames[frames.checked_name(robot.parent, (*location, "in"))]
         if not base.rests_on(""):
             raise self._error(
                 (*location, "in"),
@@ -177,7 +177,7 @@ class _SceneReader:
         locations, placement = self.reading.locations, self.reading.placement(item, *location)
         if isinstance(item, SceneObject):
             frames = self.reading.pose_frames.named
-            parent = frames[frames.find(item.parent, (*location, "in"))]
+            parent = frames[frames.checked_name(item.parent, (*location, "in"))]
             placement = parent.rest_placement * placement
         kind = next(name for name in FIXED_SHAPES if getattr(item, name, None) is not None)
         path, scale, resolution = None, 1.0, 0.0

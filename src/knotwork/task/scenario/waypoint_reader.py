@@ -301,7 +301,7 @@ class _WaypointReader:
         velocity, speed = waypoint.velocity, waypoint.speed
         if isinstance(velocity, Velocity):
             name = velocity.axes or frames.names[i]
-            frames.named.find(name, ("waypoints", i, "velocity", "in"), "tool")
+            frames.named.checked_name(name, ("waypoints", i, "velocity", "in"), "tool")
             is_tool = name == "tool"
             axes = poses[i].rotation if is_tool else frames.axes_at(i, name, times[i])
             return pin.Motion(axes @ np.array(velocity.linear), axes @ np.array(velocity.angular))
