@@ -59,16 +59,10 @@ def test_shared_constants_have_names_of_their_own() -> None:
 
 def test_variables_are_nouns_that_say_something() -> None:
     empty = [
-        f"{path.relative_to(SOURCE)}:{node.lineno} {name}"
+        f"{path.relative_to(SOURCE)}:{node.lineno}"
         for path in FILES
         for node in ast.walk(tree_of(path))
-        for name in (
-            [node.id]
-            if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)
-            else [node.arg]
-            if isinstance(node, ast.arg)
-            else []
-        )
-        if name in EMPTY
+        if (isinstance(node, ast.Name) and node.id in EMPTY)
+        or (isinstance(node, ast.arg) and node.arg in EMPTY)
     ]
     assert empty == []

@@ -250,16 +250,13 @@ def test_belt_is_met_a_given_time_after_a_path_with_a_free_speed(
 
 def test_speed_along_path_after_wait_on_belt_names_acceleration_of_task() -> None:
     """The wait is a path in the frame of the belt, without an acceleration of its own."""
-    off = {"name": "off", "along": "line", "speed": "fastest", "stop": True, "frame": "base"}
-    task = belt(
-        near="home",
-        path={"acceleration": 0.3},
-        limits={"acceleration": 20.0},
-        waypoints=[
-            {"name": "over", "pose": HIGH, "time": 3, "wait": 0.3},
-            {"name": "on", "after": 3, "stop": True, "pose": down(0.4, -0.2, 0.4), "frame": "base"},
-            {"pose": down(0.4, -0.1, 0.4), **off},
-        ],
-    )
-    (finding,) = kw.plan(task).report.select(quantity="active_limits")
+    on, off = ({"pose": down(0.4, y, 0.4), "stop": True, "frame": "base"} for y in (-0.2, -0.1))
+    waypoints = [
+        {"pose": HIGH, "time": 3, "wait": 0.3},
+        {"name": "on", "after": 3, **on},
+        {"name": "off", "along": "line", "speed": "fastest", **off},
+    ]
+    options: dict[str, Any] = {"path": {"acceleration": 0.3}, "limits": {"acceleration": 20.0}}
+    plan = kw.plan(belt(near="home", waypoints=waypoints, **options))
+    (finding,) = plan.report.select(quantity="active_limits")
     assert str(finding) == "on to off: its speed is limited by path.acceleration, 0.3 m/s²"

@@ -233,9 +233,8 @@ def test_check_reads_what_replan_writes(tmp_path: Path, knotwork: Command) -> No
 
 def test_replan_plans_running_motion_with_budget(tmp_path: Path, knotwork: Command) -> None:
     ends = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": 1}]
-    file = kw.Task.load({"limits": {"velocity": 1.2}, "waypoints": ends}).save(
-        tmp_path / "lift.yaml"
-    )
+    task = kw.Task.load({"limits": {"velocity": 1.2}, "waypoints": ends})
+    file = task.save(tmp_path / "lift.yaml")
     with patch.object(planning, "plan", wraps=kw.plan) as plan:
         replanned = knotwork("replan", file, file, "--at", "0.5", "--budget", "9s")
     assert [call.kwargs["budget"] for call in plan.call_args_list] == [9.0, 9.0]

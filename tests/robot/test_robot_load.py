@@ -144,15 +144,17 @@ def test_refuses_unsupported_joints(kind: str, extra: str, says: str, tmp_path: 
             load_robot({"urdf": str(path), "tool_frame": "c", "locked": {"second": 0.5}})
 
 
+def four_links(folder: Path, *joints: str) -> Path:
+    """A URDF of the links a to d."""
+    return written(folder / "arm.urdf", urdfs.robot(*map(link, "abcd"), *joints))
+
+
 def test_plans_prismatic_and_unbounded_joints(tmp_path: Path) -> None:
-    path = written(
-        tmp_path / "arm.urdf",
-        urdfs.robot(
-            *map(link, "abcd"),
-            joint("slide", "prismatic", "a", "b"),
-            joint("spin", "continuous", "b", "c"),
-            joint("fix", "fixed", "c", "d"),
-        ),
+    path = four_links(
+        tmp_path,
+        joint("slide", "prismatic", "a", "b"),
+        joint("spin", "continuous", "b", "c"),
+        joint("fix", "fixed", "c", "d"),
     )
     robot = load_robot(path).with_tool("d")
     assert robot.joint_names == ("slide", "spin")
@@ -175,14 +177,11 @@ def test_refuses_joint_without_range(tmp_path: Path) -> None:
 
 
 def test_locked_mimic_joints_follow_master(tmp_path: Path) -> None:
-    path = written(
-        tmp_path / "arm.urdf",
-        urdfs.robot(
-            *map(link, "abcd"),
-            joint("arm", "revolute", "a", "b"),
-            joint("finger", "revolute", "b", "c"),
-            joint("twin", "revolute", "b", "d", '<mimic joint="finger" multiplier="-2"/>'),
-        ),
+    path = four_links(
+        tmp_path,
+        joint("arm", "revolute", "a", "b"),
+        joint("finger", "revolute", "b", "c"),
+        joint("twin", "revolute", "b", "d", '<mimic joint="finger" multiplier="-2"/>'),
     )
     robot = load_robot({"urdf": str(path), "tool_frame": "b", "locked": {"finger": 0.3}})
     assert robot.locked == {"finger": 0.3, "twin": -0.6}
@@ -191,14 +190,11 @@ def test_locked_mimic_joints_follow_master(tmp_path: Path) -> None:
 @pytest.mark.parametrize("frame", ["b", None])
 def test_refuses_followers_of_planned_joints(tmp_path: Path, frame) -> None:
     """A link beside the arm that turns with its first joint would be checked as if it stood."""
-    path = written(
-        tmp_path / "arm.urdf",
-        urdfs.robot(
-            *map(link, "abcd"),
-            joint("arm", "revolute", "a", "b"),
-            joint("crank", "revolute", "a", "c", '<mimic joint="arm"/>'),
-            joint("rod", "revolute", "c", "d", '<mimic joint="crank" multiplier="-1"/>'),
-        ),
+    path = four_links(
+        tmp_path,
+        joint("arm", "revolute", "a", "b"),
+        joint("crank", "revolute", "a", "c", '<mimic joint="arm"/>'),
+        joint("rod", "revolute", "c", "d", '<mimic joint="crank" multiplier="-1"/>'),
     )
     task = {
         "robot": {"urdf": str(path)} | ({"tool_frame": frame} if frame else {}),
