@@ -143,13 +143,15 @@ class PathUtilisation:
 
     def with_timing(self, timing: Timing) -> FloatArray:
         """Largest utilisation on each part of n stretches with a timing, shape (n, 3, m)."""
-        from scipy.interpolate import make_interp_spline
-
         curve = timing.arc_length
         t = (curve.x[:-1, None] + np.diff(curve.x)[:, None] * TIMING_FRACTIONS).ravel()
         t = np.union1d(t, np.interp(self._s, curve(t), t))
-        s = np.clip(curve(t), self._s[0], self._s[-1])  # shape (l,)
-        terms = make_interp_spline(self._s, self._terms, k=1, axis=1)(s)  # linear interpolation
+        s = curve(t)  # shape (l,)
+        # linear interpolation; very short pieces may have equal points
+        after = np.clip(np.searchsorted(self._s, s), 1, len(self._s) - 1)
+        low, high = self._s[after - 1], self._s[after]
+        weight = np.clip((s - low) / (high - low), 0.0, 1.0)[:, None, None]
+        terms = (1.0 - weight) * self._terms[:, after - 1] + weight * self._terms[:, after]
         at_rest, by_speed, by_acceleration, by_both, by_jerk = terms  # shape (l, m, 3) each
         v, a, j = (curve(t, order)[:, None, None] for order in (1, 2, 3))
         ratios = at_rest + by_speed * v ** self.orders[:, None]
