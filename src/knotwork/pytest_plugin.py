@@ -1,7 +1,9 @@
 """Pytest plugin: the fixture `knotwork`, which checks scenarios and trajectories in tests.
 
-def test_cell(knotwork):
-    knotwork.check("*.yaml")
+    def test_cell(knotwork):
+        knotwork.check("*.yaml")
+
+Pytest loads it if Knotwork is installed.
 """
 
 from __future__ import annotations

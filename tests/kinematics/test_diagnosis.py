@@ -274,7 +274,7 @@ REFUSED: list[tuple[Callable[..., Any], str, list[Any], str]] = [
     (velocity, "linear_tolerance", [float("nan")], "must be a positive and finite number"),
     (velocity, "angular_tolerance", [float("nan")], "must be a positive and finite number"),
     (batch, "max_restarts", NO_COUNTS, "max_restarts is .*must be (a whole|at least 0)"),
-    (every, "spread", [0, -3, 1.5], "spread is .*must be (a whole|at least 1)"),
+    (every, "samples", [0, -3, 1.5], "samples is .*must be (a whole|at least 1)"),
     (pull, "rate", [float("nan"), float("inf"), None], "rate is (nan|inf); every value must"),
     (pull, "rate", ["a"], "rate must be numbers, not 'a'"),
 ]

@@ -209,7 +209,7 @@ def finding_lines(findings: Sequence[Finding], max_kinds: int | None = None) -> 
     return [*lines, f"and {remaining} more"] if remaining else lines
 
 
-def kind_of(finding: Finding) -> tuple[str, str, str]:
+def finding_kind(finding: Finding) -> tuple[str, str, str]:
     """Group, subject and quantity, which findings of one kind share."""
     return finding.group, finding.subject, finding.quantity
 
@@ -221,7 +221,7 @@ def group_alike(findings: Sequence[Finding]) -> list[list[Finding]]:
     """
     kinds: dict[tuple[str, str, str], list[Finding]] = {}
     for finding in findings:
-        kinds.setdefault(kind_of(finding), []).append(finding)
+        kinds.setdefault(finding_kind(finding), []).append(finding)
     for kind in kinds.values():
         worst = max(
             kind, key=lambda finding: (finding.utilisation or 0.0, -(finding.margin or 0.0))

@@ -14,9 +14,9 @@ from knotwork.joint_quantities import MOTION_QUANTITIES, rate_unit
 from knotwork.units import Units
 from knotwork.verification import Finding, Report
 from knotwork.verification.brief import (
+    finding_kind,
     group_alike,
     highlights_by_group,
-    kind_of,
     representatives,
     requirement_counts,
     value_text,
@@ -98,7 +98,7 @@ def _tightest_rows(report: Report) -> list[Finding]:
     unused = [finding for group in report.groups.values() for finding in representatives(group)]
     rows: dict[tuple[str, str, str], Finding] = {}
     for finding in (*failing, *report.notable[:MAX_ROWS], *unused):
-        rows.setdefault(kind_of(finding), finding)
+        rows.setdefault(finding_kind(finding), finding)
     return list(rows.values())
 
 

@@ -143,7 +143,7 @@ class _PathReader:
         times, full = self.start + timing.times, self.start + timing.full_speed_intervals
         parts = tuple(
             Stretch(
-                kind=("woven " if waypoint.weave else "") + kind_of(waypoint),
+                noun=("woven " if waypoint.weave else "") + path_kind(waypoint),
                 start=float(begin),
                 end=float(end),
                 speed=speed,
@@ -293,7 +293,7 @@ def _time_key(waypoint: PathWaypoint) -> str:
     return "after" if waypoint.after else "time"
 
 
-def kind_of(waypoint: PathWaypoint) -> str:
+def path_kind(waypoint: PathWaypoint) -> str:
     """Kind of a path to a waypoint: `"line"`, `"arc"` or `"points"`."""
     if isinstance(waypoint.along, AlongArc):
         return "arc"

@@ -60,15 +60,15 @@ class Stretch:
     """The part of a tool path between two consecutive waypoints.
 
     Attributes:
-        kind: `"line"`, `"arc"` or `"points"`, prefixed by `"woven "` if a weave is added, or
-            `"place"`, as messages say, for a wait in a moving frame.
+        noun: Noun in messages: `"line"`, `"arc"` or `"points"`, prefixed by `"woven "` if a
+            weave is added, or `"place"` for a wait in a moving frame.
         start, end: Time interval [s].
         speed: Speed of the TCP along it [m/s]; in a wait, the scale of its tolerances.
         full_speed_interval: Time interval of that speed [s]; outside, the speed changes.
         weave: The added weave, or `None`.
     """
 
-    kind: str
+    noun: str
     start: float
     end: float
     speed: float

@@ -1,10 +1,11 @@
 """Robot logs: noisy samples, the smooth motion behind them, and its uncertainty.
 
-from knotwork.verification.recording import read_log, smoothed
+    from knotwork.verification.recording import aligned, check_log, read_log, smoothed
 
-log = read_log("log.csv", robot.joint_names, robot.joint_units)
-curve = smoothed(log)
-curve.trajectory.velocity(1.2), curve.noise
+    log = read_log("log.csv", plan.trajectory.joint_names, plan.trajectory.joint_units)
+    alignment = aligned(smoothed(log), plan.trajectory)
+
+`check_log(alignment, plan.scenario, plan.joints)` checks it against the scenario of its plan.
 """
 
 import lazy_loader
