@@ -95,7 +95,7 @@ budget_option = click.option(
     "--budget",
     metavar="TIME",
     type=Seconds(),
-    help="For free times: computing time after which the best motion is taken, such as 10s.",
+    help="Computing time after which the best motion so far is taken, such as 10s.",
 )
 full_option = click.option(
     "--full",
@@ -173,7 +173,7 @@ class PlanOptions:
 
     Attributes:
         planner: Name of a planner, optionally with a rule.
-        budget: For free times, computing time after which the best motion so far is taken [s].
+        budget: Computing time after which the best motion so far is taken [s].
     """
 
     planner: str | None = None
