@@ -98,7 +98,7 @@ def check_joints_at_waypoints(
     achieved = [motion.curve(times, order) for order in (0, 1)]  # all waypoints at once, for speed
     for row, (i, time) in enumerate(passed.items()):
         waypoint = scenario.waypoints[i]
-        for order, requested in _scenario_joints(waypoint, joints.targets[i], joints):
+        for order, requested in _required_joint_values(waypoint, joints.targets[i], joints):
             value = _compare_joints(order, requested, achieved[order][row], joints)
             yield value.finding(_joint_topic(waypoint), time, scenario.units)
     if joints.end_acceleration is not None:
@@ -109,7 +109,7 @@ def check_joints_at_waypoints(
             yield value.finding(_joint_topic(end), time, scenario.units)
 
 
-def _scenario_joints(
+def _required_joint_values(
     waypoint: ScenarioWaypoint, state: JointState | None, joints: ScenarioJoints
 ) -> Iterator[tuple[int, FloatArray]]:
     """Required joint values at a waypoint, shape (d,), each with the order of its derivative."""
