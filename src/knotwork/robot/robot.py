@@ -257,7 +257,7 @@ class Robot(ChainModel):
     ) -> Robot:
         """Choose the tool, which determines the planned joints.
 
-        What is not given is unchanged; a new frame begins without offset and payload.
+        Values that are not given stay unchanged; a new frame begins without offset and payload.
 
         Args:
             frame: Link that carries the tool.

@@ -160,7 +160,7 @@ def keeps_limit(margin: float, limit: float) -> bool:
 
 
 def compare_text(worst: LimitedValue, unit: str, units: Units) -> str:
-    """Text that compares a value with its limit, and states what is not proved.
+    """Text that compares a value with its limit, and states whether it is only sampled.
 
     Args:
         worst: The value.

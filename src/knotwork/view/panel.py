@@ -32,7 +32,7 @@ NOTE_LETTERS = 14
 LABEL_LETTERS = 12
 """Letters in a line of a quantity's name."""
 LABEL_WIDTH = 1.0
-"""Width of a quantity's name and of the numbers beside a panel [in]."""
+"""Width of a quantity's name and of the numbers next to a panel [in]."""
 
 
 class LimitLine(NamedTuple):

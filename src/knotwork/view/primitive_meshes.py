@@ -100,8 +100,8 @@ def tube(points: FloatArray, colours: FloatArray, radius: float, sides: int = 8)
     around = np.cos(angle) * across + np.sin(angle) * np.cross(along, across)
     normals = around.swapaxes(0, 1).reshape(-1, 3)
     ring = np.arange(len(normals)).reshape(-1, sides)
-    beside = np.roll(ring, -1, axis=1)
-    quads = np.stack([ring[:-1], beside[:-1], beside[1:], ring[1:]], axis=-1).reshape(-1, 4)
+    next_ring = np.roll(ring, -1, axis=1)
+    quads = np.stack([ring[:-1], next_ring[:-1], next_ring[1:], ring[1:]], axis=-1).reshape(-1, 4)
     return Mesh(
         np.repeat(points, sides, axis=0) + radius * normals,
         normals,

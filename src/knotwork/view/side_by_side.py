@@ -40,14 +40,14 @@ def side_by_side(plans: Sequence[CheckedMotion], names: Sequence[str]) -> Page:
         scene["legend"]["units"] = scenes[0]["units"]
     view = _common_view(scenes)
     pages = [scene_page({**scene, **view}, embedded=True, autoplay=False) for scene in scenes]
-    parts = {"style": asset("beside.css"), "script": asset("beside.js")}
+    parts = {"style": asset("side_by_side.css"), "script": asset("side_by_side.js")}
     difference = _difference(plans)
     parts["json"] = json_in_html(difference)
     for key, page, name in zip(("first", "second"), pages, names, strict=True):
         parts[key] = iframe(page.html, height="100%", name=name)
     title = " and ".join(names)
     text = render_template(
-        "beside.html",
+        "side_by_side.html",
         parts,
         title=title,
         shown=list(zip(names, scenes, strict=True)),

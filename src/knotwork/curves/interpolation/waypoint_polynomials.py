@@ -51,7 +51,7 @@ def plan_cubic(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewiseP
 def _with_presets(
     waypoints: JointWaypoints, options: PlannerOptions, zeros: int
 ) -> PiecewisePolynomial:
-    """Make a curve that also meets accelerations; so many derivatives above them are zero."""
+    """Make a curve that also meets accelerations, and zero for the next `zeros` derivatives."""
     presets = preset_accelerations(waypoints, options)
     derivatives = waypoints.position, waypoints.velocity, presets, *[0.0 * presets] * zeros
     return join_pieces(waypoints, two_point_coefficients(waypoints.time, derivatives))

@@ -142,7 +142,7 @@ def motion_table(
 
 
 def _sample_times(motion: JointTrajectory, rate: float, *, has_tool: bool) -> FloatArray:
-    """Times of samples [s], of which a table may have only so many."""
+    """Times of samples [s], at most as many as a table may have."""
     columns = 1 + len(MOTION_QUANTITIES) * len(motion.joint_names)
     if has_tool:
         columns += sum(len(components) for _, components, _ in TOOL_COLUMNS.values())

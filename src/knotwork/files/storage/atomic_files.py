@@ -19,7 +19,7 @@ def write_files(folder: Path | str, contents: Mapping[str, str | bytes]) -> list
     """Write files into a folder, each as a whole; existing ones are replaced.
 
     If one can't be written, none is. A process that ends while files are moved into place leaves
-    old ones beside new ones, which `changed_since_report` detects.
+    old ones next to new ones, which `changed_since_report` detects.
 
     >>> [path.name for path in write_files("motion", {"a.txt": "one", "b.bin": b"two"})]
     ['a.txt', 'b.bin']

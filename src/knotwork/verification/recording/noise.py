@@ -93,16 +93,16 @@ def slopes_of(time: FloatArray, values: FloatArray) -> FloatArray:
 
 def _residuals(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Residual of each inner sample, scaled to its own noise, and its velocity, (n - 4, d)."""
-    beside = [0, 1, 3, 4]
-    offset = sliding_window_view(time, 5)[:, beside].T - time[2:-2]
-    neighbours = sliding_window_view(values, 5, axis=0)[:, :, beside]
+    neighbours = [0, 1, 3, 4]
+    offset = sliding_window_view(time, 5)[:, neighbours].T - time[2:-2]
+    around = sliding_window_view(values, 5, axis=0)[:, :, neighbours]
     weights = np.stack(
         [
             np.prod([-offset[j] / (offset[i] - offset[j]) for j in range(4) if j != i], axis=0)
             for i in range(4)
         ]
     )
-    misses = values[2:-2] - np.einsum("kdi,ik->kd", neighbours, weights)
+    misses = values[2:-2] - np.einsum("kdi,ik->kd", around, weights)
     residuals = misses / np.sqrt(1.0 + (weights**2).sum(axis=0))[:, None]
     # Next to a gap a neighbour is far away, so a cubic is not meaningful.
     far = np.abs(offset).max(axis=0) > 4.0 * np.median(np.diff(time))

@@ -92,9 +92,9 @@ class Strip {
       const known = at >= 0 && time <= times[times.length - 1] + AT_FRAME && value[at] !== null;
       if (known) parts.push(`${name} ${plain(value[at])} ${unit}${words[at] ?? ""}`);
     }
-    const beside = (at) => Math.abs(at - time) < 0.012 * player.animator.duration;
-    parts.push(...data.events.filter(([at]) => beside(at)).map(([, text]) => text));
-    const near = data.waypoints.filter((stop) => beside(stop.time - player.start));
+    const isNear = (at) => Math.abs(at - time) < 0.012 * player.animator.duration;
+    parts.push(...data.events.filter(([at]) => isNear(at)).map(([, text]) => text));
+    const near = data.waypoints.filter((stop) => isNear(stop.time - player.start));
     parts.push(...near.map((stop) => stop.name).filter(Boolean));
     const tip = byId("tip");
     tip.hidden = false;
