@@ -78,7 +78,7 @@ def test_needs_one_trailing_axis():
 
 
 def test_joints_in_another_order_are_the_same_motion(trajectory):
-    mixed = dataclasses.replace(trajectory, joint_units=("rad", "m"))
+    mixed = dataclasses.replace(trajectory, joint_units=np.array(["rad", "m"]))
     other = mixed.reordered(NAMES[::-1], ("m", "rad"))
     t = np.linspace(1, 7, 50)
     for nu in range(4):

@@ -25,6 +25,8 @@ def number_array(
         ArrayError: The values are not numbers or have a wrong shape.
     """
     try:
+        if np.asarray(values).dtype.kind not in ("biuf" if kind is bool else "iuf") + "O":
+            raise TypeError  # NumPy would convert text and flags
         array: NDArray[Any] = np.array(values, dtype=kind)
     except (TypeError, ValueError) as error:
         message = f"{subject} must be numbers, not {values!r}"
@@ -138,7 +140,8 @@ def checked_joints(
         WaypointDataError: There are no names, a name is repeated, or a unit is missing or unknown.
     """
     names = tuple(names)
-    units = tuple(units or ()) or ("rad",) * len(names)
+    units = () if units is None else tuple(units)
+    units = units or ("rad",) * len(names)
     if not names or len(set(names)) != len(names):
         raise WaypointDataError(f"joint names must be given, each once; got {list(names)}")
     if len(units) != len(names) or not set(units) <= {"rad", "m"}:

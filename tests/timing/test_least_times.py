@@ -162,6 +162,7 @@ def swing(**options: Any) -> TimingProblem:
         ({"used_fraction": float("nan")}, "used_fraction is nan"),
         ({"used_fraction": "a"}, "used_fraction is 'a'"),
         ({"jerk": "a"}, "jerk limit must be numbers, not 'a'"),
+        ({"jerk": ["2"]}, r"jerk limit must be numbers, not \['2'\]"),
         ({"jerk": [float("nan")]}, r"jerk limits are \[nan\]; give positive ones"),
         ({"upper": 1.0}, r"upper limit must have shape \(1,\)"),
     ],

@@ -133,6 +133,7 @@ def test_long_duration_reports_maximum():
         (lambda: profile([0.1], [-1]), "speed of stretch 1 is -1 m/s"),
         (lambda: profile([0.1], [1], acceleration=0.0), r"acceleration is 0\.0"),
         (lambda: profile([0.1], [1], start_speed=-1.0), r"start_speed is -1\.0"),
+        (lambda: profile([0.1], [1], start_speed="x"), r"start_speed is 'x'; it must be a finite"),
         (lambda: profile([], []), "no stretches"),
         (lambda: tp.speed_for_duration(0.1, 0.0, acceleration=1), r"duration is 0\.0"),
         (

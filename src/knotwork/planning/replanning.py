@@ -112,8 +112,8 @@ def waypoint_at_state(
         time: Its time [s].
         task: The task, in whose units the values are.
         name: Name of the waypoint.
-        given: The waypoint that the motion reaches there, if any. Its values are kept that neither
-            define the motion nor belong to a pose.
+        given: The waypoint that the motion reaches there, if any. The new waypoint has those of its
+            values that neither define the motion nor belong to a pose.
     """
     q, v = (to_file_units(motion, motion(time, nu), task.units) for nu in range(2))
     kept = JointWaypoint.model_fields.keys() - marked(JointWaypoint, "defines_motion")

@@ -6,6 +6,7 @@ Planning imports scenes, so scenes load it by name when they call it.
 from __future__ import annotations
 
 import importlib
+from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -24,8 +25,8 @@ LOCKED_JOINT_TOLERANCE = 1e-9
 
 _ROOT_PACKAGE = __package__.partition(".")[0]
 
-_under_way: list[str] = []
-"""Scenarios that are being planned; each one needs the next one."""
+_being_planned: ContextVar[tuple[str, ...]] = ContextVar("_being_planned", default=())
+"""Scenarios that are being planned in this thread; each one needs the next one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,16 +53,17 @@ def load_other_motion(placed: PlacedRobot) -> OtherMotion:
         InputError: Its scenario is wrong, fails its own check, or needs itself.
     """
     path = str(placed.scenario)
-    if path in _under_way:
-        cycle = " needs ".join((*_under_way[_under_way.index(path) :], path))
+    waiting = _being_planned.get()
+    if path in waiting:
+        cycle = " needs ".join((*waiting[waiting.index(path) :], path))
         raise InputError(f"robots need one another: {cycle}; accepted: an independent one")
     files = (Path(placed.scenario), placed.motion) if placed.motion else (Path(placed.scenario),)
     changed = tuple(file.stat().st_mtime_ns for file in files if file.is_file())
-    _under_way.append(path)
+    token = _being_planned.set((*waiting, path))
     try:
         return _load_motion(path, placed.motion, changed)
     finally:
-        _under_way.pop()
+        _being_planned.reset(token)
 
 
 @lru_cache(maxsize=8)

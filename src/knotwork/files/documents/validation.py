@@ -73,11 +73,11 @@ def validate(model: type[ModelT], document: Document, instance: ModelT | None = 
         errors = [dict(item) for item in error.errors(include_url=False)]
     else:
         return cast(ModelT, checked)
-    many = len(errors) > MAX_REPORTED_PROBLEMS
     errors = [item for item in errors if not _is_long_enough(item)]
+    is_cut = len(errors) > MAX_REPORTED_PROBLEMS
     problems = [_problem(model, document, item) for item in errors[:MAX_REPORTED_PROBLEMS]]
     problems.sort(key=lambda problem: problem.line or 0)
-    raise DocumentError(document.file, list(dict.fromkeys(problems)), complete=not many)
+    raise DocumentError(document.file, list(dict.fromkeys(problems)), complete=not is_cut)
 
 
 def _is_long_enough(item: dict[str, Any]) -> bool:

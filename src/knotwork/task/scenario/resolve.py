@@ -59,8 +59,7 @@ def resolve_task(
     Args:
         task: The task, in its own units.
         locations: Locations of its parts in its file, for messages.
-        expected: Expected times of waypoints with a chosen time [s], by their index
-            in the task.
+        expected: Expected times of waypoints with a chosen time [s], by their index in the task.
 
     >>> ends = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": 2}]
     >>> resolve_task(kw.Task(waypoints=ends)).times

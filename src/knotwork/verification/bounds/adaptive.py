@@ -77,7 +77,6 @@ class Quantity(NamedTuple):
             φ(g), shape (k, c); signed if it is absolute.
         rate_bounds: Function from bounds of the joints' derivatives, shape (5, d, n), to bounds
             of |g|, |g'| and |g''|, shape (3, c, n).
-            |g'| and |g''|, shape (3, c, n).
         angles: Whether each joint's position is an angle, shape (d,).
         absolute: Whether φ is the magnitude, so that signed values are compared by magnitude.
     """
