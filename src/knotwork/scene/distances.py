@@ -125,7 +125,10 @@ class DistanceMeter:
     def distance_and_normal(
         self, first: Placed, second: Placed, max_distance: float = math.inf
     ) -> tuple[float, FloatArray]:
-        """As `distance`, with the unit vector from the second solid to the first, shape (3,)."""
+        """As `distance`, with the unit vector from the second solid to the first, shape (3,).
+
+        The vector is only for convex solids; others may be swapped, or in other axes.
+        """
         distance = self.distance(first, second, max_distance)
         return distance, -self._result.normal
 

@@ -127,7 +127,7 @@ class SolidPairs:
     ) -> tuple[float, FloatArray]:
         """Distance of a pair of solids [m], at most 0 if they overlap, and its direction.
 
-        The direction is a unit vector from the second to the first, shape (3,).
+        The direction is a unit vector from the second to the first, shape (3,), if both are convex.
 
         Args:
             pair: Index of the pair of solids.
