@@ -72,7 +72,7 @@ class StepEnd(NamedTuple):
         q: Joint positions [rad or m], shape (n, d); NaN for a blocked start.
         reached: Time at the end of the step [s], shape (n,); for a blocked start, the time at
             which it was blocked.
-        smallest_singular_value: That of the Jacobian where a start was blocked, NaN for others,
+        smallest_singular_value: Value of the Jacobian where a start was blocked, NaN for others,
             shape (n,).
     """
 
