@@ -122,6 +122,6 @@ def test_a_curve_is_chosen_below_the_slider(tabs: Any, tmp_path: Path) -> None:
     assert tab.evaluate(picture) != before
     box = tab.locator("#strip").bounding_box()
     tab.mouse.move(box["x"] + 0.5 * box["width"], box["y"] + 60)
-    assert "limit: elbow_joint acceleration" in tab.inner_text("#tip")
+    assert "limit: acceleration of 'elbow_joint'" in tab.inner_text("#tip")
     assert "above the lower bound" in tab.inner_text("#head")
     assert "1.01" in tab.inner_text("#head h1")

@@ -248,7 +248,7 @@ def _error_text(
         for number in (abs(bound.value), bound.limit, max(bound.value, 0.0))
     )
     if quantity == "path_deviation":
-        return f"the tool leaves the {stretch.noun} by {value}, tolerance {limit}"
+        return f"the tool leaves the {stretch.kind} by {value}, tolerance {limit}"
     if quantity == "path_orientation":
         return f"the orientation of the tool is off by {value}, tolerance {limit}"
     if quantity == "path_turn" and path.freedom is not None:
@@ -262,7 +262,7 @@ def _error_text(
             for length in (progress.start, progress.end, progress.length, progress.back)
         )
         return (
-            f"the tool moves from {start} to {end} of the {stretch.noun}'s {total} and moves back "
+            f"the tool moves from {start} to {end} of the {stretch.kind}'s {total} and moves back "
             f"by {backward}, tolerance {limit}"
         )
     speed = units.number(stretch.speed, "m/s", ".5g")

@@ -143,7 +143,7 @@ class _PathReader:
         times, full = self.start + timing.times, self.start + timing.full_speed_intervals
         parts = tuple(
             Stretch(
-                noun=("woven " if waypoint.weave else "") + path_kind(waypoint),
+                kind=("woven " if waypoint.weave else "") + path_kind(waypoint),
                 start=float(begin),
                 end=float(end),
                 speed=speed,

@@ -60,7 +60,7 @@ class Stretch:
     """The part of a tool path between two consecutive waypoints.
 
     Attributes:
-        noun: Noun in messages: `"line"`, `"arc"` or `"points"`, prefixed by `"woven "` if a
+        kind: Kind, as in messages: `"line"`, `"arc"` or `"points"`, prefixed by `"woven "` if a
             weave is added, or `"place"` for a wait in a moving frame.
         start, end: Time interval [s].
         speed: Speed of the TCP along it [m/s]; in a wait, the scale of its tolerances.
@@ -68,7 +68,7 @@ class Stretch:
         weave: The added weave, or `None`.
     """
 
-    noun: str
+    kind: str
     start: float
     end: float
     speed: float
