@@ -25,9 +25,10 @@ def number_array(
         ArrayError: The values are not numbers or have a wrong shape.
     """
     try:
-        if np.asarray(values).dtype.kind not in ("biuf" if kind is bool else "iuf") + "O":
+        given = np.asarray(values)
+        if given.dtype.kind not in ("biuf" if kind is bool else "iuf") + "O":
             raise TypeError  # NumPy would convert text and flags
-        array: NDArray[Any] = np.array(values, dtype=kind)
+        array: NDArray[Any] = np.array(given, dtype=kind)
     except (TypeError, ValueError) as error:
         message = f"{subject} must be numbers, not {values!r}"
         raise ArrayError(message, value=values) from error

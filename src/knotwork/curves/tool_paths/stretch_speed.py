@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from knotwork.curves.tool_paths.timing_profile import RAMP_TOLERANCE
+from knotwork.curves.tool_paths.timing_profile import RAMP_TOLERANCE, checked_end_speed
 from knotwork.errors import RampError, StretchTimeError
 from knotwork.errors.arguments import require_number
 
@@ -43,7 +43,7 @@ def speed_for_duration(
     length = require_number(length, "length", "m", positive=True)
     duration = require_number(duration, "duration", "s", positive=True)
     end_speeds = [
-        require_number(value, name, "m/s", minimum=0.0)
+        checked_end_speed(value, name)
         for name, value in (("start_speed", start_speed), ("end_speed", end_speed))
         if value is not None
     ]

@@ -119,10 +119,8 @@ def speed_profile(
 
     Raises:
         ArrayError: Arrays are not finite or have a wrong shape.
-        InputError: A speed at an end is not a number of at least 0, or the acceleration is not
-            positive.
-        PathError: A length or speed is not positive, or a stretch is too slow for the resolution of
-            time in its ramps.
+        InputError: A speed at an end is negative, or the acceleration is not positive.
+        PathError: A length or speed is not positive, or time does not resolve the ramps.
         RampError: A stretch is too short for its ramps; the error has feasible values.
 
     >>> ends = {"start_speed": 0.0, "end_speed": 0.0}
@@ -134,11 +132,8 @@ def speed_profile(
     length, speed = _check_stretches(lengths, speeds)
     count = len(length)
     end_speed = 0.0 if count - 1 in stops and end_speed is None else end_speed
-    given_ends = (("start_speed", start_speed, speed[0]), ("end_speed", end_speed, speed[-1]))
-    first, last = (
-        default if given is None else require_number(given, name, "m/s", minimum=0.0)
-        for name, given, default in given_ends
-    )
+    first = speed[0] if start_speed is None else checked_end_speed(start_speed, "start_speed")
+    last = speed[-1] if end_speed is None else checked_end_speed(end_speed, "end_speed")
     inner = np.minimum(speed[:-1], speed[1:])  # at a junction the lower of two speeds
     inner[[i for i in stops if i < count - 1]] = 0.0
     junction_speeds = [float(first), *inner.tolist(), float(last)]
@@ -212,6 +207,11 @@ def _make_pieces(
         (even if even > RAMP_TOLERANCE * (T0 + T1) else 0.0, [0.0, 0.0, 0.0, v, s[0] + covered[0]]),
         (T1, _make_ramp(v, v1, T1, float(s[1]) - covered[1])),
     ]
+
+
+def checked_end_speed(speed: float, name: str) -> float:
+    """Return a speed at an end of the path [m/s], 0 or greater."""
+    return require_number(speed, name, "m/s", minimum=0.0)
 
 
 def _find_shortening(
