@@ -68,13 +68,9 @@ def chosen_values_findings(
         texts = ", ".join(_limit_text(limit, share) for limit, share in limits)
         on_path = any(share is None for _, share in limits)
         label = _longest(limits)
-        yield Finding(
-            group=group,
-            subject="waypoint",
-            name=end,
-            quantity="active_limits",
-            verdict="information",
-            fact=f"{start} to {end}: {'its speed is limited by ' if on_path else ''}{texts}",
+        yield Topic(group, "waypoint", end).finding(
+            "active_limits",
+            f"{start} to {end}: {'its speed is limited by ' if on_path else ''}{texts}",
             interval=(times[start], times[end]),
             short_fact=label,
             highlight=f"{start} to {end}: limited by {label}",
@@ -204,13 +200,9 @@ def clear_motion_findings(
             pair = f"{least.second.name}, {least.first.name}"
             fact += f", {clearance} ({pair}) at {least.time:.2f} s"
             highlight = f"{name}:{extra}{',' if extra else ''} {clearance}"
-        yield Finding(
-            group=Group.WAYS,
-            subject="waypoint",
-            name=end.name,
-            quantity="way",
-            verdict="information",
-            fact=fact,
+        yield Topic(Group.WAYS, "waypoint", end.name).finding(
+            "way",
+            fact,
             value=None if least is None else least.distance,
             unit="" if least is None else "m",
             time=None if least is None else least.time,

@@ -19,7 +19,7 @@ from knotwork.robot.kinematics.sequence.step_costs import OVERSPEED_FACTOR
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.scenario import ScenarioWaypoint
 from knotwork.verification import Finding
-from knotwork.verification.finding import Group
+from knotwork.verification.finding import Group, Topic
 
 
 def describe_choices(search: SequenceSearch, chosen: ChosenSequence) -> tuple[Choice, ...]:
@@ -95,13 +95,10 @@ def _velocity_finding(
     text, allowed = scenario.units.text, scenario.units.text(limit, unit, ".4g")
     bare = scenario.units.number(speed, unit)
     short_fact = f"{to_one_line(joint)} needs {bare} of {allowed} {why}"
-    return Finding(
-        group=Group.FEASIBILITY,
-        subject="waypoint",
-        name=start.name,
-        quantity="joint_velocity_needed",
-        verdict="failed",
-        fact=f"{place} {joint} needs {text(speed, unit, '.4g')} {why}, and its limit is {allowed}",
+    return Topic(Group.FEASIBILITY, "waypoint", start.name).finding(
+        "joint_velocity_needed",
+        f"{place} {joint} needs {text(speed, unit, '.4g')} {why}, and its limit is {allowed}",
+        "failed",
         value=speed,
         limit=limit,
         margin=limit - speed,
