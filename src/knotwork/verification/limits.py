@@ -273,7 +273,7 @@ def report_missing_limits(motion: Motion, scenario: Scenario, joints: ScenarioJo
         parts.append(part)
     if parts:
         highlight = ", ".join(parts)
-        fact = f"no limit is known for {joints.robot.name} of {highlight}"
+        fact = f"{joints.robot.name}: no limit is known of {highlight}"
         yield Topic(Group.NO_LIMIT).finding("missing_limits", fact, highlight=highlight)
 
 
