@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
-from knotwork.arrays import IndexArray
+from knotwork.arrays import BoolArray, IndexArray
 from knotwork.errors import BranchError
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.geometry.configuration_flags import (
@@ -67,7 +66,7 @@ def allowed_rows(
     return rows
 
 
-def is_in_branch(scenario: Scenario, candidates: Candidates) -> NDArray[np.bool_]:
+def is_in_branch(scenario: Scenario, candidates: Candidates) -> BoolArray:
     """Whether each candidate is in the branch requested by name; all are without a request."""
     wanted = scenario.branch
     if isinstance(wanted, str):
