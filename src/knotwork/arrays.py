@@ -112,10 +112,15 @@ def checked_times(
     return array
 
 
-def known_rows(
+def known_rows(values: FloatArray) -> BoolArray:
+    """Find the waypoints at which values (n, d) are known, shape (n,); NaN is unknown."""
+    return np.asarray(~np.isnan(values).any(axis=1))
+
+
+def check_known_rows(
     values: FloatArray, names: Sequence[str] = (), subject: str = "acceleration"
-) -> BoolArray:
-    """Find the waypoints at which values (n, d) are known, shape (n,); NaN is unknown.
+) -> None:
+    """Check that values (n, d) at each waypoint are known for all joints or none; NaN is unknown.
 
     Raises:
         WaypointDataError: Values are known for some joints only.
@@ -129,7 +134,6 @@ def known_rows(
             f"{subject} at {where} is known for some joints only; give all of them, or NaN for all",
             waypoint_index=i,
         )
-    return np.asarray(~missing.any(axis=1))
 
 
 def checked_joints(

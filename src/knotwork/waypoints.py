@@ -11,11 +11,11 @@ import numpy as np
 from knotwork.arrays import (
     FloatArray,
     ReadOnlyArrays,
+    check_known_rows,
     checked_array,
     checked_joints,
     checked_rows,
     checked_times,
-    known_rows,
     rotation_error,
 )
 from knotwork.errors import ArrayError, WaypointDataError
@@ -213,7 +213,7 @@ class JointWaypoints(ReadOnlyArrays):
                 "acceleration",
                 checked_rows(self.acceleration, shape, "acceleration", unknown=True),
             )
-            known_rows(self.acceleration, self.names)
+            check_known_rows(self.acceleration, self.names)
 
 
 @dataclass(frozen=True, eq=False)

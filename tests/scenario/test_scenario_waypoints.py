@@ -190,7 +190,7 @@ def test_a_file_without_a_start_says_that_the_way_to_its_first_waypoint_is_not_p
     report = kw.plan(data).report
     (finding,) = report.select(quantity="no_start")
     assert "\n  Not planned " in str(report)
-    assert " the approach to 'first': the file has no start\n" in str(report)
+    assert " the approach to 'first': the task gives no start\n" in str(report)
     assert finding.verdict == "information"
     assert "the approach to 'first' is neither planned nor checked" in str(finding)
     at_home = task("rad", {"joints": "home"}, pose(3.14))

@@ -156,7 +156,7 @@ def test_reports_missing_limit_with_peak() -> None:
         peaks.append(
             f"{quantity} (peak {abs(joint.value):.4g} {unit}, elbow_joint at {joint.time:.6g} s)"
         )
-    assert found.message == f"no limit is known for bare of {', '.join(peaks)}"
+    assert found.message == f"bare: no limit is known of {', '.join(peaks)}"
     assert "  No limit known " in str(report)
 
 

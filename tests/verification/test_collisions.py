@@ -181,7 +181,7 @@ def test_clearance_within_distance_error_of_margin_is_unproved_and_fails() -> No
     (one,) = plan.report.select(quantity="clearance")
     assert not one.ok
     assert not plan.report.ok
-    assert "not proved that tool keeps clear of rod" in " ".join(str(plan.report).split())
+    assert "it is not proved to keep clear from" in " ".join(str(plan.report).split())
     assert "not proved" in plan.report.to_dict()["failures"][0]
     shown = scene(plan.view())
     (miss,) = [label["text"] for label in shown["labels"] if label["kind"] == "miss"]

@@ -12,6 +12,7 @@ from knotwork.planning.avoidable_collisions import find_avoidable_ends
 from knotwork.planning.planned_motion import Plan
 from knotwork.planning.sequence_planner import SequencePlanner
 from knotwork.planning.task_to_joint import SequenceStep, TaskSolution
+from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.resolve import change_task
 from knotwork.verification.collisions import failed_pairs
 from knotwork.verification.finding import TRIED, Group, Topic
@@ -137,38 +138,50 @@ def _around_obstacles(
             notes.append(f"way: clear finds no motion either: {error}")
         else:
             if _rank(detour) < _rank(best):
-                names = _quoted_names(best, attempted)
+                names = _quoted_names(best.scenario, attempted)
                 return _with_finding(
                     detour, f"the fastest motion collides, so way: clear was taken at {names}"
                 )
     untried = [i for i in avoidable if i not in attempted]
     if untried and not best.scenario.scene.has_moving_bodies:
-        ends = [free_waypoints[i] for i in untried] if free_waypoints else []
-        # motions joined at a free velocity are one motion, which takes no times
-        joined = any(end.speed_kind == "free" for end in ends)
-        times = "" if not joined or all(end.duration_is_free for end in ends) else " without times"
-        collisions = "the collision" if len(untried) == 1 else "the collisions"
-        notes.append(
-            f"way: clear at {_quoted_names(best, untried)}{times} may avoid {collisions} "
-            "(not attempted)"
-        )
-    if len(attempts) == 1 and ended_before:
+        notes.append(_advice(sequence_planner.scenario, untried))
+    if len(attempts) > 1:
+        notes.append(_note_on_attempts(attempts, ended_before=ended_before))
+    elif ended_before:
         notes.append("the budget ended before another sequence of solutions was tried")
-    elif len(attempts) > 1:
-        when = " when the budget ended" if ended_before else ""
-        failed = sum(attempt.plan is None for attempt in attempts)
-        without_motion = f", {failed} of them without a motion" if failed else ""
-        notes.append(
-            f"sequences of solutions tried{when}: {len(attempts)}{without_motion}; "
-            "this one has the fewest colliding pairs"
-        )
     return _with_finding(best, "; ".join(notes), TRIED) if notes else best
 
 
-def _with_clear_motions(sequence_planner: SequencePlanner, ends: Sequence[int]) -> SequencePlanner:
+def _advice(scenario: Scenario, untried: Sequence[int]) -> str:
+    """Advice to plan with `way: clear` at waypoints, by index."""
+    free_values = scenario.free_values
+    free_ends = [free_values.waypoints[i] for i in untried] if free_values else []
+    # motions joined at a free velocity are one motion, which takes no times
+    is_joined = any(end.speed_kind == "free" for end in free_ends)
+    has_times = not all(end.duration_is_free for end in free_ends)
+    condition = " without times" if is_joined and has_times else ""
+    collisions = "the collision" if len(untried) == 1 else "the collisions"
+    names = _quoted_names(scenario, untried)
+    return f"way: clear at {names}{condition} may avoid {collisions} (not attempted)"
+
+
+def _note_on_attempts(attempts: Sequence[SequenceAttempt], *, ended_before: bool) -> str:
+    """Text of the number of sequences tried, and whether the budget ended then."""
+    when = " when the budget ended" if ended_before else ""
+    failed = sum(attempt.plan is None for attempt in attempts)
+    without_motion = f", {failed} of them without a motion" if failed else ""
+    return (
+        f"sequences of solutions tried{when}: {len(attempts)}{without_motion}; "
+        "this one has the fewest colliding pairs"
+    )
+
+
+def _with_clear_motions(
+    sequence_planner: SequencePlanner, indices: Sequence[int]
+) -> SequencePlanner:
     """The planner of the scenario with `way: clear` at some waypoints, by index."""
     scenario = sequence_planner.scenario
-    ways = {scenario.task_index[i]: {"way": "clear"} for i in ends}
+    ways = {scenario.task_index[i]: {"way": "clear"} for i in indices}
     return sequence_planner.with_scenario(change_task(scenario, scenario.task.with_waypoints(ways)))
 
 
@@ -177,8 +190,8 @@ def _rank(plan: Plan) -> tuple[int, int]:
     return len(failed_pairs(plan.report.findings)), len(plan.report.failures)
 
 
-def _quoted_names(plan: Plan, ends: Sequence[int]) -> str:
-    return " and ".join(repr(plan.scenario.waypoints[i].name) for i in ends)
+def _quoted_names(scenario: Scenario, indices: Sequence[int]) -> str:
+    return " and ".join(repr(scenario.waypoints[i].name) for i in indices)
 
 
 def _with_finding(plan: Plan, message: str, quantity: str = "sequences_tried") -> Plan:

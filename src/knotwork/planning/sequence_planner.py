@@ -162,10 +162,12 @@ class SequencePlanner:
             field: tuple[str, ...] = ("planner",)
             if isinstance(error, KnotError):
                 field = ("knots",)
-                if error.waypoint_index is not None:
-                    count = 1 if error.interval is None else 2
-                    names = map(waypoint_text, waypoints.names[error.waypoint_index :][:count])
-                    error.locate(("at", "between")[count - 1] + " " + " and ".join(names))
+                if (i := error.waypoint_index) is not None:
+                    first, *following = map(waypoint_text, waypoints.names[i : i + 2])
+                    if error.interval is None:
+                        error.locate(f"at {first}")
+                    else:
+                        error.locate(f"between {first} and {following[0]}")
             elif isinstance(error, OptionError):
                 option = error.option
                 field = ("planner_options", option) if option == "accelerations" else (option,)

@@ -13,9 +13,8 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
-from knotwork.arrays import FloatArray
+from knotwork.arrays import BoolArray, FloatArray
 from knotwork.errors import InputError
 
 
@@ -43,7 +42,7 @@ class JointTree:
     length_per_unit: FloatArray
 
     @cached_property
-    def carriers(self) -> NDArray[np.bool_]:
+    def carriers(self) -> BoolArray:
         """Whether joint j carries joint i, itself included; shape (n + 1, n + 1)."""
         carriers = np.eye(len(self.parent), dtype=bool)
         for i, parent in enumerate(self.parent[1:], 1):
@@ -57,7 +56,7 @@ class JointTree:
         return np.asarray(np.linalg.norm(self.translation, axis=1))
 
     @cached_property
-    def is_angle(self) -> NDArray[np.bool_]:
+    def is_angle(self) -> BoolArray:
         """Whether each joint position is an angle, shape (n,), in the order of columns."""
         result = np.zeros(len(self.parent) - 1, dtype=bool)
         result[list(self.column[1:])] = self.angle_per_unit[1:] > 0.0

@@ -9,9 +9,8 @@ from typing import Any, NamedTuple
 
 import coal
 import numpy as np
-from numpy.typing import NDArray
 
-from knotwork.arrays import FloatArray
+from knotwork.arrays import FloatArray, IndexArray
 from knotwork.errors import InputError
 from knotwork.scene.cells import CUBE_CORNERS, Cells, read_cells
 from knotwork.scene.hulls import make_convex_hull
@@ -52,7 +51,7 @@ class Solid:
     corners: FloatArray
     plane: FloatArray | None = None
     triangles: FloatArray | None = None
-    parts: NDArray[np.intp] | None = None
+    parts: IndexArray | None = None
     outer_hull: Any = None
     cells: Cells | None = None
 
@@ -199,7 +198,7 @@ def _make_octree(cells: Cells) -> tuple[Any, Any]:
 @lru_cache(maxsize=32)
 def _read_exact_mesh(
     path: Path, changed: int, scale: tuple[float, float, float]
-) -> tuple[Any, FloatArray, NDArray[np.intp], Any]:
+) -> tuple[Any, FloatArray, IndexArray, Any]:
     """Read an exact mesh: Coal's mesh, corners and part of each triangle, and the hull."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components

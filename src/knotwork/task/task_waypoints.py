@@ -242,9 +242,9 @@ class Weave(TaskPart):
     def _check_shape(self) -> Weave:
         loop = self.is_loop
         if loop and self.dwell is not None:
-            raise ValueError(f"gives dwell, but a {self.shape} has no edges; leave it out")
+            raise ValueError(f"shape: {self.shape} has no edges; leave dwell out")
         if self.rounding is not None and self.shape != "triangle":
-            raise ValueError(f"gives rounding, but a {self.shape} has no corners; leave it out")
+            raise ValueError(f"shape: {self.shape} has no corners; leave rounding out")
         if self.rounding is not None and 4.0 * self.rounding > self.width:
             raise ValueError(f"gives rounding above {0.25 * self.width:g}, a quarter of its width")
         if self.dwell is not None and 2.0 * self.dwell * self.frequency >= 1.0:
@@ -252,20 +252,18 @@ class Weave(TaskPart):
                 f"holds both edges for {2.0 * self.dwell:g} s of a period of "
                 f"{1.0 / self.frequency:g} s; a dwell below {0.5 / self.frequency:g} s is accepted"
             )
-        if self.axes is None:
+        axes = self.axes
+        if axes is None:
             return self
-        if not loop and self.axes == ("along",):
-            raise ValueError(
-                f"goes in along, which is the seam itself; a {self.shape} takes in: [across] or "
-                "in: [normal]"
-            )
-        count = 2 if loop else 1
-        if len(set(self.axes)) != count or len(self.axes) != count:
-            axes = "two different axes" if loop else "one axis"
-            raise ValueError(
-                f"goes in {', '.join(self.axes)}; a {self.shape} takes {axes} of across, normal, "
-                "along"
-            )
+        if loop:
+            is_accepted = len(axes) == len(set(axes)) == 2
+            accepted = "two different axes of across, normal and along"
+        else:
+            is_accepted = axes in (("across",), ("normal",))
+            accepted = "in: [across] or in: [normal]"
+        if not is_accepted:
+            given = ", ".join(axes)
+            raise ValueError(f"gives in: [{given}]; shape: {self.shape} accepts {accepted}")
         return self
 
 

@@ -17,10 +17,10 @@ from knotwork.verification.limits import (
     SMALLEST_SINGULAR_VALUE,
     LimitedValue,
     explain_excess,
+    infinite_derivatives,
     joint_finding,
     limit_finding,
     limit_slack,
-    lower_order_jumps,
 )
 from knotwork.verification.motion import Motion
 
@@ -44,7 +44,7 @@ def check_tool_limits(motion: Motion, scenario: Scenario, joints: ScenarioJoints
         allowed = limit + limit_slack(limit)
         bound = compute_bound(robot, motion.trajectory, frame=link or None, limit=allowed)
         worst = LimitedValue.from_bound(bound, limit)
-        jumps = lower_order_jumps(motion.curve, 2) if order == 2 else {}
+        jumps = infinite_derivatives(motion.curve, 2) if order == 2 else {}
         if jumps:
             worst = LimitedValue(np.inf, min(jumps.values())[0], limit)
         topic = Topic(Group.TOOL_LIMITS, "link" if link else "tool", link)
@@ -90,7 +90,8 @@ def check_effort_limits(motion: Motion, scenario: Scenario, joints: ScenarioJoin
     from knotwork.verification.bounds import effort_bound
 
     limits = joints.limits.effort
-    jumps = lower_order_jumps(motion.curve, 2)  # a jump of one joint is an impulse on all joints
+    # a jump of one joint's velocity is an impulse on all joints
+    jumps = infinite_derivatives(motion.curve, 2)
     parts = [
         effort_bound(robot, part, limit=limits + limit_slack(limits))
         for robot, part in joints.loaded_robots.parts(motion.trajectory)
@@ -100,7 +101,7 @@ def check_effort_limits(motion: Motion, scenario: Scenario, joints: ScenarioJoin
         side = math.copysign(1.0, bound.value)
         jump = jumps.get(i, next(iter(jumps.values()), None))
         worst = LimitedValue.from_bound(bound, side * float(limits[i]), side)
-        yield explain_excess(joint_finding(joints, i, "effort", worst, jump), 0, scenario)
+        yield explain_excess(joint_finding(joints, i, "effort", worst, jump), None, scenario)
 
 
 def _worst_bound(bounds: Sequence[Bound]) -> Bound:

@@ -29,7 +29,7 @@ from knotwork.verification.waypoint_checks import (
     check_time_span,
     check_tool_at_waypoints,
     check_waits,
-    report_missing_approach,
+    report_no_start,
 )
 
 Check = Callable[[Motion, Scenario, ScenarioJoints], Iterable[Finding]]
@@ -69,7 +69,7 @@ CHECKS: dict[str, Check] = {
     "acceleration_spike": check_acceleration_spike,
     "rounding": check_rounding,
     "singularity": check_singularity,
-    "no_start": NeedsTask(report_missing_approach),
+    "no_start": NeedsTask(report_no_start),
 }
 """Checks by name, in the order of the report.
 

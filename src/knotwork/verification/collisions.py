@@ -177,8 +177,8 @@ def _pair_fact(pair: Clearance, points: Sequence[FloatArray], scenario: Scenario
     if pair.state == "unproved":
         resolution = scenario.units.text(scenario.scene.collisions.resolution, "m", ".3g")
         return (
-            f"it is not proved that {second} keeps clear of {first}: {distance} apart "
-            f"{where}, closer than the resolution, {resolution}, can decide {span}"
+            f"{_pair_text(pair, scenario)} {where}; it is not proved to keep clear {span} "
+            f"at the resolution of {resolution}"
         )
     scale, unit = scenario.units.per_metre, scenario.units.length
     ends = " and ".join(_vector_text(scale * point) for point in points)

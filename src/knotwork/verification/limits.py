@@ -45,7 +45,7 @@ def check_joint_limits(motion: Motion, scenario: Scenario, joints: ScenarioJoint
         yield explain_excess(finding, MOTION_QUANTITIES.index(finding.quantity), scenario)
 
 
-def explain_excess(finding: Finding, order: int, scenario: Scenario) -> Finding:
+def explain_excess(finding: Finding, order: int | None, scenario: Scenario) -> Finding:
     """State where a limit is exceeded most, and which multiple of the duration would keep it.
 
     In k times the duration, a derivative of order n decreases by the factor kⁿ. There is no remedy
@@ -53,7 +53,7 @@ def explain_excess(finding: Finding, order: int, scenario: Scenario) -> Finding:
 
     Args:
         finding: Comparison of a value with its limit.
-        order: Order of the derivative; 0 also if the effect of slowing is unknown.
+        order: Order of the derivative, 0 for positions; `None` if the effect of slowing is unknown.
         scenario: The scenario of the motion.
     """
     utilisation = finding.utilisation
@@ -76,7 +76,7 @@ def check_derivative_limits(joints: ScenarioJoints, curve: PiecewisePolynomial) 
         curve: Joint positions, trailing shape (d,), joints in the order of `joints`.
     """
     for order, quantity in enumerate(MOTION_QUANTITIES):
-        extrema, jumps = curve.extrema(order), lower_order_jumps(curve, order)
+        extrema, jumps = curve.extrema(order), infinite_derivatives(curve, order)
         lower, upper = joints.limits.bounds(quantity)
         highest = np.transpose([extrema.maximum, extrema.maximum_time, upper]).tolist()
         lowest = np.transpose([extrema.minimum, extrema.minimum_time, lower]).tolist()
@@ -234,10 +234,10 @@ def joint_finding(
     return limit_finding(topic, quantity, label, worst, unit, joints.units)
 
 
-def lower_order_jumps(curve: PiecewisePolynomial, order: int) -> dict[int, tuple[float, float]]:
-    """Time [s] and sign of the largest jump of the derivative of order - 1, by index of the joint.
+def infinite_derivatives(curve: PiecewisePolynomial, order: int) -> dict[int, tuple[float, float]]:
+    """Time [s] and sign of a derivative's infinite value, by index of the joint.
 
-    At such a jump the derivative of the given order is infinite.
+    The derivative of an order is infinite where that of order - 1 jumps; the largest jump is taken.
     """
     if order == 0:
         return {}
@@ -273,7 +273,7 @@ def report_missing_limits(motion: Motion, scenario: Scenario, joints: ScenarioJo
         parts.append(part)
     if parts:
         highlight = ", ".join(parts)
-        fact = f"no limit is known for {joints.robot.name} of {highlight}"
+        fact = f"{joints.robot.name}: no limit is known of {highlight}"
         yield Topic(Group.NO_LIMIT).finding("missing_limits", fact, highlight=highlight)
 
 

@@ -65,8 +65,8 @@ def check_time_span(motion: Motion, scenario: Scenario, joints: ScenarioJoints) 
     yield Topic(Group.MOTION).finding("time_span", message, verdict_on(same))
 
 
-def report_missing_approach(motion: Motion, scenario: Scenario, joints: ScenarioJoints) -> Findings:
-    """Report that a motion has no approach, because it begins at its first waypoint."""
+def report_no_start(motion: Motion, scenario: Scenario, joints: ScenarioJoints) -> Findings:
+    """Report that the approach to the first waypoint is not planned, because no start is given."""
     if joints.robot is None or scenario.task.start is not None:
         return
     home = joints.robot.configurations.get("home")
@@ -74,7 +74,7 @@ def report_missing_approach(motion: Motion, scenario: Scenario, joints: Scenario
     if home is not None and np.abs(start - home).max() <= REST_TOLERANCE:
         return
     at_speed = np.any(np.abs(motion.curve(motion.start_time, 1)) > REST_TOLERANCE)
-    cause = "the motion begins at speed" if at_speed else "the file has no start"
+    cause = "the motion begins at speed" if at_speed else "the task gives no start"
     name = f"the approach to {scenario.waypoints[0].name!r}"
     fact = f"{name} is neither planned nor checked: {cause}"
     yield Topic(Group.NOT_PLANNED).finding("no_start", fact, highlight=f"{name}: {cause}")

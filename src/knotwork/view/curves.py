@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from knotwork.arrays import FloatArray
+from knotwork.arrays import FloatArray, IndexArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.critical_points import find_critical_points, horner
 from knotwork.curves.polynomial.jumps import measure_jumps
@@ -28,7 +27,7 @@ class Strokes:
 
     time: FloatArray
     value: FloatArray
-    jumps: NDArray[np.intp]
+    jumps: IndexArray
 
     def line(self, *, steps: bool = False) -> tuple[FloatArray, FloatArray]:
         """Times and values of a line, with NaN at jumps.
@@ -80,7 +79,7 @@ def strokes(curve: PiecewisePolynomial, component: int, order: int, factor: floa
     return Strokes(time.T, value.T, jump_breaks(curve, component, order))
 
 
-def jump_breaks(curve: PiecewisePolynomial, component: int, order: int) -> NDArray[np.intp]:
+def jump_breaks(curve: PiecewisePolynomial, component: int, order: int) -> IndexArray:
     """Indices of the inner breaks at which a derivative jumps by more than rounding explains."""
     sizes, allowed = measure_jumps(curve, order)
     return np.flatnonzero((sizes > allowed)[:, component]) + 1

@@ -18,9 +18,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from knotwork.arrays import FloatArray
+from knotwork.arrays import BoolArray, FloatArray
 
 
 class SplineData(NamedTuple):
@@ -40,7 +39,7 @@ class SplineData(NamedTuple):
     dydx: FloatArray
     left: FloatArray
     right: FloatArray
-    known: NDArray[np.bool_]
+    known: BoolArray
 
 
 class _Sums(NamedTuple):

@@ -13,9 +13,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from knotwork.arrays import FloatArray
+from knotwork.arrays import BoolArray, FloatArray
 from knotwork.errors import InputError, KnotError, UnknownNameError
 
 PAPER_INNER = (0.25, 0.75)
@@ -65,7 +65,7 @@ class BalancedKnots:
 
 
 def place_knots(
-    x: FloatArray, rule: str | BalancedKnots | ArrayLike, known: NDArray[np.bool_]
+    x: FloatArray, rule: str | BalancedKnots | ArrayLike, known: BoolArray
 ) -> tuple[FloatArray, FloatArray]:
     """Place knots around waypoints.
 
@@ -107,7 +107,7 @@ def place_knots(
     return left, right
 
 
-def _place_paper_knots(x: FloatArray, known: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
+def _place_paper_knots(x: FloatArray, known: BoolArray) -> tuple[FloatArray, FloatArray]:
     h = np.diff(x)
     left, right = x.copy(), x.copy()
     right[:-1] += PAPER_INNER[0] * h
@@ -120,7 +120,7 @@ def _place_paper_knots(x: FloatArray, known: NDArray[np.bool_]) -> tuple[FloatAr
 
 
 def _place_balanced_knots(
-    x: FloatArray, c: float, known: NDArray[np.bool_]
+    x: FloatArray, c: float, known: BoolArray
 ) -> tuple[FloatArray, FloatArray]:
     h = np.diff(x)
     before, after = np.insert(h, 0, np.inf), np.append(h, np.inf)
@@ -142,7 +142,7 @@ def _place_balanced_knots(
 
 
 def _check_knots(
-    x: FloatArray, knots: ArrayLike, known: NDArray[np.bool_]
+    x: FloatArray, knots: ArrayLike, known: BoolArray
 ) -> tuple[FloatArray, FloatArray]:
     n = x.size
     known_ends = int(known[0]) + int(known[-1])
@@ -174,9 +174,7 @@ def _check_knots(
     return t[0::2].copy(), t[1::2].copy()
 
 
-def _check_order(
-    x: FloatArray, left: FloatArray, right: FloatArray, known: NDArray[np.bool_]
-) -> None:
+def _check_order(x: FloatArray, left: FloatArray, right: FloatArray, known: BoolArray) -> None:
     """Raise a KnotError for the first interval with misplaced knots."""
     # a knot and its waypoint coincide only at the ends
     right_fits = (right[:-1] > x[:-1]) & (right[:-1] < x[1:])

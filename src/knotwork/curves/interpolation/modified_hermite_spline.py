@@ -8,7 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from knotwork.arrays import FloatArray, checked_rows, checked_times, known_rows
+from knotwork.arrays import (
+    FloatArray,
+    check_known_rows,
+    checked_rows,
+    checked_times,
+    known_rows,
+)
 from knotwork.curves.interpolation.accelerations import SplineData, solve_knot_accelerations
 from knotwork.curves.interpolation.knots import BalancedKnots, place_knots
 from knotwork.curves.polynomial import PiecewisePolynomial
@@ -96,6 +102,7 @@ class ModifiedHermiteSpline(PiecewisePolynomial):
                     f"{array.shape} and {values.shape}"
                 )
             given[:] = array.reshape(flat)
+        check_known_rows(given)
         known = known_rows(given) & (flat[1] > 0)
         ends = end_accelerations(end_acceleration, trailing)
         if ends is not None:

@@ -11,9 +11,8 @@ from functools import lru_cache
 from math import comb
 
 import numpy as np
-from numpy.typing import NDArray
 
-from knotwork.arrays import FloatArray
+from knotwork.arrays import BoolArray, FloatArray
 
 NEWTON_STEPS = 128
 """Maximum number of safeguarded Newton steps.
@@ -133,7 +132,7 @@ def _find_bracketed_roots(c: FloatArray, cuts: FloatArray) -> FloatArray:
 
 
 def _refine_roots(
-    c: FloatArray, low: FloatArray, high: FloatArray, rising: NDArray[np.bool_]
+    c: FloatArray, low: FloatArray, high: FloatArray, rising: BoolArray
 ) -> FloatArray:
     """Find roots of polynomials c[k, r] in brackets [low[r], high[r]] with a change of sign.
 

@@ -9,9 +9,8 @@ import itertools
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from knotwork.arrays import FloatArray
+from knotwork.arrays import FloatArray, IndexArray
 
 
 def bernstein_values(degree: int, u: FloatArray) -> FloatArray:
@@ -83,7 +82,7 @@ class TurnBounds:
         self.whole = rate, steps + products
 
     def __call__(
-        self, piece: NDArray[np.intp], u0: FloatArray, u1: FloatArray
+        self, piece: IndexArray, u0: FloatArray, u1: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Bounds of |ω| and |dω/du| on [u0, u1] of pieces, shape (k,)."""
         rate, steps, products = (

@@ -7,9 +7,9 @@ speed |dC/dw| is so uniform that Gauss-Legendre quadrature gives its length to r
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from knotwork.arrays import FloatArray
+from knotwork.arrays import BoolArray, FloatArray, IndexArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.critical_points import differentiate, horner, to_bernstein
 from knotwork.curves.polynomial.splitting import split_at
@@ -62,10 +62,10 @@ class PolynomialCurve(Curve):
         self.length = float(self._s[-1])
         self.piece_ends: FloatArray = np.append(self._s[first], self.length)
 
-    def _span_of(self, s: FloatArray) -> NDArray[np.intp]:
+    def _span_of(self, s: FloatArray) -> IndexArray:
         return np.clip(np.searchsorted(self._s, s, "right") - 1, 0, len(self._s) - 2)
 
-    def _parameters(self, s: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
+    def _parameters(self, s: FloatArray) -> tuple[IndexArray, FloatArray]:
         """Span of each arc length, and the parameter w in it, outside [0, 1] beyond the ends.
 
         Newton's method, from the cubic with the exact values and slopes at both ends.
@@ -154,7 +154,7 @@ class PolynomialCurve(Curve):
         return np.asarray(np.maximum.reduceat(self._curvature, limits)[::2])
 
 
-def _divide(c: FloatArray) -> tuple[FloatArray, NDArray[np.intp]]:
+def _divide(c: FloatArray) -> tuple[FloatArray, IndexArray]:
     """Divide pieces into sufficiently short spans.
 
     Returns:
@@ -182,7 +182,7 @@ def _divide(c: FloatArray) -> tuple[FloatArray, NDArray[np.intp]]:
     )
 
 
-def _short_enough(c: FloatArray) -> NDArray[np.bool_]:
+def _short_enough(c: FloatArray) -> BoolArray:
     """Whether speed, length and turn of each span are sufficiently accurate."""
     slope = differentiate(c)
     slowest, fastest = _speed_bounds(slope)

@@ -9,9 +9,9 @@ from typing import Literal
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from knotwork.arrays import FloatArray
+from knotwork.arrays import FloatArray, IndexArray
 from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.curves.tool_paths.curve import (
     Curve,
@@ -130,13 +130,11 @@ class ToolPath:
             np.where(np.abs(s - nearest) <= LENGTH_MISMATCH * self.length, nearest, s)
         )
 
-    def _curve_of(
-        self, s: FloatArray, side: Literal["left", "right"] = "right"
-    ) -> NDArray[np.intp]:
+    def _curve_of(self, s: FloatArray, side: Literal["left", "right"] = "right") -> IndexArray:
         index = np.searchsorted(self.starts, s, side) - 1
         return np.clip(index, 0, len(self.curves) - 1)
 
-    def _by_curve(self, index: NDArray[np.intp]) -> Iterator[tuple[int, slice | NDArray[np.intp]]]:
+    def _by_curve(self, index: IndexArray) -> Iterator[tuple[int, slice | IndexArray]]:
         """Give each curve that occurs, with its rows."""
         if index.size and (index == index[0]).all():
             yield int(index[0]), slice(None)

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knotwork.arrays import FloatArray
 from knotwork.errors import DocumentError, Problem
 from knotwork.files.documents.yaml_text import read_text
 
@@ -58,9 +58,7 @@ class Rows:
         """Make the error for the headings, or for the one of an index."""
         return self.error(self.heading_line, index, message, accepted)
 
-    def numbers(
-        self, index: int, *, gaps: bool = False, finite: bool = False
-    ) -> NDArray[np.float64]:
+    def numbers(self, index: int, *, gaps: bool = False, finite: bool = False) -> FloatArray:
         """Numbers of a column, shape (n,).
 
         Args:

@@ -74,12 +74,15 @@ def to_pvt(
             raise InputError(f"scale of joint {name!r} is {factor!r}, which is too large")
         is_drive = factor != 1.0 or shift != 0.0
         label = "drive" if is_drive else unit
-        drive = f", each in drive units: {factor!r} a {unit}, position {shift:+} drive units"
-        drive = drive if is_drive else ""
         columns[f"{name}.position_{label}"] = position
         columns[f"{name}.velocity_{label}_per_s"] = velocity
+        if is_drive:
+            position_text = f"{factor!r} * q + {shift!r}".replace("+ -", "- ")
+            units = f"in drive units: {position_text} and {factor!r} * v, for q in {unit}"
+        else:
+            units = f"in {unit} and {unit}/s"
         numbers = f"Columns {2 * i + 2}, {2 * i + 3}"
-        about.append(f"{numbers}: position of joint {name!r} [{unit}], velocity [{unit}/s]{drive}.")
+        about.append(f"{numbers}: position and velocity of joint {name!r} {units}.")
     return "".join(f"# {line}\n" for line in about) + csv_text(columns)
 
 

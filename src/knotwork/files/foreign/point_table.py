@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from knotwork.arrays import FloatArray
+from knotwork.arrays import BoolArray, FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.two_point import two_point_coefficients
 from knotwork.curves.trajectory import JointTrajectory
@@ -55,7 +54,7 @@ class PointTable:
     joints: Joints
     time: FloatArray
     values: Mapping[str, FloatArray]
-    has: Mapping[str, NDArray[np.bool_]]
+    has: Mapping[str, BoolArray]
     error: ErrorAt
 
 

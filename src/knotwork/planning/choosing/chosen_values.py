@@ -38,7 +38,7 @@ class ChosenValues:
     Attributes:
         requested: The scenario with free values.
         scenario: The scenario with numbers in place of them.
-        solution: IK solutions. They were chosen before the times, which hold only for them.
+        solution: IK solutions, chosen before the times. The times hold only for them.
         sections: Motion of each free section.
         path_limits: Bounds of speeds chosen along tool paths.
         assumed_jerk: Jerk limits assumed for joints without one, by joint [rad/s³ or m/s³].

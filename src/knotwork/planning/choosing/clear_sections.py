@@ -73,7 +73,7 @@ def plan_clear_section(
     except ClearSearchError as error:
         single = len(clear_problem.starts) == len(clear_problem.goals) == 1
         raise _located_error(error, section, single=single) from None
-    budget.finish(len(section.indices) - 1)
+    budget.count_solved(len(section.indices) - 1)
     curve = _slowed(motion, problem, section)
     time = motion.time * (float(curve.x[-1]) / motion.duration)
     slowed = TimedCurve(time, curve, "resting" if motion.rests else "optimal")

@@ -78,7 +78,9 @@ class FreeSection:
             error.where = self.solved.scenario.name
             if error.waypoint_index is not None:
                 error.waypoint_index = self.indices[error.waypoint_index]
-                error.where = self.solved.where(error.waypoint_index + error.in_interval)
+                # an interval is described in the file at the waypoint where it ends
+                end = error.waypoint_index + (1 if error.in_interval else 0)
+                error.where = self.solved.where(end)
 
     def timing_problem(self, objective: Objective, total: float | None = None) -> TimingProblem:
         """Make the timing problem from given and free values.

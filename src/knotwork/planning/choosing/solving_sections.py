@@ -68,7 +68,7 @@ def solve_sections(
     objective = Objective(**dict(free_values.objective))
     with_free_times = [section for section in sections if section.has_free_durations]
     solved_twice = with_free_times if free_values.total_duration is not None else []
-    budget.expect(sum(len(section.indices) - 1 for section in sections + solved_twice))
+    budget.set_intervals(sum(len(section.indices) - 1 for section in sections + solved_twice))
     if free_values.total_duration is None:
         return _solve_each(sections, objective, budget)
     fastest = _solve_each(with_free_times, Objective(), budget)

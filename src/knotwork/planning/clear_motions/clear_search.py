@@ -248,18 +248,27 @@ class _ClearSearch:
     def _polyline(
         self, seed: list[int], starts: FloatArray, goals: FloatArray
     ) -> FloatArray | None:
-        """A polyline from a start to a goal, proved clear, or `None`."""
+        """A polyline from a start to a goal, proved clear, or `None`.
+
+        A stage without one is left for good. The space keeps the clearance of the last stage.
+
+        Args:
+            seed: Index of the search; after its first polyline also that of the polyline.
+            starts: Possible first configurations, shape (m, d).
+            goals: Possible last configurations, shape (m, d).
+        """
         weights = 1.0 / self.problem.timing.limits.velocity
         weights = weights / weights.mean()
         while self.stage < len(self.stages):
             step, extra, checks = self.stages[self.stage]
-            # the chosen solutions come first, because the trees connect distant ones too early
-            few = slice(None if self.stage or seed[0] else 1)
-            self.space.keep_away(extra, (*starts[few], *goals[few]))
+            # first the chosen solutions alone, because the trees connect distant ones too early
+            is_first = self.stage == 0 and seed[0] == 0
+            tried = slice(1 if is_first else None)
+            self.space.keep_away(extra, (*starts[tried], *goals[tried]))
             for k in range(POLYLINE_SEEDS):
                 rng = np.random.default_rng([*seed, k])
                 max_checks = checks * FULL_PAIRS // max(FULL_PAIRS, len(self.space.pair_names))
-                line = connect(self.space, starts[few], goals[few], rng, step, max_checks)
+                line = connect(self.space, starts[tried], goals[tried], rng, step, max_checks)
                 if line is None:
                     break
                 for candidate in (shorten_polyline(self.space, line, rng, step, weights), line):

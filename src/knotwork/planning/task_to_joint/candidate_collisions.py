@@ -6,9 +6,8 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from knotwork.arrays import FloatArray
+from knotwork.arrays import BoolArray, FloatArray
 from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.errors import CollisionError, FollowingObstruction
 from knotwork.robot import Robot
@@ -127,7 +126,7 @@ class CandidateCollisions:
         clearance = np.maximum(self._branch_clearance(index, candidates, ENOUGH_CLEARANCE), 0.0)
         return np.asarray(1.0 - clearance / ENOUGH_CLEARANCE)
 
-    def are_clear(self, q: FloatArray, time: float) -> NDArray[np.bool_]:
+    def are_clear(self, q: FloatArray, time: float) -> BoolArray:
         """Whether configurations (k, d) are free of collisions at a time, shape (k,)."""
         return np.asarray(self._pairs.min_gaps(self._arm_positions(q), time) >= 0.0)
 

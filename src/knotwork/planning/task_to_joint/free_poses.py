@@ -12,9 +12,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from knotwork.arrays import FloatArray
+from knotwork.arrays import FloatArray, IndexArray
 from knotwork.curves.tool_paths.rotations import rotation_matrices
 from knotwork.errors import BranchError
 from knotwork.planning.task_to_joint.task_solution import TaskSolution
@@ -44,7 +43,7 @@ class FreedomChain(NamedTuple):
     """
 
     robot: Robot
-    columns: NDArray[np.intp]
+    columns: IndexArray
     size: int
 
     @property

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from collections.abc import Mapping
 
-from knotwork.arrays import IndexArray
+import numpy as np
+
+from knotwork.arrays import BoolArray, IndexArray
 from knotwork.errors import BranchError
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.geometry.configuration_flags import (
@@ -27,20 +28,28 @@ def check_branch(scenario: Scenario, robot: Robot) -> None:
     wanted = scenario.branch
     if wanted == "free":
         return
-    if isinstance(wanted, str):
-        requested, has_branches = wanted, robot.dof == 6
+    if robot.dof != 6:
+        fault = f"needs an arm of six joints, and {robot.name} has {robot.dof}"
+        accepted = "near: a configuration, to stay near it"
+    elif not isinstance(wanted, str) and find_axis_geometry(robot) is None:
+        fault = f"needs a spherical wrist or parallel axes 2 to 4, which {robot.name} lacks"
+        accepted = "branch: keep, branch: fixed, or near: a configuration, to stay near it"
     else:
-        requested, has_branches = ", ".join(wanted), find_axis_geometry(robot) is not None
-    if not has_branches:
-        first = next(w for w in scenario.waypoints if isinstance(w, CartesianWaypoint))
-        raise BranchError(
-            first.name,
-            f"branch: {requested} has no meaning for {robot.name}, an arm of {robot.dof} joints; "
-            "arms of six joints have branches, and those with a spherical wrist or parallel axes 2 "
-            "to 4 have names for them; near: a configuration keeps the solutions near that",
-            branches=(),
-            where=first.where,
-        )
+        return
+    first = next(w for w in scenario.waypoints if isinstance(w, CartesianWaypoint))
+    raise BranchError(
+        first.name,
+        f"{_branch_text(wanted)} {fault}; accepted: {accepted}",
+        branches=(),
+        where=first.where,
+    )
+
+
+def _branch_text(branch: str | Mapping[str, str]) -> str:
+    """A requested branch as a file writes it."""
+    if isinstance(branch, str):
+        return f"branch: {branch}"
+    return "branch: {" + ", ".join(f"{flag}: {word}" for flag, word in branch.items()) + "}"
 
 
 def allowed_rows(
@@ -57,7 +66,7 @@ def allowed_rows(
     return rows
 
 
-def is_in_branch(scenario: Scenario, candidates: Candidates) -> NDArray[np.bool_]:
+def is_in_branch(scenario: Scenario, candidates: Candidates) -> BoolArray:
     """Whether each candidate is in the branch requested by name; all are without a request."""
     wanted = scenario.branch
     if isinstance(wanted, str):

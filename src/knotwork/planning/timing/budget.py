@@ -37,7 +37,7 @@ class Budget:
     """Computing time and progress, which all problems of a plan share. It begins when it is made.
 
     Args:
-        report: Called with the progress after each run of the solver, or `None`.
+        progress: Called with the progress after each run of the solver, or `None`.
         seconds: Time for all problems [s], or `None`.
         intervals: Number of intervals of all problems.
         now: The clock [s].
@@ -52,7 +52,7 @@ class Budget:
 
     def __init__(
         self,
-        report: Callable[[Progress], None] | None = None,
+        progress: Callable[[Progress], None] | None = None,
         seconds: float | None = None,
         intervals: int = 1,
         now: Callable[[], float] = clock.perf_counter,
@@ -60,10 +60,10 @@ class Budget:
         limited = seconds is not None
         self.seconds = require_number(seconds, "budget", "s", positive=True) if limited else np.inf
         self.iterations = 0
-        self._callback = report
+        self._progress = progress
         self._now = now
         self._begun = now()
-        self.expect(intervals)
+        self.set_intervals(intervals)
 
     @property
     def elapsed(self) -> float:
@@ -80,12 +80,12 @@ class Budget:
         """Whether no time remains."""
         return self.remaining <= 0.0
 
-    def expect(self, intervals: int) -> None:
+    def set_intervals(self, intervals: int) -> None:
         """Set the number of intervals of all problems, none of them solved."""
         self._intervals = intervals
         self._solved = 0
 
-    def finish(self, intervals: int) -> None:
+    def count_solved(self, intervals: int) -> None:
         """Count solved intervals."""
         self._solved += intervals
 
@@ -106,7 +106,7 @@ class Budget:
         `share` is the finished fraction of the current interval.
         """
         self.iterations += count
-        if self._callback is not None:
+        if self._progress is not None:
             # without intervals only speeds along paths are free
             done = min((self._solved + share) / self._intervals, 1.0) if self._intervals else 1.0
-            self._callback(Progress(self.iterations, self.elapsed, done, duration, trying))
+            self._progress(Progress(self.iterations, self.elapsed, done, duration, trying))

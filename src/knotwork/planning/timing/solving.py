@@ -83,7 +83,7 @@ def solve_with_budget(problem: TimingProblem, budget: Budget) -> TimedMotion:
     intervals = len(problem.duration)
     if intervals <= MAX_INTERVALS or problem.total is not None:
         motion = _solve_at_once(problem, budget)
-        budget.finish(intervals)
+        budget.count_solved(intervals)
     else:
         motion = _solve_in_windows(problem, budget)
     if motion is None and budget.has_ended:
@@ -113,9 +113,9 @@ def _solve_in_windows(problem: TimingProblem, budget: Budget) -> TimedCurve | No
         count = end - first if is_last else WINDOW_INTERVALS
         motion = _solve_at_once(start_known.between(first, end), budget)
         if motion is None or motion.status == "resting":  # the start state may be the reason
-            budget.finish(last - first)
+            budget.count_solved(last - first)
             return _solve_at_once(problem, budget)
-        budget.finish(count)
+        budget.count_solved(count)
         first += count
         seam = motion.time[count]
         start_known = start_known.with_state(first, motion.curve(seam, 1), motion.curve(seam, 2))

@@ -11,6 +11,7 @@ from knotwork.arrays import (
     BoolArray,
     FloatArray,
     ReadOnlyArrays,
+    check_known_rows,
     checked_joints,
     checked_rows,
     known_rows,
@@ -164,7 +165,7 @@ class TimingProblem(ReadOnlyArrays):
             )
         self._check_dynamics()
         for name in ("velocity", "acceleration"):
-            known_rows(getattr(self, name), self.names, name)
+            check_known_rows(getattr(self, name), self.names, name)
         self._check_times()
 
     def _check_dynamics(self) -> None:

@@ -82,8 +82,8 @@ class TimingProgram:
         pieces = len(guess.span) // intervals
         self.layout = Layout(intervals, pieces, len(problem.joint_names), len(self.directed))
         self.durations = guess.span.reshape(intervals, pieces).sum(axis=1)
-        usual = np.isnan(stop_times(problem))
-        self.scale = _scale(problem, guess, float(np.median(self.durations[usual])))
+        is_short = np.isnan(stop_times(problem))
+        self.scale = _scale(problem, guess, float(np.median(self.durations[is_short])))
 
     def solve(self, start: Solution | None = None, seconds: float = np.inf) -> Solution:
         """Run the solver from an earlier solution or the guess, with a time limit [s]."""
@@ -292,12 +292,12 @@ class TimingProgram:
         spans = (x[layout.tau] * scale.time).reshape(layout.intervals, -1)
         time = np.append(0.0, np.cumsum(self._exact_durations(spans.sum(axis=1))))
         share = spans / spans.sum(axis=1)[:, None]
-        known = problem.velocity_known[:, None]
-        velocity = np.where(known, problem.velocity, v[layout.waypoints])
+        velocity_known = problem.velocity_known[:, None]
+        velocity = np.where(velocity_known, problem.velocity, v[layout.waypoints])
         for column, i in zip(layout.factor, self.directed, strict=True):
             velocity[i] = max(float(x[column]), 0.0) * problem.velocity[i]
-        at_waypoints, known = a[layout.waypoints], problem.acceleration_known
-        at_waypoints[known] = problem.acceleration[known]
+        at_waypoints, acceleration_known = a[layout.waypoints], problem.acceleration_known
+        at_waypoints[acceleration_known] = problem.acceleration[acceleration_known]
         at_waypoints[self._has_zero_acceleration()] = 0.0
         starts = np.arange(layout.intervals)[:, None] * layout.interval_pieces
         acceleration = a[starts + np.arange(layout.interval_pieces + 1)]

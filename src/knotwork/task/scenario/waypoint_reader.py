@@ -226,7 +226,7 @@ def _arrival(
         raise reading.locations.error(
             location,
             "has no time",
-            "time (since 0), after (since the previous one) [s], or after: fastest",
+            "time: seconds since 0, after: seconds since the previous one, or after: fastest",
         )
     if before is not None and time <= before:
         earlier = "the start" if i == 0 else "the previous waypoint"

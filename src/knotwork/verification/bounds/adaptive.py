@@ -16,9 +16,8 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from knotwork.arrays import FloatArray
+from knotwork.arrays import BoolArray, FloatArray, IndexArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.critical_points import differentiate, horner
 from knotwork.curves.trajectory import JointTrajectory
@@ -83,7 +82,7 @@ class Quantity(NamedTuple):
 
     values: Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
     rate_bounds: Callable[[FloatArray], FloatArray]
-    angles: NDArray[np.bool_]
+    angles: BoolArray
     absolute: bool = False
 
 
@@ -175,7 +174,7 @@ class _Evaluations:
         ends = np.append(inner, at_end[:, None], axis=1)
         return at_start, ends.reshape(at_start.shape)
 
-    def _evaluate(self, piece: NDArray[np.intp], local: FloatArray) -> FloatArray:
+    def _evaluate(self, piece: IndexArray, local: FloatArray) -> FloatArray:
         """Values at times since the start of pieces [s], shape (k, c)."""
         c = self.curve.c[:, piece]
         states = []
@@ -216,9 +215,7 @@ class _Evaluations:
         return excess, rounding
 
 
-def _worst_intervals(
-    beyond: FloatArray, is_open: NDArray[np.bool_], count: int
-) -> NDArray[np.bool_]:
+def _worst_intervals(beyond: FloatArray, is_open: BoolArray, count: int) -> BoolArray:
     """Select the intervals to divide, which are the open ones farthest beyond their targets.
 
     Args:

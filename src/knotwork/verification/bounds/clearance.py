@@ -11,8 +11,8 @@ distance is at least
 
 over the whole interval. Convex bodies are also separated by the plane normal to the line between
 their nearest points at the middle, and only motion along this normal reduces their distance, to
-first order (`relative_motion`). The better of the two bounds is used. If the state is still
-open, the interval is divided into three, and the middle part keeps its distance.
+first order (`relative_motion`). The better of the two bounds is used. If it does not decide, the
+interval is divided into three, and the middle part keeps its distance.
 """
 
 from __future__ import annotations
@@ -22,9 +22,8 @@ from dataclasses import replace
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from knotwork.arrays import FloatArray, IndexArray
+from knotwork.arrays import BoolArray, FloatArray, IndexArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.robot.joint_tree import place_joints
 from knotwork.scene.bodies import Body
@@ -49,7 +48,7 @@ INTERVAL_BLOCK = 2000
 """Number of intervals per block."""
 
 DISTANCE_BUDGET = 100_000
-"""Maximum number of distance measurements. Pairs that are open after them are unproved."""
+"""Maximum number of distance measurements. Pairs that are undecided after them are unproved."""
 
 
 class Clearance(NamedTuple):
@@ -134,7 +133,7 @@ class _PairTests(NamedTuple):
     Attributes:
         interval: Indices of the intervals, shape (m,).
         solid_pair: Indices of the pairs of solids, shape (m,).
-        distance: Distances of the solids at the middle [m], `nan` if not measured.
+        distance: Distances of the solids at the middle [m], NaN until they are measured.
         normal: Unit vectors from the second to the first solid at the middle, shape (m, 3).
     """
 
@@ -145,21 +144,28 @@ class _PairTests(NamedTuple):
 
 
 def _divide_in_three(
-    intervals: Intervals, tests: _PairTests, is_open: NDArray[np.bool_]
+    intervals: Intervals, tests: _PairTests, is_undecided: BoolArray
 ) -> tuple[Intervals, _PairTests]:
-    """Divide open intervals into three parts. Each middle part keeps the measured distance."""
-    indices, row = np.unique(tests.interval[is_open], return_inverse=True)
+    """Divide undecided intervals into three. Each middle part keeps the measured distance."""
+    indices, row = np.unique(tests.interval[is_undecided], return_inverse=True)
     interval = (3 * row[:, None] + np.arange(3)).ravel()
     distance, normal = np.full((len(row), 3), np.nan), np.zeros((len(row), 3, 3))
-    distance[:, 1], normal[:, 1] = tests.distance[is_open], tests.normal[is_open]
-    solid_pair = np.repeat(tests.solid_pair[is_open], 3)
+    distance[:, 1], normal[:, 1] = tests.distance[is_undecided], tests.normal[is_undecided]
+    solid_pair = np.repeat(tests.solid_pair[is_undecided], 3)
     return intervals[indices].split(3), _PairTests(
         interval, solid_pair, distance.ravel(), normal.reshape(-1, 3)
     )
 
 
 class _ClearanceSearch:
-    """Adaptive division of a motion's time, for all pairs of solids together."""
+    """Adaptive division of a motion's time, for all pairs of solids together.
+
+    Attributes:
+        distance, time: Minimum distance found so far [m], and its time [s].
+        goal: Lower bound of the distance that decides an interval [m].
+        bound: Minimum of the bounds in decided intervals [m].
+        unproved_from, unproved_until: Times between which clearance is not proved [s].
+    """
 
     def __init__(
         self,
@@ -177,7 +183,6 @@ class _ClearanceSearch:
         self.relative_precision = RELATIVE_PRECISION if precision is None else 0.0
         self.distance = np.full(len(self.body_pair), np.inf)
         self.time = np.full(len(self.body_pair), curve.x[0])
-        # Bound at which an interval is closed, for the minimum distance found so far [m].
         self.goal = np.full(len(self.body_pair), np.inf)
         self.bound = np.full(len(self.body_pair), np.inf)
         self.measurements = 0
@@ -204,7 +209,7 @@ class _ClearanceSearch:
         return _PairTests(interval, solid_pair, unmeasured, np.zeros((len(solid_pair), 3)))
 
     def _refine(self, intervals: Intervals, tests: _PairTests) -> tuple[Intervals, _PairTests]:
-        """Measure where needed, close decided intervals, and divide the others into three."""
+        """Measure where needed, decide intervals, and divide the undecided ones into three."""
         motions = RelativeMotion(self.table, self.curve, intervals)
         time = self.curve.x[intervals.piece] + intervals.middle
         where = tests.interval, tests.solid_pair
@@ -215,16 +220,16 @@ class _ClearanceSearch:
         distance_bound[is_measured] = tests.distance[is_measured] - DISTANCE_ERROR
         goal = self.goal[tests.solid_pair]
         lower = self._bounds_by_planes(tests, motions, distance_bound - motion, goal)
-        is_closed = (lower >= goal) | (motion <= self.resolution)
-        is_closed |= self.measurements >= DISTANCE_BUDGET
-        np.minimum.at(self.bound, tests.solid_pair[is_closed], lower[is_closed])
+        is_decided = (lower >= goal) | (motion <= self.resolution)
+        is_decided |= self.measurements >= DISTANCE_BUDGET
+        np.minimum.at(self.bound, tests.solid_pair[is_decided], lower[is_decided])
         required = self.table.required_clearance[tests.solid_pair]
-        is_unproved = is_closed & (lower < required) & (self.distance[tests.solid_pair] > required)
+        is_unproved = is_decided & (lower < required) & (self.distance[tests.solid_pair] > required)
         interval, solid_pair = tests.interval[is_unproved], tests.solid_pair[is_unproved]
         half = intervals.length[interval] / 2
         np.minimum.at(self.unproved_from, solid_pair, time[interval] - half)
         np.maximum.at(self.unproved_until, solid_pair, time[interval] + half)
-        return _divide_in_three(intervals, tests, ~is_closed)
+        return _divide_in_three(intervals, tests, ~is_decided)
 
     def _bounds_by_planes(
         self,
@@ -239,7 +244,7 @@ class _ClearanceSearch:
             tests: Pairs of solids over intervals, measured.
             motions: Their relative motion.
             lower: Lower bound of each distance over the interval [m], shape (m,).
-            goal: Bound at which an interval is closed [m], shape (m,).
+            goal: Bound that decides an interval [m], shape (m,).
 
         Returns:
             The better of both bounds [m], shape (m,).
@@ -265,10 +270,10 @@ class _ClearanceSearch:
         """Measure distances in order of their bounds, as long as they may change the minimum.
 
         The search for the distance of an exact mesh ends as soon as the distance is large enough to
-        close its interval, and not below the minimum found.
+        decide its interval, and not below the minimum found.
 
         Args:
-            tests: Pairs of solids over intervals; distances are filled in.
+            tests: Pairs of solids over intervals; distances and normals are filled in.
             time: Middle of each interval [s].
             placed: Rotations and origins of the solids at these times, see `SolidPairs.placements`.
             lower: Lower bound from boxes over each interval [m].

@@ -12,9 +12,8 @@ from math import perm
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from knotwork.arrays import FloatArray
+from knotwork.arrays import BoolArray, FloatArray, IndexArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.critical_points import to_bernstein
 from knotwork.curves.polynomial.distinct import sort_distinct
@@ -39,7 +38,7 @@ class Intervals:
         length: Duration of the interval [s], shape (n,).
     """
 
-    piece: NDArray[np.intp]
+    piece: IndexArray
     start: FloatArray
     length: FloatArray
 
@@ -48,10 +47,10 @@ class Intervals:
         """Middle of the interval since the start of the piece [s], shape (n,)."""
         return np.asarray(self.start + self.length / 2)
 
-    def __getitem__(self, index: slice | NDArray[np.intp] | NDArray[np.bool_]) -> Intervals:
+    def __getitem__(self, index: slice | IndexArray | BoolArray) -> Intervals:
         return Intervals(self.piece[index], self.start[index], self.length[index])
 
-    def split(self, parts: int | NDArray[np.intp]) -> Intervals:
+    def split(self, parts: int | IndexArray) -> Intervals:
         """The intervals divided into equal parts.
 
         Args:
@@ -63,8 +62,8 @@ class Intervals:
 
 
 def divide_intervals(
-    start: FloatArray, length: FloatArray, counts: NDArray[np.intp]
-) -> tuple[NDArray[np.intp], FloatArray]:
+    start: FloatArray, length: FloatArray, counts: IndexArray
+) -> tuple[IndexArray, FloatArray]:
     """Divide each of n intervals into equal parts.
 
     Args:

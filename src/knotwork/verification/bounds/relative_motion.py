@@ -15,9 +15,8 @@ since ∂²p/∂qⱼ∂qᵢ = zⱼ × ∂p/∂qᵢ (`RelativeMotion.approach`).
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from knotwork.arrays import FloatArray, IndexArray
+from knotwork.arrays import BoolArray, FloatArray, IndexArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.critical_points import differentiate, horner
 from knotwork.robot.joint_tree import place_joints
@@ -60,7 +59,7 @@ class RelativeMotion:
         self.levers = self._levers(carriers)
         self.moves = (self.speed * self.half[:, None])[:, :, None] * self.levers
 
-    def _levers(self, carriers: NDArray[np.bool_]) -> FloatArray:
+    def _levers(self, carriers: BoolArray) -> FloatArray:
         """Largest speed of a point of each solid for a joint speed of 1, shape (k, n + 1, s)."""
         tree = self.tree
         k, n = self.origin.shape[:2]

@@ -12,9 +12,8 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from knotwork.arrays import FloatArray
+from knotwork.arrays import BoolArray, FloatArray
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.verification.recording.smoothing import Smoothed
 
@@ -107,7 +106,7 @@ def fit_delay(
     return delay, float(np.sqrt((residuals[moving] ** 2).mean() / weight))
 
 
-def _samples_in(curve: Smoothed, span: Delay) -> NDArray[np.bool_]:
+def _samples_in(curve: Smoothed, span: Delay) -> BoolArray:
     """Whether each sample of the log is in a span, shape (n,)."""
     planned_time = curve.log.time - span.delay
     return (planned_time >= span.start) & (planned_time < span.end)

@@ -11,9 +11,9 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from knotwork.arrays import FloatArray
+from knotwork.arrays import BoolArray, FloatArray, IndexArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.curves.polynomial.two_point import two_point_coefficients
@@ -55,7 +55,7 @@ class Continuation(NamedTuple):
         smallest_singular_value: Smallest singular values at those times, shape (m,).
     """
 
-    step_index: NDArray[np.intp]
+    step_index: IndexArray
     time: FloatArray
     position: FloatArray
     velocity: FloatArray
@@ -71,9 +71,7 @@ class Continuation(NamedTuple):
             smallest_singular_value=self.smallest_singular_value[[start]],
         )
 
-    def is_feasible(
-        self, robot: Robot, starts: NDArray[np.intp], turns: FloatArray
-    ) -> NDArray[np.bool_]:
+    def is_feasible(self, robot: Robot, starts: IndexArray, turns: FloatArray) -> BoolArray:
         """Whether the path can be followed from starts, offset by whole turns.
 
         Args:
