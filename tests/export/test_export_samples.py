@@ -212,7 +212,7 @@ def test_scale_and_offset_are_each_joints_own() -> None:
     about = next(line for line in comments if "'a'" in line)
     assert "Columns 2, 3" in about
     assert "-651.8986" in about
-    assert "* q + 100.0 and" in about
+    assert "+ 100" in about
 
 
 def test_steps_add_up() -> None:

@@ -47,6 +47,8 @@ _COMMANDS = {
     "schema": ("listing", "Print the JSON Schema of scenario files."),
 }
 """Module and summary by command."""
+_COMPARISON = ("compare", "planners")
+"""Commands about other planners, which the help lists last."""
 
 
 class _Commands(click.Group):
@@ -61,9 +63,10 @@ class _Commands(click.Group):
         return cast("click.Command", command)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        with formatter.section("Commands"):
-            named = sorted(_COMMANDS.items())
-            formatter.write_dl([(name, summary) for name, (_, summary) in named])
+        others = [name for name in sorted(_COMMANDS) if name not in _COMPARISON]
+        for heading, names in (("Commands", others), ("Comparison of planners", _COMPARISON)):
+            with formatter.section(heading):
+                formatter.write_dl([(name, _COMMANDS[name][1]) for name in names])
 
 
 def main() -> NoReturn:

@@ -7,9 +7,8 @@ load it when they are called.
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from knotwork.errors.old_names import renamed_option
 
@@ -19,34 +18,58 @@ if TYPE_CHECKING:
 _EXPORT = f"{__package__.partition('.')[0]}.files.export"
 
 
-def _exporter(function: str, content: str) -> Callable[..., Any]:
-    """Make the method that calls a function of `knotwork.files.export`."""
-
-    def export(self: Exportable, **options: Any) -> Any:
-        options = renamed_option(options, "fit", "tolerance")
-        return getattr(importlib.import_module(_EXPORT), function)(self, **options)
-
-    export.__name__ = function
-    export.__doc__ = f"Return {content}; see `knotwork.files.export.{function}`."
-    return export
-
-
 class Exportable:
     """A motion that can be exported: `save_as` writes every format of `knotwork.files.export`."""
 
-    to_ros2: Callable[..., str] = _exporter("to_ros2", "YAML of a ROS 2 message or action goal")
-    to_ros2_message: Callable[..., Any] = _exporter("to_ros2_message", "the ROS 2 message object")
-    to_pvt: Callable[..., str] = _exporter("to_pvt", "a position-velocity-time table")
-    to_urscript: Callable[..., str] = _exporter("to_urscript", "a program for Universal Robots")
-    to_csv: Callable[..., str] = _exporter("to_csv", "samples or knots as CSV")
-    to_json: Callable[..., str] = _exporter("to_json", "samples or knots as JSON")
-    to_npz: Callable[..., bytes] = _exporter("to_npz", "samples or knots as an npz file")
-    to_parquet: Callable[..., bytes] = _exporter("to_parquet", "samples or knots as Parquet")
-    to_drake: Callable[..., Any] = _exporter("to_drake", "Drake's `PiecewisePolynomial`")
-    to_scipy: Callable[..., PPoly] = _exporter("to_scipy", "SciPy's `PPoly`")
-    to_mat: Callable[..., bytes] = _exporter("to_mat", "a MAT-file for MATLAB's `ppval`")
+    def _export(self, function: str, options: dict[str, Any]) -> Any:
+        """Call a function of `knotwork.files.export`."""
+        options = renamed_option(options, "fit", "tolerance")
+        return getattr(importlib.import_module(_EXPORT), function)(self, **options)
+
+    def to_ros2(self, **options: Any) -> str:
+        """Return YAML of a ROS 2 message or action goal; see `knotwork.files.export.to_ros2`."""
+        return str(self._export("to_ros2", options))
+
+    def to_ros2_message(self, **options: Any) -> Any:
+        """Return the ROS 2 message object; see `knotwork.files.export.to_ros2_message`."""
+        return self._export("to_ros2_message", options)
+
+    def to_pvt(self, **options: Any) -> str:
+        """Return a position-velocity-time table; see `knotwork.files.export.to_pvt`."""
+        return str(self._export("to_pvt", options))
+
+    def to_urscript(self, **options: Any) -> str:
+        """Return a program for Universal Robots; see `knotwork.files.export.to_urscript`."""
+        return str(self._export("to_urscript", options))
+
+    def to_csv(self, **options: Any) -> str:
+        """Return samples or knots as CSV; see `knotwork.files.export.to_csv`."""
+        return str(self._export("to_csv", options))
+
+    def to_json(self, **options: Any) -> str:
+        """Return samples or knots as JSON; see `knotwork.files.export.to_json`."""
+        return str(self._export("to_json", options))
+
+    def to_npz(self, **options: Any) -> bytes:
+        """Return samples or knots as an npz file; see `knotwork.files.export.to_npz`."""
+        return bytes(self._export("to_npz", options))
+
+    def to_parquet(self, **options: Any) -> bytes:
+        """Return samples or knots as Parquet; see `knotwork.files.export.to_parquet`."""
+        return bytes(self._export("to_parquet", options))
+
+    def to_drake(self, **options: Any) -> Any:
+        """Return Drake's `PiecewisePolynomial`; see `knotwork.files.export.to_drake`."""
+        return self._export("to_drake", options)
+
+    def to_scipy(self, **options: Any) -> PPoly:
+        """Return SciPy's `PPoly`; see `knotwork.files.export.to_scipy`."""
+        return cast("PPoly", self._export("to_scipy", options))
+
+    def to_mat(self, **options: Any) -> bytes:
+        """Return a MAT-file for MATLAB's `ppval`; see `knotwork.files.export.to_mat`."""
+        return bytes(self._export("to_mat", options))
 
     def save_as(self, name: str, path: Path | str, *, force: bool = False, **options: Any) -> Path:
         """Write the motion to a file in a named format; see `knotwork.files.export.save`."""
-        export = importlib.import_module(_EXPORT)
-        return Path(export.save(self, name, path, force=force, **options))
+        return Path(self._export("save", {"name": name, "path": path, "force": force, **options}))

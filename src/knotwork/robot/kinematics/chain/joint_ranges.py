@@ -5,7 +5,6 @@ A pair of limits is a tuple of two arrays of shape (d,) [rad or m], infinite whe
 
 from __future__ import annotations
 
-import itertools
 import math
 from functools import lru_cache
 from typing import TypeAlias
@@ -131,31 +130,36 @@ def turn_into_limits(robot: Robot, q: FloatArray, near: FloatArray) -> FloatArra
     return clip_to_limits(nearest_turns(robot, q, near), position_limits(robot))
 
 
-def all_turns(robot: Robot, q: FloatArray) -> FloatArray:
-    """List copies of a configuration inside the limits, offset by whole turns, shape (k, d).
+def all_turns(robot: Robot, q: FloatArray) -> list[FloatArray]:
+    """List copies of configurations inside the limits, offset by whole turns.
 
-    There are at most `MAX_TURNS` copies, the nearest to the middle of the limits. Joints without
-    limits keep their turn.
+    Args:
+        robot: The robot.
+        q: Configurations [rad or m], shape (n, d).
+
+    Returns:
+        For each configuration its copies, shape (k, d): at most `MAX_TURNS`, the nearest to the
+        middle of the limits. Joints without limits keep their turn.
     """
-    choices: list[list[float]] = []
-    lower, upper = position_limits(robot)
-    centre = range_middles((lower, upper)).tolist()
-    joints = zip(q.tolist(), lower.tolist(), upper.tolist(), centre, strict=True)
-    for unit, (value, low, high, mid) in zip(robot.joint_units, joints, strict=True):
-        copies = [value]
-        if unit == "rad" and math.isfinite(low) and math.isfinite(high):
-            nearest = round((mid - value) / FULL_TURN)
-            first = max(math.ceil((low - LIMIT_TOLERANCE - value) / FULL_TURN), nearest - MAX_TURNS)
-            last = min(
-                math.floor((high + LIMIT_TOLERANCE - value) / FULL_TURN), nearest + MAX_TURNS
-            )
-            copies = [value + FULL_TURN * turns for turns in range(first, last + 1)]
-        fits = (x for x in copies if low - LIMIT_TOLERANCE <= x <= high + LIMIT_TOLERANCE)
-        inside = [min(max(x, low), high) for x in fits]
-        choices.append(sorted(inside, key=lambda x: (abs(x - mid), -x)))
-    while math.prod(map(len, choices)) > MAX_TURNS:
-        max(choices, key=len).pop()
-    return np.array(list(itertools.product(*map(sorted, choices)))).reshape(-1, len(q))
+    limits = lower, upper = position_limits(robot)
+    low, high, middle = lower - LIMIT_TOLERANCE, upper + LIMIT_TOLERANCE, range_middles(limits)
+    nearest = np.rint((middle - q) / FULL_TURN)
+    first = np.maximum(np.ceil((low - q) / FULL_TURN), nearest - MAX_TURNS)
+    last = np.minimum(np.floor((high - q) / FULL_TURN), nearest + MAX_TURNS)
+    turns = joint_axes(robot).is_revolute & np.isfinite(lower) & np.isfinite(upper)
+    first, last = np.where(turns, first, 0.0), np.where(turns, last, (low <= q) * (q <= high) - 1.0)
+    copies = list(clip_to_limits(q + FULL_TURN * first, limits)[:, None])
+    for i in np.flatnonzero((first != last).any(axis=1)):
+        begin, end = first[i], last[i]
+        while (counts := end - begin + 1.0).prod() > MAX_TURNS:
+            k = int(counts.argmax())
+            if 2.0 * (middle[k] - q[i, k]) >= FULL_TURN * (begin[k] + end[k]):
+                begin[k] += 1.0
+            else:
+                end[k] -= 1.0
+        added = np.indices(counts.astype(int)).reshape(robot.dof, -1).T + begin
+        copies[i] = clip_to_limits(q[i] + FULL_TURN * added, limits)
+    return copies
 
 
 def spread_starts(

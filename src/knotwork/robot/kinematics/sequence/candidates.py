@@ -44,8 +44,6 @@ TWIST_RESIDUAL = 1e-7
 """Residual above which a twist is infeasible [m/s, rad/s]."""
 SELF_MOTION_SAMPLES = 24
 """Number of samples of a self-motion."""
-NEARBY_SAMPLES = 2
-"""Number of the nearest ones that are moved nearer to a configuration."""
 CANDIDATE_ERROR = 1e-9
 """Pose error of solutions [m, rad]."""
 
@@ -129,14 +127,14 @@ def find_candidates(
             solutions = np.array(sorted(solutions, key=sort_key)).reshape(-1, robot.dof)
         elif not robot.is_redundant:
             solutions = choose_farthest_apart(robot, solutions, SELF_MOTION_SAMPLES)
-        copies = [all_turns(robot, q) for q in solutions]
+        copies = all_turns(robot, solutions)
         if sampled or not copies:
             for near in (reference,) if previous is None else (reference, previous):
                 if robot.is_redundant and len(solutions):
                     nearby = _move_nearest_samples(search, solutions, near)
                 else:
                     nearby = [_solve(robot, waypoint, near, units)]
-                copies = [*(all_turns(robot, q) for q in nearby), *copies]
+                copies = [*all_turns(robot, np.array(nearby)), *copies]
                 previous = nearby[0]
         turns.append((copies, sampled))
     return _evaluate(robot, waypoints, turns)
@@ -171,28 +169,22 @@ def _solve(robot: Robot, waypoint: CartesianWaypoint, near: FloatArray, units: U
 def _move_nearest_samples(
     search: PoseSearch, samples: FloatArray, near: FloatArray
 ) -> list[FloatArray]:
-    """Move the nearest of some solutions along their self-motion, to be nearer still.
+    """Move the nearest of some solutions along its self-motion, to be nearer still.
 
-    The distance of a joint has three measures. One uses its velocity limit and weight. One uses its
-    speed after a ramp at the acceleration limit. One uses the acceleration limit, which determines
-    short moves.
+    The distance of a joint has two measures: by its velocity limit and weight, and by its
+    acceleration limit, which determines short moves. Each has its solution.
     """
-    robot, speed = search.robot, search.robot.limits.velocity
-    acceleration = robot.limits.acceleration
+    robot, acceleration = search.robot, search.robot.limits.acceleration
     scales = [joint_scales(robot)]
-    if np.isfinite((speed + acceleration)[~robot.is_virtual]).all():
-        with np.errstate(invalid="ignore"):  # virtual joints have no limits
-            ramped = speed / (1.0 + speed / acceleration)
-        for limit in (ramped, acceleration):
-            usual = limit[~robot.is_virtual].mean()
-            scales.append(np.where(robot.is_virtual, scales[0], limit / usual))
+    arm = ~robot.is_virtual
+    if np.isfinite(acceleration[arm]).all():
+        scales.append(np.where(arm, acceleration / acceleration[arm].mean(), scales[0]))
     result = []
     for scale in scales:
         differences = joint_difference(samples, near, joint_axes(robot).is_revolute) / scale
-        order = np.linalg.norm(differences, axis=1).argsort(kind="stable")
-        for q in samples[order[:NEARBY_SAMPLES]]:
-            start = nearest_turns(robot, q, near)
-            result.append(minimise_by_self_motion(search, start, near, scale=scale)[0])
+        q = samples[np.linalg.norm(differences, axis=1).argmin()]
+        start = nearest_turns(robot, q, near)
+        result.append(minimise_by_self_motion(search, start, near, scale=scale)[0])
     return result
 
 

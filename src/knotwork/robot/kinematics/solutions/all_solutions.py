@@ -127,7 +127,7 @@ def solve_pose_ik_all(
 
 
 def _make_solution(robot: Robot, pose: Any, q: FloatArray, sampled: bool) -> PoseSolution:
-    copies = all_turns(robot, q)
+    copies = all_turns(robot, q[None])[0]
     distance = np.abs(copies - range_middles(position_limits(robot))).sum(axis=1)
     nearest = copies[int(np.argmin(np.round(distance, 6)))]
     error = robot.forward(nearest).actInv(pose)
