@@ -124,7 +124,7 @@ def test_imports_load_only_what_is_used() -> None:
         tree = tree_of(path)
         top = ast.Module([node for node in tree.body if not isinstance(node, ast.If)], [])
         loaded = {name for name in imports(top) if name.startswith("knotwork")}
-        entered = ("cli.main.main", "errors.old_names.warn_of_old_name")
+        entered = ("cli.main.main", "errors.old_names.with_old_names")
         assert loaded <= {f"knotwork.{name}" for name in entered}
 
 

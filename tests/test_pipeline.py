@@ -48,12 +48,18 @@ def test_the_package_offers_26_names_at_most() -> None:
         assert isinstance(getattr(kw, name), ModuleType), name
 
 
-@pytest.mark.parametrize("old", kw._RENAMED)
+RENAMED = kw._RENAMED | {
+    "robot.kinematics.Branch": "knotwork.robot.kinematics.PoseSolution",
+    "verification.torque_bound": "knotwork.verification.effort_bound",
+}
+
+
+@pytest.mark.parametrize("old", RENAMED)
 def test_an_old_name_works_and_warns_of_the_new_one(old: str) -> None:
-    new_name = kw._RENAMED[old]
+    new_name = RENAMED[old]
     match = f"^knotwork.{old} is now {re.escape(new_name)};"
     with pytest.warns(DeprecationWarning, match=match) as seen:
-        value = getattr(kw, old)
+        value = attrgetter(old)(kw)
     assert [warning.filename for warning in seen] == [__file__]
     module, _, attribute = new_name.rpartition(".")
     assert value is getattr(importlib.import_module(module), attribute)
@@ -75,12 +81,6 @@ def test_an_old_attribute_works_and_warns(deburring: Plan, owner: str, old: str,
         value = attrgetter(f"{owner}.{old}")(deburring)
     assert [warning.filename for warning in seen] == [__file__]
     assert np.array_equal(value, attrgetter(f"{owner}.{new}")(deburring))
-
-
-def test_old_name_of_effort_bound_works_and_warns() -> None:
-    with pytest.warns(DeprecationWarning, match="torque_bound is now effort_bound;") as seen:
-        assert kw.verification.torque_bound is kw.verification.effort_bound
-    assert [warning.filename for warning in seen] == [__file__]
 
 
 def test_a_scenario_comes_as_mapping_file_path_or_loaded(tmp_path: Path) -> None:
@@ -138,21 +138,14 @@ def test_turns_follow_the_motion_also_with_near() -> None:
 def test_limits_of_the_scenario_take_the_place_of_the_robot_s() -> None:
     base = {"robot": "ur5", "waypoints": [{"joints": "home"}, {"joints": "home", "after": 1}]}
     own = kw.plan(base).joints
-    changed = kw.plan(
-        {
-            **base,
-            "units": {"angle": "deg"},
-            "limits": {"velocity": {"elbow_joint": 90}, "acceleration": 180, "effort": 100},
-        }
-    ).joints
+    given = {"velocity": {"elbow_joint": 90}, "acceleration": 180, "effort": 100}
+    limits = kw.plan({**base, "units": {"angle": "deg"}, "limits": given}).joints.limits
     index = own.joint_names.index("elbow_joint")
-    assert changed.limits["velocity"][index] == pytest.approx(np.pi / 2)
+    assert limits["velocity"][index] == pytest.approx(np.pi / 2)
     others = np.arange(6) != index
-    np.testing.assert_array_equal(
-        changed.limits["velocity"][others], own.limits["velocity"][others]
-    )
-    np.testing.assert_allclose(changed.limits["acceleration"], np.pi)
-    np.testing.assert_array_equal(changed.limits["effort"], 100)  # N m in any unit of angle
+    np.testing.assert_array_equal(limits["velocity"][others], own.limits["velocity"][others])
+    np.testing.assert_allclose(limits["acceleration"], np.pi)
+    np.testing.assert_array_equal(limits["effort"], 100)  # N m in any unit of angle
 
 
 def test_without_a_robot_joints_may_slide() -> None:

@@ -64,7 +64,7 @@ TITLES = {
     "PathOptions": "path",
     "RobotFile": "The file",
     "ExternalAxis": "external_axes",
-    "CollisionFile": "collision",
+    "CollisionFields": "collision",
     "JointLimitFields": "limits",
     "Limits": "limits",
     "LinkSpeed": "frame_speed",

@@ -10,10 +10,9 @@
 Everything is loaded when it is first used, so that importing `knotwork` costs next to nothing.
 """
 
-import importlib
-from typing import Any
-
 import lazy_loader
+
+from knotwork.errors.old_names import with_old_names
 
 __version__ = "2.0.0.dev0"
 
@@ -48,13 +47,4 @@ _RENAMED = {
 }
 """Old names, which work for one version, and the full new ones."""
 
-
-def __getattr__(name: str) -> Any:
-    new_name = _RENAMED.get(name)
-    if new_name is None:
-        return _load(name)
-    from knotwork.errors.old_names import warn_of_old_name
-
-    warn_of_old_name(f"knotwork.{name}", new_name)
-    module, _, attribute = new_name.rpartition(".")
-    return getattr(importlib.import_module(module), attribute)
+__getattr__ = with_old_names(_load, __name__, _RENAMED)

@@ -14,6 +14,7 @@ from figures import collections, data, legend_words, lines, notes
 import knotwork as kw
 from drawn import numbers, scene, thing, vertices
 from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.verification import Topic
 from knotwork.view import plot_joints, plot_tool
 from plans import planned
 from shipped import SCENARIO_FILES
@@ -55,6 +56,15 @@ def shown(plan: kw.Plan) -> Any:
 def test_the_most_that_the_strip_shows_is_the_most_in_the_verdict(name: str) -> None:
     plan = kw.plan(name)
     assert shown(plan).max() == pytest.approx(most_used(plan).utilisation, rel=1e-6)
+
+
+def test_effort_with_unknown_load_is_shown_at_its_time_only() -> None:
+    plan = deburring()
+    topic = Topic("Joint limits", "joint", plan.joints.joint_names[1])
+    effort = topic.at_most("effort", "effort", 5.0, 10.0, "N m", time=0.3)
+    joints = replace(plan.joints, loaded_robots=None)
+    use = shown(replace(plan, joints=joints, report=replace(plan.report, findings=(effort,))))
+    assert use[use > 0.0].tolist() == [0.5]
 
 
 def test_limits_far_exceeded_are_shown() -> None:
@@ -168,10 +178,8 @@ def test_a_broken_limit_is_red_as_long_as_it_is_broken() -> None:
     low, high = min(span[0] for span in spans), max(span[1] for span in spans)
     curve = plan.trajectory
     assert failed.name == "shoulder"
-    for time in (low + 0.02, high - 0.02):
-        assert abs(curve.velocity(time)[0]) > 0.6
-    for time in (low - 0.02, high + 0.02):
-        assert abs(curve.velocity(time)[0]) < 0.6
+    assert (abs(curve.velocity([low + 0.02, high - 0.02])[:, 0]) > 0.6).all()
+    assert (abs(curve.velocity([low - 0.02, high + 0.02])[:, 0]) < 0.6).all()
     assert high - low > 0.3
 
 

@@ -1,9 +1,10 @@
-"""Old names of attributes and options, which work for one version and warn of the new ones."""
+"""Old names of attributes, options and what packages offer: they work for one version, and warn."""
 
 from __future__ import annotations
 
+import importlib
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from operator import attrgetter
 from typing import Any
 
@@ -12,6 +13,27 @@ def warn_of_old_name(old: str, new: str) -> None:
     """Warn whoever called the caller of this function."""
     message = f"{old} is now {new}; the old name goes with the next version"
     warnings.warn(message, DeprecationWarning, stacklevel=3)
+
+
+def with_old_names(
+    load: Callable[[str], Any], package: str, renamed: Mapping[str, str]
+) -> Callable[[str], Any]:
+    """Make the `__getattr__` of a package that has old names.
+
+    Args:
+        load: Loads the other names.
+        package: Name of the package.
+        renamed: Old names in it, and the full new ones.
+    """
+
+    def load_any(name: str) -> Any:
+        if name not in renamed:
+            return load(name)
+        warn_of_old_name(f"{package}.{name}", renamed[name])
+        module, _, attribute = renamed[name].rpartition(".")
+        return getattr(importlib.import_module(module), attribute)
+
+    return load_any
 
 
 class OldAttribute:

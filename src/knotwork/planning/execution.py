@@ -82,10 +82,9 @@ def scaled_motion(plan: MotionT, profile: Mapping[float, float]) -> MotionT:
 def stopped_motion(plan: MotionT, at: float, *, on_path: bool) -> MotionT:
     """A plan that stops: see `Plan.stop`."""
     name, joints, planned = plan.scenario.name, plan.joints, plan.trajectory
-    q, v, a = (planned(at, nu) for nu in range(3))
-    at_rest = InputError(f"{name}: the motion is at rest at {at:g} s; it can't be stopped")
+    at_rest = f"{name}: the motion is at rest at {at:g} s; it can't be stopped"
     if find_first_rest(planned.polynomial, at) == at:
-        raise at_rest
+        raise InputError(at_rest)
     for kind in ("acceleration",) if on_path else ("acceleration", "jerk"):
         unlimited = np.flatnonzero(~np.isfinite(joints.limits[kind]))
         if unlimited.size:
@@ -103,9 +102,9 @@ def stopped_motion(plan: MotionT, at: float, *, on_path: bool) -> MotionT:
             )
         clock, curve = stop
     else:
-        off_path = stop_joints(q, v, a, joints.limits)
+        off_path = stop_joints(planned(at), planned(at, 1), planned(at, 2), joints.limits)
         if off_path is None:
-            raise at_rest
+            raise InputError(at_rest)
         curve, clock = off_path, PiecewisePolynomial([[at]], off_path.x[[0, -1]])
         if plan.scenario.paths:
             fact = "the motion leaves the tool paths of the task, which are not checked"

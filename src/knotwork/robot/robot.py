@@ -106,7 +106,7 @@ class Robot(ChainModel):
         """Whether there are more joints than the six coordinates of a pose."""
         return self.dof > 6
 
-    @property
+    @cached_property
     def carrying_joints(self) -> dict[str, frozenset[str]]:
         """The joints that carry each joint of the URDF, including itself."""
         urdf = self._spec.urdf

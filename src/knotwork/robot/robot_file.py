@@ -7,15 +7,15 @@ from typing import Annotated
 from pydantic import Field
 
 from knotwork.files.documents import Number, StrictModel, Text
-from knotwork.files.documents.values import JointLimitFields, optional
+from knotwork.files.documents.values import JointLimitFields, optional, required
 from knotwork.robot.external_axes import ExternalAxis
 
 
-class CollisionFile(StrictModel):
-    """Pairs of links that are never checked for collisions."""
+class CollisionFields(StrictModel):
+    """Pairs of links that are not checked, by their names or from an SRDF."""
 
-    ignore: list[Annotated[list[Text], Field(min_length=2, max_length=2)]] = Field(
-        default_factory=list, description="Pairs of links that are not checked"
+    ignore: list[Annotated[list[Text], Field(min_length=2, max_length=2)]] = optional(
+        "Names of the two links of each pair", []
     )
     srdf: Text | None = optional(
         "Path of an SRDF whose disabled pairs are not checked, as that of the URDF"
@@ -27,15 +27,15 @@ class RobotFile(StrictModel):
 
     name: Text | None = optional("Name of the robot; left out: that of the file")
     description: str = optional("Description in one sentence", "")
-    urdf: Text = Field(
-        description="Path relative to the file, or in an installed Python package, as in "
+    urdf: Text = required(
+        "Path relative to the file, or in an installed Python package, as in "
         "`airo_models:arms/ur5e/ur5e.urdf`; `example-robot-data:` is its folder `robots`"
     )
-    package_paths: list[Text] = Field(
-        default_factory=list,
-        description="Additional folders with meshes, relative to the file or as for `urdf`: "
+    package_paths: list[Text] = optional(
+        "Additional folders with meshes, relative to the file or as for `urdf`: "
         "packages of `package://NAME/…`, whatever the folder's name is, folders of packages, or "
         "the base of relative paths",
+        [],
     )
     external_axes: dict[Text, ExternalAxis] = optional(
         "Joints and positioners added to the URDF, by name; its root is then the link `cell`", {}
@@ -48,8 +48,8 @@ class RobotFile(StrictModel):
     configurations: dict[str, dict[str, Number]] = optional(
         "Named configurations: joint to position [rad or m]", {}
     )
-    collision: CollisionFile = optional(
-        "Pairs of links that are never checked for collisions", CollisionFile.model_construct()
+    collision: CollisionFields = optional(
+        "Pairs of links that are never checked for collisions", CollisionFields.model_construct()
     )
     limits: JointLimitFields = optional(
         "Limits that are missing in the URDF or override it", JointLimitFields.model_construct()

@@ -86,14 +86,14 @@ class SolidPairs:
         return np.asarray(rotation @ self._corners + origin[:, :, :, None])
 
     def min_distances(
-        self, item: IndexArray, pair: IndexArray, rotation: FloatArray, origin: FloatArray
+        self, placement: IndexArray, pair: IndexArray, rotation: FloatArray, origin: FloatArray
     ) -> FloatArray:
         """Lower bounds of distances, by planes that separate their boxes [m], shape (m,).
 
         The planes are parallel to the sides, or normal to the line between the middles.
 
         Args:
-            item: Indices of the k placements, shape (m,).
+            placement: Indices of the k placements, shape (m,).
             pair: Indices of the pairs of solids, shape (m,).
             rotation: Rotations of the solids' own axes, shape (k, s, 3, 3).
             origin: Their origins [m], shape (k, s, 3).
@@ -102,7 +102,7 @@ class SolidPairs:
         middle = (rotation @ self._middle[:, :, None])[..., 0] + origin
         # axis; component; pair: contiguous memory access
         axes, middle = rotation.reshape(-1, 3, 3).T, middle.reshape(-1, 3).T
-        at_first, at_second = (len(self.solids) * item + solid for solid in (first, second))
+        at_first, at_second = (len(self.solids) * placement + solid for solid in (first, second))
         a, b = axes.take(at_first, 2), axes.take(at_second, 2)
         half_a, half_b = self._half_edges.T[:, first], self._half_edges.T[:, second]
         between = middle[:, at_second] - middle[:, at_first]
@@ -154,7 +154,7 @@ class SolidPairs:
 
     def distances_along(
         self,
-        item: IndexArray,
+        placement: IndexArray,
         pair: IndexArray,
         normal: FloatArray,
         rotation: FloatArray,
@@ -163,17 +163,17 @@ class SolidPairs:
         """Distances of two convex solids along a direction [m], shape (m,).
 
         Args:
-            item: Indices of the k placements, shape (m,).
+            placement: Indices of the k placements, shape (m,).
             pair: Indices of the pairs of solids, shape (m,).
             normal: Unit vectors from the second to the first, see `separating_normals`, (m, 3).
             rotation: Rotations of the solids' own axes, shape (k, s, 3, 3).
             origin: Their origins [m], shape (k, s, 3).
         """
-        result = np.zeros(len(item))
+        result = np.zeros(len(placement))
         first, second = self.first[pair], self.second[pair]
         for solids, direction in ((first, -normal), (second, normal)):
-            local = np.einsum("mji,mj->mi", rotation[item, solids], direction)
-            result -= np.einsum("mi,mi->m", direction, origin[item, solids])
+            local = np.einsum("mji,mj->mi", rotation[placement, solids], direction)
+            result -= np.einsum("mi,mi->m", direction, origin[placement, solids])
             for s in set(solids.tolist()):
                 rows = np.flatnonzero(solids == s)
                 result[rows] -= support_values(self.solids[s], local[rows])
@@ -190,11 +190,11 @@ class SolidPairs:
     def min_gaps(self, q: FloatArray, time: float, max_gap: float = 0.0) -> FloatArray:
         """The minimum gap at configurations [m], shape (m,).
 
-        The arguments are those of `nearest`, with one time for all configurations.
+        The arguments are those of `nearest_pairs`, with one time for all configurations.
         """
-        return np.array([gap for gap, _ in self.nearest(q, np.full(len(q), time), max_gap)])
+        return np.array([gap for gap, _ in self.nearest_pairs(q, np.full(len(q), time), max_gap)])
 
-    def nearest(
+    def nearest_pairs(
         self, q: FloatArray, time: FloatArray, max_gap: float = math.inf
     ) -> Iterator[tuple[float, int]]:
         """Find the minimum gap at each configuration [m]: distance minus required clearance.
@@ -208,24 +208,24 @@ class SolidPairs:
             max_gap: Upper bound of the gaps [m]. With 0 only the sign is meaningful.
         """
         low, high = self.presence[self.body_pair].T
-        item, pair = np.nonzero((low <= time[:, None]) & (time[:, None] <= high))
+        placement, pair = np.nonzero((low <= time[:, None]) & (time[:, None] <= high))
         placed = self.model.joint_placements(np.asarray(q, dtype=float), time)
         rotation, origin = self.placements(*placed)
         bounds = np.full((len(time), len(low)), np.inf)
-        bounds[item, pair] = self.min_distances(item, pair, rotation, origin)
+        bounds[placement, pair] = self.min_distances(placement, pair, rotation, origin)
         bounds -= self.required_clearance
-        for i, min_gaps in enumerate(bounds):
-            result, nearest = max_gap, -1
-            for c in np.argsort(min_gaps).tolist():
-                if min_gaps[c] > result or (max_gap == 0.0 and result < 0.0):
+        for i, lower in enumerate(bounds):
+            min_gap, nearest = max_gap, -1
+            for c in np.argsort(lower).tolist():
+                if lower[c] > min_gap or (max_gap == 0.0 and min_gap < 0.0):
                     break
                 required = float(self.required_clearance[c])
-                limit = result + required + DISTANCE_ERROR
+                limit = min_gap + required + DISTANCE_ERROR
                 gap = self.measure(c, rotation[i], origin[i], limit)[0] - required
                 if gap > 0.0 and self.exact[c]:
                     placed_pair = self.placed_pair(c, rotation[i], origin[i])
                     gap = -gap if is_one_inside_other(*placed_pair) else gap
                 gap = gap if gap > 0.0 else min(gap, -1e-300)  # touching counts as too near
-                if gap < result:
-                    result, nearest = gap, c
-            yield result, nearest
+                if gap < min_gap:
+                    min_gap, nearest = gap, c
+            yield min_gap, nearest

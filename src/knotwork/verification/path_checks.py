@@ -172,7 +172,7 @@ def _follow_stretches(
         paths: Adjoining paths.
         turn: Approximate turn of the tool at the beginning [rad].
     """
-    from knotwork.verification.bounds.path_criteria import PathLimits, SpeedLimit
+    from knotwork.verification.bounds.path_criteria import PathLimits
     from knotwork.verification.bounds.stretch_bounds import path_bounds
 
     allowed = scenario.tolerances
@@ -182,11 +182,9 @@ def _follow_stretches(
             interval = stretch.start, stretch.end
             if max(stretch.start, motion.start_time) >= min(stretch.end, motion.end_time):
                 continue
-            tolerance = allowed.path_speed * stretch.speed
-            speed = SpeedLimit(stretch.speed, tolerance, stretch.full_speed_interval)
-            limits = PathLimits(
-                allowed.path, allowed.path_orientation, speed if path.clock is None else None
-            )
+            limits = PathLimits.of(allowed, stretch.speed, stretch.full_speed_interval)
+            if path.clock is not None:
+                limits = limits._replace(speed=None)
             bounds = path_bounds(
                 robot, motion.curve, path.motion, interval, limits, path.freedom, turn, path.clock
             )

@@ -87,7 +87,7 @@ def _nearest(
     if not pairs:
         return [-1] * len(time), np.full(len(time), np.nan)
     table = SolidPairs(replace(model, pairs=pairs))
-    nearest = list(table.nearest(q, time))
+    nearest = list(table.nearest_pairs(q, time))
     distance = [gap + table.required_clearance[c] if c >= 0 else np.nan for gap, c in nearest]
     return [int(table.body_pair[c]) if c >= 0 else -1 for _, c in nearest], np.array(distance)
 

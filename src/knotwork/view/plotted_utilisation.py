@@ -92,9 +92,12 @@ def smallest_singular_values(robot: Robot, q: FloatArray) -> FloatArray:
 def _joint_values(
     quantity: str, joints: ScenarioJoints, curve: PiecewisePolynomial, time: FloatArray
 ) -> FloatArray:
+    """Values of a quantity of all joints, shape (n, d); zero for efforts if the load is unknown."""
     order = JOINT_QUANTITIES[quantity].order
-    if order is not None or joints.loaded_robots is None:
-        return curve(time, order or 0)
+    if order is not None:
+        return curve(time, order)
+    if joints.loaded_robots is None:
+        return np.zeros((len(time), len(joints.joint_names)))
     states = zip(time, curve(time), curve(time, 1), curve(time, 2), strict=True)
     return np.array([joints.loaded_robots.robot_at(when).effort(*state) for when, *state in states])
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from knotwork.curves.tool_paths.timing_profile import RAMP_TOLERANCE, checked_end_speed
+from knotwork.curves.tool_paths.timing_profile import PROFILE_TOLERANCE, checked_end_speed
 from knotwork.errors import RampError, StretchTimeError
 from knotwork.errors.arguments import require_number
 
@@ -57,7 +57,7 @@ def speed_for_duration(
     lowest, highest = _find_feasible_speeds(length, end_speeds, acceleration)
     shortest = time(highest)
     longest = time(lowest) if lowest > 0.0 else math.inf
-    if not shortest * (1.0 - RAMP_TOLERANCE) <= duration <= longest * (1.0 + RAMP_TOLERANCE):
+    if not shortest * (1.0 - PROFILE_TOLERANCE) <= duration <= longest * (1.0 + PROFILE_TOLERANCE):
         upper = "" if math.isinf(longest) else f" and at most {longest:.6g} s"
         message = (
             f"{duration:.6g} s are requested for a stretch of {length:.6g} m; with its changes of "

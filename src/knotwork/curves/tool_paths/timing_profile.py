@@ -22,8 +22,8 @@ from knotwork.curves.polynomial.monotone import first_times
 from knotwork.errors import PathError, RampError
 from knotwork.errors.arguments import require_number
 
-RAMP_TOLERANCE = 1e-9
-"""Relative excess of ramps over the length of their stretch up to which they are shortened."""
+PROFILE_TOLERANCE = 1e-9
+"""Relative difference up to which lengths, speeds or durations of a profile are equal."""
 
 SNAP_TOLERANCE = 1e-12
 """Distance from the end of a stretch, relative to the path, within which a point is this end."""
@@ -198,13 +198,14 @@ def _make_pieces(
 ) -> list[tuple[float, list[float]]]:
     """Make the pieces of a stretch from s[0] to s[1]: durations and coefficients of arc length."""
     # Speeds that are equal within rounding have no ramp, because it would be too short.
-    v0, v1 = (v if math.isclose(v, end, rel_tol=RAMP_TOLERANCE) else end for end in ends)
+    v0, v1 = (v if math.isclose(v, end, rel_tol=PROFILE_TOLERANCE) else end for end in ends)
     T0, T1 = (1.5 * abs(v - end) / acceleration for end in (v0, v1))
     covered = 0.5 * (v0 + v) * T0, 0.5 * (v + v1) * T1
     even = (float(s[1] - s[0]) - sum(covered)) / v
+    even = even if even > PROFILE_TOLERANCE * (T0 + T1) else 0.0
     return [
         (T0, _make_ramp(v0, v, T0, float(s[0]))),
-        (even if even > RAMP_TOLERANCE * (T0 + T1) else 0.0, [0.0, 0.0, 0.0, v, s[0] + covered[0]]),
+        (even, [0.0, 0.0, 0.0, v, s[0] + covered[0]]),
         (T1, _make_ramp(v, v1, T1, float(s[1]) - covered[1])),
     ]
 
@@ -231,7 +232,7 @@ def _find_shortening(
     needed = part / acceleration
     if needed <= length:
         return 1.0
-    if needed <= length * (1.0 + RAMP_TOLERANCE):
+    if needed <= length * (1.0 + PROFILE_TOLERANCE):
         return length / needed
     highest = _find_highest_speed(length, ends, fixed, acceleration)
     min_acceleration = part / length

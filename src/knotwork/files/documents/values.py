@@ -146,7 +146,7 @@ def optional(
         about |= {"validation_alias": key, "serialization_alias": key}
     if si_default is not None:
         return Field(default_factory=lambda: si_default, **about)
-    if default in ({}, ()):
+    if default in ({}, (), []):
         return Field(default_factory=type(default), **about)
     return Field(default=default, **about)
 

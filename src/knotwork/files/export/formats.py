@@ -54,7 +54,7 @@ class Format:
     function: str = ""
 
     def takes_points(self, options: Mapping[str, Any]) -> bool:
-        """Whether the format, with these options, consists of points of the motion."""
+        """Whether the format, with these options, has points, which can be within a tolerance."""
         return "tolerance" in self.options and (not self.tabular or bool(options.get("knots_only")))
 
 

@@ -33,7 +33,9 @@ MAX_CUTS = 64
 """Maximum number of parts into which a piece is divided in one round."""
 
 PIECE_NAMES = {2: "cubics", 3: "quintics"}
+"""Polynomials between points, by the number of quantities of a point."""
 POINT_CONTENTS = {2: "position and velocity", 3: "position, velocity and acceleration"}
+"""Quantities of a point, by their number."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,25 +113,25 @@ def motion_points(
         if motion.with_acceleration != accelerations or tolerance is not None:
             raise InputError("these points have their options already; give the trajectory")
         return motion
-    order = 3 if accelerations else 2
+    quantities = 3 if accelerations else 2
     if tolerance is not None:
         tolerance = require_number(tolerance, "tolerance", "rad or m", positive=True)
-    received = _receive(motion, motion.breaks, order)
+    received = _receive(motion, motion.breaks, quantities)
     exact = bool((largest_difference(motion, received) <= LOSSLESS * _scale(motion)).all())
     if not exact:
-        _refuse_jumps(motion, order, tolerance)
+        _refuse_jumps(motion, quantities, tolerance)
         if tolerance is None:
-            raise _lossy(motion, order, received)
-        received = receive_within(motion, order, tolerance)
+            raise _lossy(motion, quantities, received)
+        received = receive_within(motion, quantities, tolerance)
     errors = [float(largest_difference(motion, received, nu).max()) for nu in range(3)]
     curve = motion if exact else replace(motion, polynomial=received)
     inserted = int(received.x.size - motion.breaks.size)
     return MotionPoints(curve, accelerations, exact, errors[0], errors[1], errors[2], inserted)
 
 
-def _receive(trajectory: JointTrajectory, times: FloatArray, order: int) -> PiecewisePolynomial:
-    """The curve of a receiver from points: lines with order 1, cubics with 2, quintics with 3."""
-    derivatives = tuple(trajectory(times, nu) for nu in range(order))
+def _receive(motion: JointTrajectory, times: FloatArray, quantities: int) -> PiecewisePolynomial:
+    """The curve of a receiver from points of 1 quantity (lines), 2 (cubics) or 3 (quintics)."""
+    derivatives = tuple(motion(times, nu) for nu in range(quantities))
     return PiecewisePolynomial(two_point_coefficients(times, derivatives), times)
 
 
@@ -180,17 +182,17 @@ def _scale(trajectory: JointTrajectory) -> FloatArray:
     return np.asarray(np.abs(c * np.diff(trajectory.breaks)[:, None] ** powers).max(axis=(0, 1)))
 
 
-def _refuse_jumps(trajectory: JointTrajectory, order: int, tolerance: float | None) -> None:
+def _refuse_jumps(trajectory: JointTrajectory, quantities: int, tolerance: float | None) -> None:
     """Refuse a motion with a jump of a quantity of which each point has only one value."""
     smooth = trajectory.continuity
-    if smooth.order >= order - 1:
+    if smooth.order >= quantities - 1:
         return
     quantity = MOTION_QUANTITIES[smooth.order + 1]
     jump = getattr(smooth, quantity)
     unit = trajectory.joint_units[trajectory.joint_names.index(jump.joint)]
     unit = rate_unit(unit, smooth.order + 1)
     raise ExportError(
-        f"points of {POINT_CONTENTS[order]} can't define this motion"
+        f"points of {POINT_CONTENTS[quantities]} can't define this motion"
         f"{'' if tolerance is None else ', however many there are'}: the {quantity} of joint "
         f"{jump.joint!r} jumps by {jump.jump:.3g} {unit} at {jump.time:.9g} s, and a point holds "
         "one value of it; choose another planner, or leave accelerations out",
@@ -200,7 +202,9 @@ def _refuse_jumps(trajectory: JointTrajectory, order: int, tolerance: float | No
     )
 
 
-def _lossy(trajectory: JointTrajectory, order: int, received: PiecewisePolynomial) -> ExportError:
+def _lossy(
+    trajectory: JointTrajectory, quantities: int, received: PiecewisePolynomial
+) -> ExportError:
     """Make the error for a motion that its knots do not define."""
     times = trajectory.breaks
     off = largest_difference(trajectory, received)
@@ -209,8 +213,8 @@ def _lossy(trajectory: JointTrajectory, order: int, received: PiecewisePolynomia
     name, unit = trajectory.joint_names[joint], trajectory.joint_units[joint]
     motion = f"the motion from {trajectory.origin}" if trajectory.origin else "this motion"
     return ExportError(
-        f"{motion} has polynomials of degree {degree}; {PIECE_NAMES[order]} through the "
-        f"{POINT_CONTENTS[order]} of its {times.size} knots would be off by up to "
+        f"{motion} has polynomials of degree {degree}; {PIECE_NAMES[quantities]} through the "
+        f"{POINT_CONTENTS[quantities]} of its {times.size} knots would be off by up to "
         f"{off[piece, joint]:.3g} {unit} (joint {name!r}, between {times[piece]:.6g} s and "
         f"{times[piece + 1]:.6g} s): choose a planner of cubics; or give a "
         "tolerance in rad or m (--tolerance); or, where the format has them and the planner makes "
@@ -222,26 +226,27 @@ def _lossy(trajectory: JointTrajectory, order: int, received: PiecewisePolynomia
 
 
 def receive_within(
-    trajectory: JointTrajectory, order: int, tolerance: float
+    trajectory: JointTrajectory, quantities: int, tolerance: float
 ) -> PiecewisePolynomial:
     """Divide the pieces of a motion until the curve of a receiver is within a tolerance.
 
-    The error of a piece decreases with the power 2·order of its length, which gives the number of
-    parts. The error of the parts is then measured.
+    The error of a piece decreases with the power 2·quantities of its length, which gives the number
+    of parts. The error of the parts is then measured.
 
     Args:
         trajectory: The motion.
-        order: Order of the first derivative that the points do not have: 1 for straight lines.
+        quantities: Number of quantities of a point: 1 for positions, 2 with velocities, 3 with
+            accelerations.
         tolerance: Tolerance [rad or m].
 
     Raises:
         InputError: This takes more than a million points.
     """
-    received = _receive(trajectory, trajectory.breaks, order)
+    received = _receive(trajectory, trajectory.breaks, quantities)
     while True:
         worst = largest_difference(trajectory, received).max(axis=1)
         if (worst <= tolerance).all():
             return received
-        needed = np.clip(np.ceil((worst / tolerance) ** (0.5 / order)), 2, MAX_CUTS)
+        needed = np.clip(np.ceil((worst / tolerance) ** (0.5 / quantities)), 2, MAX_CUTS)
         parts = np.where(worst > tolerance, needed, 1)
-        received = _receive(trajectory, _divide_evenly(received.x, parts), order)
+        received = _receive(trajectory, _divide_evenly(received.x, parts), quantities)

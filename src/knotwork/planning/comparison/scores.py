@@ -22,9 +22,10 @@ class Score:
         acceleration_jump: Largest jump of a joint's acceleration inside the motion.
         end_acceleration: Largest magnitude of a joint's acceleration at start and end: the jump
             of an arm that starts and ends at rest.
-        peak_velocity: Largest magnitude of the joint nearest its limit; without limits, of any.
-        peak_acceleration: Likewise of the acceleration.
-        peak_jerk: Likewise of the jerk; `None` if the acceleration jumps, because the jerk is then
+        peak_velocity: Largest speed of the joint that comes nearest to its limit; without limits,
+            of the fastest joint.
+        peak_acceleration: The same for the acceleration.
+        peak_jerk: The same for the jerk; `None` if the acceleration jumps, because the jerk is then
             unbounded.
         velocity_fluctuation: The largest of any joint, see
             `knotwork.verification.metrics.velocity_fluctuation`.

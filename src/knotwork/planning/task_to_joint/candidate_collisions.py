@@ -156,7 +156,7 @@ class CandidateCollisions:
         steps = np.flatnonzero(np.isfinite(path.position[:, start]).all(axis=1))
         steps = steps[sort_distinct(np.linspace(0, len(steps) - 1, count).astype(np.intp))]
         q = self._arm_positions(path.position[steps, start])
-        gaps = (gap for gap, _ in self._pairs.nearest(q, path.time[steps], 0.0))
+        gaps = (gap for gap, _ in self._pairs.nearest_pairs(q, path.time[steps], 0.0))
         return next((int(k) for k, gap in zip(steps, gaps, strict=False) if gap < 0.0), None)
 
     def find_collision_start(

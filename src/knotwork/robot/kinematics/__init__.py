@@ -2,4 +2,8 @@
 
 import lazy_loader
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+from knotwork.errors.old_names import with_old_names
+
+_load, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+_RENAMED = {"Branch": "knotwork.robot.kinematics.PoseSolution"}
+__getattr__ = with_old_names(_load, __name__, _RENAMED)

@@ -3,7 +3,6 @@ from .chain.velocity import pull_to_middle as pull_to_middle
 from .chain.velocity import singular_values as singular_values
 from .chain.velocity import smallest_singular_value as smallest_singular_value
 from .chain.velocity import solve_velocity_ik as solve_velocity_ik
-from .solutions.all_solutions import Branch as Branch
 from .solutions.all_solutions import PoseSolution as PoseSolution
 from .solutions.all_solutions import solve_pose_ik_all as solve_pose_ik_all
 from .solutions.pose import IKSolution as IKSolution

@@ -19,6 +19,7 @@ from knotwork.waypoints import PoseFreedom
 
 if TYPE_CHECKING:
     from knotwork.curves.tool_paths import ToolPath
+    from knotwork.task.task_options import ToolTolerances
 
 
 class SpeedLimit(NamedTuple):
@@ -47,6 +48,18 @@ class PathLimits(NamedTuple):
     position: float
     orientation: float
     speed: SpeedLimit | None
+
+    @classmethod
+    def of(
+        cls,
+        tolerances: ToolTolerances,
+        speed: float,
+        interval: tuple[float, float],
+        part: float = 1.0,
+    ) -> PathLimits:
+        """Limits from a part of the tolerances of a task, for a speed [m/s] in an interval [s]."""
+        limit = SpeedLimit(speed, part * tolerances.path_speed * speed, interval)
+        return cls(part * tolerances.path, part * tolerances.path_orientation, limit)
 
 
 class PathBound(NamedTuple):

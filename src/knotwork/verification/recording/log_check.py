@@ -50,12 +50,12 @@ MOVING_GAP_RANGE = 0.1
 """Fraction of the range of a joint's motion beyond which it moves far in a gap."""
 REST_DEVIATIONS = 4.0
 """Motion of a plan, in standard deviations of the noise, below which it is at rest."""
-_UNITS = {
+JACOBIAN_ROWS = {
     rate_unit(unit, order): (order, rows)
     for unit, rows in (("m", slice(3)), ("rad", slice(3, 6)))
     for order in range(3)
 }
-"""Order, and rows of the Jacobian, of quantities of the tool by their unit."""
+"""Order of a derivative of the tool's pose, and its rows of the Jacobian, by its unit."""
 
 
 def check_log(
@@ -204,9 +204,9 @@ def _uncertainty(finding: Finding, alignment: Alignment, joints: ScenarioJoints)
     if finding.quantity == "effort" and finding.name in names:
         row = _inertia(robot, q)[names.index(finding.name)]
         return float(np.linalg.norm(row * errors(2)))
-    if finding.unit not in _UNITS:
+    if finding.subject == "joint" or finding.unit not in JACOBIAN_ROWS:
         return None
-    order, rows = _UNITS[finding.unit]
+    order, rows = JACOBIAN_ROWS[finding.unit]
     jacobian = robot.jacobian(q)
     error = float(np.linalg.norm(jacobian[rows] * errors(order)))
     if finding.unit == "rad" and finding.subject != "waypoint":

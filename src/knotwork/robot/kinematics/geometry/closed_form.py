@@ -171,8 +171,8 @@ class _Equations:
 
 @cache_per_robot
 def _make_equations(robot: Robot) -> _Equations | None:
-    shape = find_axis_geometry(robot)
-    return None if shape is None else _Equations(robot, shape.parallel, shape.centre)
+    geometry = find_axis_geometry(robot)
+    return None if geometry is None else _Equations(robot, geometry.parallel, geometry.centre)
 
 
 def _solve_angle(x: Any, y: Any, z: Any, sign: FloatArray) -> tuple[FloatArray, FloatArray]:

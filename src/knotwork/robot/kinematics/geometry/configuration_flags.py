@@ -30,7 +30,7 @@ FLAG_ROUNDING = 1e-6
 """Lengths below this [m] and sines below this are rounding."""
 
 
-class Geometry(NamedTuple):
+class ArmGeometry(NamedTuple):
     """Geometry of an arm with flags.
 
     Attributes:
@@ -48,7 +48,7 @@ class Geometry(NamedTuple):
 
 
 @cache_per_robot
-def find_axis_geometry(robot: Robot) -> Geometry | None:
+def find_axis_geometry(robot: Robot) -> ArmGeometry | None:
     """Find the geometry of an arm with flags; `None` for an arm without flags."""
     if robot.dof != 6:
         return None
@@ -70,16 +70,16 @@ def find_axis_geometry(robot: Robot) -> Geometry | None:
     up = -1.0 if a[0, 2] < -FLAG_ROUNDING else 1.0
     tip, rotation, *_ = chain.forward(np.zeros((1, 6)))
     in_tool = rotation[:, :, 0] @ (centre - tip[:, 0])
-    shape = Geometry(not on_axis_4, up, -1.0 if across < -FLAG_ROUNDING else 1.0, in_tool)
+    geometry = ArmGeometry(not on_axis_4, up, -1.0 if across < -FLAG_ROUNDING else 1.0, in_tool)
     # The flags are valid if the Jacobian loses rank exactly where one of the three vanishes: its
     # determinant is a constant times their product.
     q = 2 * np.pi * low_discrepancy_points(6, 24) - np.pi
-    product = np.prod(_evaluate_flag_functions(chain, shape, q), axis=0)
+    product = np.prod(_evaluate_flag_functions(chain, geometry, q), axis=0)
     determinant = np.linalg.det(chain.jacobians(q))
     factor = (determinant @ product) / max(product @ product, 1e-300)
     if np.abs(determinant - factor * product).max() > 1e-9 * np.abs(determinant).max():
         return None
-    return shape
+    return geometry
 
 
 def _are_parallel(a: FloatArray, b: FloatArray) -> bool:
@@ -98,12 +98,12 @@ def _intersect_lines(
     return point
 
 
-def _evaluate_flag_functions(chain: JointAxes, shape: Geometry, q: FloatArray) -> FloatArray:
+def _evaluate_flag_functions(chain: JointAxes, geometry: ArmGeometry, q: FloatArray) -> FloatArray:
     """Evaluate the three functions whose signs are the flags at q (n, 6), shape (3, n)."""
     tip, rotation, p, z = chain.forward(q)
-    centre = tip + np.einsum("crn,c->rn", rotation, shape.centre)
-    wrist = p[:, 3] if shape.parallel else centre
-    shoulder = shape.up * shape.side * _triple_products(z[:, 1], z[:, 0], centre - p[:, 0])
+    centre = tip + np.einsum("crn,c->rn", rotation, geometry.centre)
+    wrist = p[:, 3] if geometry.parallel else centre
+    shoulder = geometry.up * geometry.side * _triple_products(z[:, 1], z[:, 0], centre - p[:, 0])
     elbow = _triple_products(p[:, 2] - p[:, 1], wrist - p[:, 2], z[:, 1])
     return np.array([shoulder, elbow, _triple_products(z[:, 3], z[:, 5], z[:, 4])])
 
@@ -124,18 +124,18 @@ def configuration_flags(robot: Robot, q: FloatArray) -> FloatArray:
         0 on a singularity. For another arm of six joints it is the sign of the determinant of the
         Jacobian, shape (n, 1). Branches of all other arms have no signs, shape (n, 0).
     """
-    shape, chain = find_axis_geometry(robot), joint_axes(robot)
-    if shape is None:
+    geometry, chain = find_axis_geometry(robot), joint_axes(robot)
+    if geometry is None:
         if robot.dof != 6:
             return np.empty((len(q), 0))
         determinant = np.linalg.det(chain.jacobians(q))
         return np.where(
             np.abs(determinant) < FLAG_ROUNDING * FLAG_ROUNDING, 0.0, np.sign(determinant)
         )[:, None]
-    values = _evaluate_flag_functions(chain, shape, q)
+    values = _evaluate_flag_functions(chain, geometry, q)
     signs = np.where(np.abs(values) < FLAG_ROUNDING, 0.0, np.sign(values))
     # The same elbow is up on one side of axis 1 and down on the other.
-    signs[1] *= np.where(signs[0] == 0.0, 1.0, signs[0] * shape.side)
+    signs[1] *= np.where(signs[0] == 0.0, 1.0, signs[0] * geometry.side)
     return signs.T
 
 

@@ -66,10 +66,6 @@ class PoseSolution:
     flags = OldAttribute("branch")
 
 
-Branch = PoseSolution
-"""The old name, which goes with the next version."""
-
-
 def solve_pose_ik_all(
     robot: Robot,
     pose: Any,
