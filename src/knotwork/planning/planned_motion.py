@@ -41,8 +41,8 @@ class Plan(CheckedMotion):
         unsupported_options: Scenario options that were ignored, because the planner passed to
             `plan` does not support them.
         solution: IK solution chosen for each pose.
-        chosen_values: Values chosen for the unknowns, numbers in `scenario`; `None` if all values were
-            given.
+        chosen_values: Values chosen for the unknowns, numbers in `scenario`; `None` if all
+            values were given.
     """
 
     joint_waypoints: JointWaypoints

@@ -201,12 +201,11 @@ class TimingProgram:
     def _duration_block(self) -> Block:
         """Given durations of intervals, and lower bounds of unknown ones."""
         problem, layout = self.problem, self.layout
-        bounded = ~problem.duration_is_unknown | (problem.min_duration > 0.0)
-        lower = np.where(problem.duration_is_unknown, problem.min_duration, problem.duration)[
-            bounded
-        ]
+        is_unknown = problem.duration_is_unknown
+        bounded = ~is_unknown | (problem.min_duration > 0.0)
+        lower = np.where(is_unknown, problem.min_duration, problem.duration)[bounded]
         lower = lower / self.scale.time
-        upper = np.where(problem.duration_is_unknown[bounded], np.inf, lower)
+        upper = np.where(is_unknown[bounded], np.inf, lower)
         pieces = layout.tau.reshape(layout.intervals, -1)[bounded].T
         return Block(sum_kernel(layout.interval_pieces), pieces, bounds={"sum": (lower, upper)})
 
