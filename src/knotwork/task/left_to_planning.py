@@ -1,4 +1,4 @@
-"""What a task leaves to planning: times, speeds, tolerances of poses, ways; the objective."""
+"""Times, speeds, tolerances of poses and ways that planning decides, and its objective."""
 
 from __future__ import annotations
 
