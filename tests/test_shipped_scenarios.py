@@ -109,9 +109,9 @@ def test_taking_the_nearest_solution_each_time_fails_where_the_plan_passes(name:
     options = kw.interpolation.PlannerOptions(end_acceleration="zero")
     trajectory = kw.interpolation.get_planner(scenario.planner)(waypoints, options)
     report = kw.check(trajectory, scenario)
-    broken = {found.name for found in report.failures if found.quantity == "velocity"}
+    broken = {finding.name for finding in report.failures if finding.quantity == "velocity"}
     assert len(broken) >= 3
-    assert all(found.ok for found in report.select(subject="waypoint"))
+    assert all(finding.ok for finding in report.select(subject="waypoint"))
     plan = planned(name)
     assert plan.report.ok
     assert not plan.solution.infeasibilities
