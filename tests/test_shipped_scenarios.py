@@ -60,7 +60,7 @@ def test_scenario_passes_the_judge_and_reports_its_branches(
     assert [one.partition(" for ")[0] for one in saved["warnings"]] == WARNINGS.get(path.stem, [])
     # where times are free, the numbers in their place say what the motion has to do when
     numbers = tmp_path / "scenario.yaml"
-    free = kw.load_scenario(path).free_values is not None
+    free = kw.load_scenario(path).unknowns is not None
     assert numbers.exists() == free == ("chosen_times" in saved)
     chosen = saved.get("chosen_times", {"lower_bound": 0.0, "duration": 0.0, "binding": ["none"]})
     assert chosen["lower_bound"] <= chosen["duration"]

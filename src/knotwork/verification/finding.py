@@ -22,9 +22,9 @@ Proof = Literal["exact", "bounded", "sampled"]
 class Group:
     """Headings of a report, under which its findings are grouped.
 
-    `CHOSEN_TIMES` is for tasks that leave a time free, `CHOSEN_MOTION` for those that leave only
-    velocities, knots or solutions free. Findings of `FEASIBILITY` hold for every motion through the
-    joint waypoints.
+    `CHOSEN_TIMES` is for tasks that leave a time to planning, `CHOSEN_MOTION` for those that
+    leave only velocities, knots or solutions. Findings of `FEASIBILITY` hold for every motion
+    through the joint waypoints.
     """
 
     AGAINST_PLAN = "Against the plan"

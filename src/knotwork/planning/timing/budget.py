@@ -107,6 +107,6 @@ class Budget:
         """
         self.iterations += count
         if self._progress is not None:
-            # without intervals only speeds along paths are free
+            # without intervals only speeds along paths are unknown
             done = min((self._solved + share) / self._intervals, 1.0) if self._intervals else 1.0
             self._progress(Progress(self.iterations, self.elapsed, done, duration, trying))

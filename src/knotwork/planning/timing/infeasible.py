@@ -113,7 +113,7 @@ def _unlimited_errors(problem: TimingProblem) -> Iterator[TimingError]:
     """Refuse joints without limits, for which the minimum duration would be zero."""
     limits = problem.limits
     unlimited = np.isinf(limits.acceleration) & np.isinf(limits.jerk) & np.isinf(limits.effort)
-    if problem.objective.time and problem.duration_is_free.any() and unlimited.any():
+    if problem.objective.time and problem.duration_is_unknown.any() and unlimited.any():
         joints = [problem.joint_names[k] for k in np.flatnonzero(unlimited)]
         yield TimingError(
             f"joint {', '.join(map(repr, joints))}: no limit of acceleration, jerk or effort, so "
@@ -127,7 +127,7 @@ def _infeasible_durations(problem: TimingProblem, direct: bool) -> Iterator[Timi
     """Infeasible durations: too short, excluded since a joint can't stop, or without a minimum."""
     speeds = np.where(problem.velocity_known[:, None], problem.velocity, 0.0)
     moves = np.abs(np.diff(problem.position, axis=0)) + np.abs(speeds[:-1]) + np.abs(speeds[1:])
-    still = problem.duration_is_free & (moves.max(axis=1) == 0.0) & (problem.min_duration == 0.0)
+    still = problem.duration_is_unknown & (moves.max(axis=1) == 0.0) & (problem.min_duration == 0.0)
     for i in np.flatnonzero(still).tolist():
         yield TimingError(
             f"from {problem.names[i]!r} to {problem.names[i + 1]!r} no joint moves, so there is no "
@@ -202,7 +202,7 @@ def _too_short(problem: TimingProblem) -> list[TimingError]:
     if problem.total is None:
         return list(_short_duration_errors(problem, takes, f"{NO_MOTION}; "))
     sufficient = sufficient_duration(
-        float(np.where(problem.duration_is_free, takes, problem.duration).sum())
+        float(np.where(problem.duration_is_unknown, takes, problem.duration).sum())
     )
     if problem.total >= sufficient:
         return []

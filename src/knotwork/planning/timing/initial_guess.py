@@ -39,7 +39,7 @@ def _first_durations(problem: TimingProblem, velocity: FloatArray) -> FloatArray
     typical = np.where(typical > 0.0, typical, mean.max(axis=1))
     typical = np.maximum(typical, problem.min_duration)
     typical = np.where(typical > 0.0, typical, 1.0)
-    return np.where(problem.duration_is_free, 1.3 * typical, problem.duration)
+    return np.where(problem.duration_is_unknown, 1.3 * typical, problem.duration)
 
 
 def _nonstop_durations(problem: TimingProblem) -> FloatArray:
@@ -50,7 +50,7 @@ def _nonstop_durations(problem: TimingProblem) -> FloatArray:
     """
     durations = np.full(problem.duration.shape, np.nan)
     known = problem.velocity_known
-    for i in np.flatnonzero(known[:-1] & known[1:] & problem.duration_is_free).tolist():
+    for i in np.flatnonzero(known[:-1] & known[1:] & problem.duration_is_unknown).tolist():
         feasible = problem.feasible_durations(i)
         first, last = feasible.minimum.max(), feasible.gap_start.min()
         if max(first, problem.min_duration[i]) <= last < np.inf:

@@ -93,13 +93,14 @@ def _resting_intervals(
         intervals.append(concatenate(before, between, after))
     if problem.total is None:
         return intervals
-    durations, free = np.array([interval.x[-1] for interval in intervals]), problem.duration_is_free
+    durations = np.array([interval.x[-1] for interval in intervals])
+    is_unknown = problem.duration_is_unknown
     excess = problem.total - durations.sum()
     if abs(excess) <= 1e-12 * problem.total:
         return intervals
-    if excess < 0.0 or not free.any():
+    if excess < 0.0 or not is_unknown.any():
         return None
-    durations[free] *= 1.0 + excess / durations[free].sum()
+    durations[is_unknown] *= 1.0 + excess / durations[is_unknown].sum()
     return _resting_intervals(replace(problem, duration=durations, total=None), slower, braking)
 
 
@@ -108,7 +109,7 @@ def with_longer(problem: TimingProblem) -> TimingProblem:
     return replace(
         problem,
         duration=np.full(problem.duration.shape, np.nan),
-        min_duration=np.where(problem.duration_is_free, problem.min_duration, problem.duration),
+        min_duration=np.where(problem.duration_is_unknown, problem.min_duration, problem.duration),
         total=None,
         objective=Objective(),
     )

@@ -52,7 +52,7 @@ def first_tightening(problem: TimingProblem) -> Tightening:
     """
     limits = problem.limits
     unlimited = np.isinf(limits.acceleration) & np.isinf(limits.jerk) & np.isfinite(limits.effort)
-    if problem.objective.time and problem.duration_is_free.any() and unlimited.any():
+    if problem.objective.time and problem.duration_is_unknown.any() and unlimited.any():
         intervals = len(problem.position) - 1
         utilisation = np.zeros((pieces_per_interval(intervals) * intervals, len(unlimited)))
         return Tightening(allowed_utilisation={"effort": _allowed_utilisation(None, utilisation)})

@@ -44,7 +44,7 @@ def test_single_joint_matches_closed_form() -> None:
 
 def test_planned_scenario_has_no_free_times() -> None:
     plan = kw.plan(swing(to(1, velocity="free"), to(2)))
-    assert plan.scenario.free_values is None
+    assert plan.scenario.unknowns is None
     assert plan.scenario.times[-1] == pytest.approx(plan.trajectory.end_time)
     velocity = plan.joints.targets[1].velocity
     assert np.allclose(plan.trajectory.velocity(plan.scenario.times[1]), velocity, atol=1e-12)
@@ -186,7 +186,7 @@ def test_a_frozen_scenario_keeps_its_comments_and_gives_the_same_motion(tmp_path
     assert "room" not in text
     again = kw.plan(tmp_path / "frozen.yaml")
     assert again.chosen_values is None
-    assert again.scenario.free_values is None
+    assert again.scenario.unknowns is None
     assert np.array_equal(again.trajectory.polynomial.x, plan.trajectory.polynomial.x)
     assert np.array_equal(again.trajectory.polynomial.c, plan.trajectory.polynomial.c)
     assert kw.check(plan.trajectory, load_scenario(tmp_path / "frozen.yaml")).ok
@@ -255,7 +255,7 @@ def test_reports_stale_frozen_scenario(tmp_path: Path) -> None:
 def test_refuses_check_against_free_times() -> None:
     task = swing(to(2))
     plan = kw.plan(task)
-    with pytest.raises(InputError, match="leaves times or speeds free"):
+    with pytest.raises(InputError, match="leaves times or speeds to planning"):
         kw.check(plan.trajectory, load_scenario(task))
 
 
