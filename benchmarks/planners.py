@@ -31,7 +31,7 @@ from knotwork.curves.interpolation import BalancedKnots, PlannerOptions, get_pla
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.joint_quantities import JointLimits
-from knotwork.planning.choosing.free_sections import MAX_JERK
+from knotwork.planning.choosing.timing_sections import MAX_JERK
 from knotwork.planning.timing import Objective, TimingProblem, solve
 from knotwork.verification import metrics
 from knotwork.waypoints import ChosenSection, JointWaypoints

@@ -285,7 +285,7 @@ def shipped() -> list[dict[str, Any]]:
     rows = []
     for name in resources.names("scenarios"):
         scenario = load_scenario(name)
-        if scenario.free_values is not None:
+        if scenario.unknowns is not None:
             rows.append(shipped_row(name, scenario, None))
         elif scenario.planner == "modified-hermite" and not scenario.paths:
             rows.append(shipped_row(name, load_scenario(freed(scenario)), np.ptp(scenario.times)))

@@ -201,7 +201,7 @@ def test_scenarios_lists_all(knotwork: Command) -> None:
     for name in SCENARIO_FILES:
         assert name in out
     assert "paper_case  no robot, 4 waypoints, 25 s\n" in out
-    assert "paper_case_fastest  no robot, 4 waypoints, times are free\n" in out
+    assert "paper_case_fastest  no robot, 4 waypoints, times to be chosen\n" in out
     rows = {row["name"]: row for row in json.loads(knotwork("scenarios", "--json").out)}
     assert rows["paper_case"]["duration"] == 25.0
     assert rows["paper_case_fastest"]["duration"] is None

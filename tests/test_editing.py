@@ -193,8 +193,8 @@ def test_a_handle_moves_what_it_was_shown_for_or_nothing(tmp_path: Path) -> None
 
 
 SCENARIOS = {name: kw.load_scenario(name) for name in names("scenarios")}
-FREE = [name for name, task in SCENARIOS.items() if task.task.robot and task.free_values]
-TIMED = [name for name, task in SCENARIOS.items() if task.task.robot and not task.free_values]
+FREE = [name for name, task in SCENARIOS.items() if task.task.robot and task.unknowns]
+TIMED = [name for name, task in SCENARIOS.items() if task.task.robot and not task.unknowns]
 
 
 @pytest.mark.parametrize("name", mostly_exhaustive(FREE, "panda_pick_place_fastest"))

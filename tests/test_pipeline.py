@@ -161,7 +161,7 @@ def test_without_a_robot_joints_may_slide() -> None:
     plan = kw.plan(task)
     assert plan.trajectory.joint_units == ("m", "rad")
     np.testing.assert_allclose(plan.trajectory.position(1.0), [0.1, np.pi / 4])
-    peak = {(found.name, found.quantity): found for found in plan.report.findings}
+    peak = {(finding.name, finding.quantity): finding for finding in plan.report.findings}
     assert peak["slide", "velocity"].limit == pytest.approx(0.2)
     assert peak["slide", "velocity"].unit == "m/s"
 

@@ -60,7 +60,7 @@ def test_scenario_passes_the_judge_and_reports_its_branches(
     assert [one.partition(" for ")[0] for one in saved["warnings"]] == WARNINGS.get(path.stem, [])
     # where times are free, the numbers in their place say what the motion has to do when
     numbers = tmp_path / "scenario.yaml"
-    free = kw.load_scenario(path).free_values is not None
+    free = kw.load_scenario(path).unknowns is not None
     assert numbers.exists() == free == ("chosen_times" in saved)
     chosen = saved.get("chosen_times", {"lower_bound": 0.0, "duration": 0.0, "binding": ["none"]})
     assert chosen["lower_bound"] <= chosen["duration"]
@@ -109,9 +109,9 @@ def test_taking_the_nearest_solution_each_time_fails_where_the_plan_passes(name:
     options = kw.interpolation.PlannerOptions(end_acceleration="zero")
     trajectory = kw.interpolation.get_planner(scenario.planner)(waypoints, options)
     report = kw.check(trajectory, scenario)
-    broken = {found.name for found in report.failures if found.quantity == "velocity"}
+    broken = {finding.name for finding in report.failures if finding.quantity == "velocity"}
     assert len(broken) >= 3
-    assert all(found.ok for found in report.select(subject="waypoint"))
+    assert all(finding.ok for finding in report.select(subject="waypoint"))
     plan = planned(name)
     assert plan.report.ok
     assert not plan.solution.infeasibilities

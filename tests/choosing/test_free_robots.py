@@ -32,7 +32,7 @@ def line(speed: Any, y: float = 200) -> dict[str, Any]:
 
 
 def active_limits(plan: kw.Plan) -> list[str]:
-    return [str(one) for one in plan.report.select(quantity="active_limits")]
+    return [str(finding) for finding in plan.report.select(quantity="active_limits")]
 
 
 def passes(task: dict[str, Any]) -> bool:

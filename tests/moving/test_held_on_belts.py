@@ -106,8 +106,8 @@ def test_clear_motion_avoids_fixed_objects_and_refuses_moving_ones(tmp_path: Pat
     way = {"pose": down(0, -0.1, 0.2), "way": "clear", "stop": True}
     plan = kw.plan(on_table(limits={"acceleration": 5}, scene=post, waypoints=[way]))
     assert plan.report.ok, plan.report
-    (found,) = plan.report.select(quantity="way")
-    assert "minimum clearance" in found.message
+    (finding,) = plan.report.select(quantity="way")
+    assert "minimum clearance" in finding.message
     task = two_arms(tmp_path, delay=0.5)
     task["limits"] = {"acceleration": 5}
     task["waypoints"] = [{**way, "pose": down(0.4, 0.3, 0.3)}]

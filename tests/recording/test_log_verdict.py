@@ -61,7 +61,7 @@ def test_fault_beyond_noise_fails(tmp_path: Path, deburring: Plan) -> None:
     q = samples.position
     q[:, 2] += 0.005 * np.exp(-(((samples.time - 0.5 - 8.0) / 0.5) ** 2))
     report = judge(tmp_path, deburring, samples)
-    assert "path_deviation" in {found.quantity for found in report.failures}
+    assert "path_deviation" in {finding.quantity for finding in report.failures}
 
 
 @pytest.mark.parametrize(("share", "noise", "verdict"), [
@@ -76,9 +76,9 @@ def test_limit_is_broken_undecided_or_kept(
     scenario = dataclasses.replace(deburring.scenario, motion_limits=limits)
     samples = record(deburring.trajectory, noise=noise)
     report = judge(tmp_path, deburring, samples, scenario=scenario)
-    (found,) = report.select(quantity="tool_speed")
-    assert found.verdict == verdict
-    assert ("undecided" in found.message) == (verdict == "undecided")
+    (finding,) = report.select(quantity="tool_speed")
+    assert finding.verdict == verdict
+    assert ("undecided" in finding.message) == (verdict == "undecided")
 
 
 def test_wrong_sample_fails_unless_within_noise(tmp_path: Path, deburring: Plan) -> None:
@@ -156,8 +156,8 @@ def test_wait_is_judged_within_noise(tmp_path: Path, off: float, verdict: str) -
     source = waiting()
     samples = record(source.trajectory, noise=1e-4)
     samples.position[:, 0] += off * np.exp(-(((samples.time - 4.0) / 0.3) ** 2))
-    (found,) = judge(tmp_path, source, samples).select(subject="wait")
-    assert found.verdict == verdict
+    (finding,) = judge(tmp_path, source, samples).select(subject="wait")
+    assert finding.verdict == verdict
 
 
 def test_gap_while_plan_rests_is_a_warning(tmp_path: Path) -> None:

@@ -19,9 +19,9 @@ GEOMETRY = {"path_deviation", "path_orientation", "path_progress"}
 def on_paths(plan: kw.Plan) -> dict[str, set[str]]:
     """Quantities that are judged, by stretch."""
     found: dict[str, set[str]] = {}
-    for one in plan.report.select(group="Tool paths"):
-        assert one.proof == "bounded"
-        found.setdefault(one.name, set()).add(one.quantity)
+    for finding in plan.report.select(group="Tool paths"):
+        assert finding.proof == "bounded"
+        found.setdefault(finding.name, set()).add(finding.quantity)
     return found
 
 

@@ -201,6 +201,6 @@ def test_an_arm_of_one_joint_meets_poses_and_speeds(lever: Path) -> None:
     plan.report.raise_if_failed()
     np.testing.assert_allclose(plan.joint_waypoints.position[:, 0], [0, 0.3, 0.7], atol=1e-9)
     np.testing.assert_allclose(plan.joint_waypoints.velocity[:, 0], [0, 0.2, 0], atol=1e-9)
-    (found,) = plan.report.select(group="Singularity")
+    (finding,) = plan.report.select(group="Singularity")
     # J = (0, 0.8, 0, 0, 0, 1): its one singular value is sqrt(1 + 0.8²)
-    assert found.value == pytest.approx(np.hypot(1, 0.8))
+    assert finding.value == pytest.approx(np.hypot(1, 0.8))

@@ -87,9 +87,9 @@ def test_torque_includes_held_object(mass: float, centre: Any, inertia: Any) -> 
     payload = pin.Inertia(mass, np.array(centre or BOX["position"]), tensor(inertia or {}))
     at = pin.SE3(pin.rpy.rpyToMatrix(0.3, 0, 0.2), np.array([0, 0.02, 0.1]))
     _, torque = torques(plan, payload, at)
-    found = plan.report.select(quantity="effort", subject="joint")
+    findings = plan.report.select(quantity="effort", subject="joint")
     most = np.abs(torque).max(axis=0)
-    for one, dense in zip(found, most, strict=True):
+    for one, dense in zip(findings, most, strict=True):
         assert one.ok
         assert dense <= abs(one.value) + one.proof_gap + 1e-6
         assert dense == pytest.approx(abs(one.value), rel=5e-3, abs=5e-3)

@@ -174,7 +174,7 @@ def test_a_frozen_row_has_the_chosen_times_as_a_frozen_plan_has(tmp_path: Path) 
         assert "fastest" not in text
         assert "# a comment" in text
         plan = kw.plan(study.scenario(row))
-        assert kw.load_scenario(frozen).free_values is None
+        assert kw.load_scenario(frozen).unknowns is None
         again = kw.plan(frozen).trajectory
         assert again.duration == plan.trajectory.duration == study["duration"][row]
         plan.freeze(tmp_path / "same.yaml")

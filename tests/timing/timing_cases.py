@@ -37,7 +37,7 @@ def assert_kept(problem: TimingProblem, motion: TimedMotion) -> None:
         jumps = np.abs(curve.polynomial.jumps(order)).max(initial=0.0)
         assert jumps <= 1e-12 * curve.extrema(order).peak.max(), order
     h = np.diff(motion.time)
-    given = ~problem.duration_is_free
+    given = ~problem.duration_is_unknown
     np.testing.assert_allclose(h[given], problem.duration[given], rtol=1e-12)
     assert (h >= problem.min_duration * (1 - 1e-12)).all()
     assert motion.lower_bound <= motion.duration * (1 + 1e-12)

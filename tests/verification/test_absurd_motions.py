@@ -97,7 +97,7 @@ def test_waypoint_inside_object_tries_no_other_sequence(motions: list[Any]) -> N
     task = shipped("panda_pick_place")
     task["waypoints"][3]["pose"]["position"] = [0, 0, -0.06]  # in the scales, not above
     report = kw.plan(task).report
-    assert any(one.group == "Collisions" for one in report.failures)
+    assert any(finding.group == "Collisions" for finding in report.failures)
     assert len(motions) == 1
 
 
@@ -131,9 +131,9 @@ def shaken(plan: kw.Plan, size: float, width: float) -> kw.JointTrajectory:
 def test_fails_above_an_acceleration_that_no_arm_reaches(size: float, fails: bool) -> None:
     plan = kw.plan(moved(2.0))
     report = kw.check(shaken(plan, size, 0.01), plan.scenario)
-    found = report.select(quantity="acceleration_spike")
-    assert len(found) == fails
-    for spike in found:
+    findings = report.select(quantity="acceleration_spike")
+    assert len(findings) == fails
+    for spike in findings:
         assert spike in report.failures
         assert spike.name == "elbow_joint"
         assert spike.value == pytest.approx(size, rel=0.02)
@@ -148,7 +148,7 @@ def test_a_stated_limit_decides_instead() -> None:
 
 def test_reports_missing_limit_with_peak() -> None:
     report = kw.plan(moved(2.0)).report
-    (found,) = report.select(quantity="missing_limits")
+    (finding,) = report.select(quantity="missing_limits")
     peaks = []
     for quantity, unit in (("acceleration", "rad/s²"), ("jerk", "rad/s³")):
         (joint,) = report.select(subject="joint", name="elbow_joint", quantity=quantity)
@@ -156,7 +156,7 @@ def test_reports_missing_limit_with_peak() -> None:
         peaks.append(
             f"{quantity} (peak {abs(joint.value):.4g} {unit}, elbow_joint at {joint.time:.6g} s)"
         )
-    assert found.message == f"bare: no limit is known of {', '.join(peaks)}"
+    assert finding.message == f"bare: no limit is known of {', '.join(peaks)}"
     assert "  No limit known " in str(report)
 
 
@@ -164,8 +164,8 @@ def test_stated_limits_are_not_reported_as_missing() -> None:
     plan = kw.plan(moved(2.0, limits={"acceleration": 10, "jerk": 100}))
     assert not plan.report.select(quantity="missing_limits")
     some = kw.plan(moved(2.0, limits={"acceleration": {"elbow_joint": 10}, "jerk": 100}))
-    (found,) = some.report.select(quantity="missing_limits")
-    assert "acceleration of shoulder_pan_joint, shoulder_lift_joint, wrist_1_joint" in str(found)
+    (finding,) = some.report.select(quantity="missing_limits")
+    assert "acceleration of shoulder_pan_joint, shoulder_lift_joint, wrist_1_joint" in str(finding)
 
 
 def test_warns_of_chosen_times_without_acceleration_limit() -> None:

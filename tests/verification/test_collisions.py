@@ -29,7 +29,7 @@ DOWN = [180, 0, 0]
 
 def pairs(report: kw.Report) -> dict[str, Finding]:
     """What was found of each pair, by its name."""
-    return {found.name: found for found in report.select(quantity="clearance")}
+    return {finding.name: finding for finding in report.select(quantity="clearance")}
 
 
 # The proof
@@ -178,19 +178,19 @@ def test_finds_thin_rods_that_1_khz_samples_miss() -> None:
 def test_clearance_within_distance_error_of_margin_is_unproved_and_fails() -> None:
     radius = 1.0 + 5e-4 + 2e-4  # the rod's, with the margin
     plan = swing({"rod": rod(1.3, radius + 5e-7)}, margin=5e-4)
-    (one,) = plan.report.select(quantity="clearance")
-    assert not one.ok
+    (finding,) = plan.report.select(quantity="clearance")
+    assert not finding.ok
     assert "it is not proved to keep clear from" in " ".join(str(plan.report).split())
     assert "not proved" in plan.report.to_dict()["failures"][0]
     shown = scene(plan.view())
     (miss,) = [label["text"] for label in shown["labels"] if label["kind"] == "miss"]
     assert "unproved: tool comes within" in miss
     assert len(shown["strip"]["exceeded"]) == 1
-    assert one.interval is not None
+    assert finding.interval is not None
     farther = swing({"rod": rod(1.3, radius + 2e-5)}, margin=5e-4)
-    (one,) = farther.report.select(quantity="clearance")
-    assert one.ok
-    assert one.value == pytest.approx(5e-4 + 2e-5, abs=2e-6)
+    (finding,) = farther.report.select(quantity="clearance")
+    assert finding.ok
+    assert finding.value == pytest.approx(5e-4 + 2e-5, abs=2e-6)
 
 
 # Messages
@@ -228,7 +228,7 @@ def test_waypoints_below_floor_collide() -> None:
     down = seams.task(reach("low", 100, -500, after=4))
     assert kw.plan(down).report.ok
     report = kw.plan({**down, "scene": {"objects": {"floor": FLOOR}}}).report
-    failed = {found.name for found in report.failures}
+    failed = {finding.name for finding in report.failures}
     assert "wrist_3_link, floor" in failed
     worst = pairs(report)["wrist_3_link, floor"]
     assert worst.value < -0.45
@@ -280,7 +280,7 @@ def test_object_appearing_at_last_waypoint_is_checked() -> None:
     at_the_end = {"box": [60, 60, 60], "position": [500, 200, 150], "appears": "there"}
     scene = {"objects": {**VIAL["scene"]["objects"], "late": at_the_end}}
     plan = kw.plan({**VIAL, "scene": scene})
-    failed = {found.name: found for found in plan.report.failures}
+    failed = {finding.name: finding for finding in plan.report.failures}
     assert "tool, late" in failed
     assert all(one.shown_time == pytest.approx(plan.trajectory.end_time) for one in failed.values())
     late = {**at_the_end, "position": [500, 200, -400]}
@@ -313,7 +313,7 @@ def test_shipped_robots_are_clear_at_home(name: str) -> None:
     robot = kw.load_robot(name)
     home = dict(zip(robot.joint_names, robot.configurations["home"].tolist(), strict=True))
     still = kw.plan({"robot": name, "waypoints": [{"joints": home}, {"joints": home, "after": 1}]})
-    assert not [found for found in still.report.failures if found.group == "Collisions"]
+    assert not [finding for finding in still.report.failures if finding.group == "Collisions"]
     if name != "planar2":
         assert len(pairs(still.report)) > 8
 
@@ -332,7 +332,7 @@ def test_skips_sequence_whose_motion_collides() -> None:
     alone = kw.plan({**task, "collisions": {"self": False}})
     assert alone.report.ok
     report = kw.check(alone.trajectory, plan.scenario)
-    assert {"wrist_3_link, forearm_link"} <= {found.name for found in report.failures}
+    assert {"wrist_3_link, forearm_link"} <= {finding.name for finding in report.failures}
 
 
 def test_skips_solutions_that_collide_at_waypoint() -> None:
@@ -441,9 +441,9 @@ def test_orientation_of_triangles_makes_no_difference(
 ) -> None:
     shell_of(boxes, tmp_path / "room.stl")
     report = swing({"room": {"mesh": str(tmp_path / "room.stl"), "exact": True}}).report
-    found = report.select(quantity="clearance")
-    assert found
-    assert all(one.ok == clear for one in found)
+    findings = report.select(quantity="clearance")
+    assert findings
+    assert all(one.ok == clear for one in findings)
 
 
 @pytest.mark.parametrize("order", [1, -1])

@@ -158,8 +158,8 @@ def test_self_motion_at_stop_of_tool_fails() -> None:
     moved = kw.JointTrajectory.from_knots(
         robot.joint_names, [0, 2], [q - 0.5 * still, q], [0 * q, 0.8 * still]
     )
-    (found,) = kw.check(moved, task).failures
-    assert (found.name, found.quantity) == ("end", "joint_velocity")
+    (finding,) = kw.check(moved, task).failures
+    assert (finding.name, finding.quantity) == ("end", "joint_velocity")
 
 
 HOME = (0.0, -1.57, 1.57, -1.57, -1.57, 0.0)

@@ -63,11 +63,11 @@ def test_speed_limit_is_decided_close_to_peak(key: str, unit: float) -> None:
     units = {"length": "m" if unit == 1.0 else "mm"}
     for share, ok in ((1.00001, True), (0.99999, False)):
         report = kw.plan(move(units=units, limits={key: entry(share * peak)})).report
-        (found,) = report.select(quantity=key)
-        assert (found.ok, report.ok, found.proof) == (ok, ok, "bounded")
-        assert found.limit == pytest.approx(share * peak * unit)
-        assert found.value == pytest.approx(peak * unit, rel=1e-5)
-        assert found.margin <= found.limit - found.value
+        (finding,) = report.select(quantity=key)
+        assert (finding.ok, report.ok, finding.proof) == (ok, ok, "bounded")
+        assert finding.limit == pytest.approx(share * peak * unit)
+        assert finding.value == pytest.approx(peak * unit, rel=1e-5)
+        assert finding.margin <= finding.limit - finding.value
 
 
 def test_checks_each_limited_link() -> None:
@@ -79,8 +79,8 @@ def test_checks_each_limited_link() -> None:
         ]
     }
     report = kw.plan(move(limits=limits)).report
-    found = report.select(quantity="frame_speed")
-    assert [(one.name, one.ok, one.proof) for one in found] == [
+    findings = report.select(quantity="frame_speed")
+    assert [(one.name, one.ok, one.proof) for one in findings] == [
         ("forearm_link", True, "bounded"),
         ("wrist_1_link", False, "bounded"),
         ("base_link", True, "bounded"),
@@ -107,8 +107,8 @@ def test_velocity_jump_makes_tool_acceleration_and_torque_infinite() -> None:
     )
     motion = kw.JointTrajectory(names, kw.PiecewisePolynomial(c, [0.0, 1.0, 2.0]))
     report = kw.check(motion, scenario)
-    (found,) = report.select(quantity="tool_acceleration")
-    assert (found.ok, found.value, found.time) == (False, np.inf, 1.0)
+    (finding,) = report.select(quantity="tool_acceleration")
+    assert (finding.ok, finding.value, finding.time) == (False, np.inf, 1.0)
     efforts = {one.name: one for one in report.select(quantity="effort")}
     assert not efforts["shoulder_lift_joint"].ok
     assert not efforts["elbow_joint"].ok
@@ -125,15 +125,15 @@ def test_checks_singular_value_limit() -> None:
     )
     for share, ok in ((0.9999, True), (1.0001, False)):
         report = kw.plan(move(limits={"singular_value": share * smallest})).report
-        (found,) = report.select(quantity="smallest_singular_value")
-        assert (found.proof, found.ok, report.ok) == ("bounded", ok, ok)
-        assert (found.margin >= 0) == ok
+        (finding,) = report.select(quantity="smallest_singular_value")
+        assert (finding.proof, finding.ok, report.ok) == ("bounded", ok, ok)
+        assert (finding.margin >= 0) == ok
 
 
 def test_use_of_lower_limit_grows_towards_it() -> None:
     limits = {"singular_value": 0.05}
-    (found,) = kw.plan(move(limits=limits)).report.select(quantity="smallest_singular_value")
-    assert found.utilisation == pytest.approx(0.05 / found.value)
+    (finding,) = kw.plan(move(limits=limits)).report.select(quantity="smallest_singular_value")
+    assert finding.utilisation == pytest.approx(0.05 / finding.value)
 
 
 def even_turn() -> dict[str, Any]:
@@ -151,11 +151,11 @@ def even_turn() -> dict[str, Any]:
 
 def test_unproved_limit_is_reported_as_sampled() -> None:
     plan = kw.plan(even_turn())
-    (found,) = plan.report.select(quantity="tool_speed")
-    assert (found.proof, found.proof_gap, found.ok) == ("sampled", 0.0, True)
-    assert (found.margin, found.utilisation) == (None, None)
-    assert str(found).endswith("; sampled only: a proof exceeds the budget of evaluations")
-    assert plan.report.sampled == (found,)
+    (finding,) = plan.report.select(quantity="tool_speed")
+    assert (finding.proof, finding.proof_gap, finding.ok) == ("sampled", 0.0, True)
+    assert (finding.margin, finding.utilisation) == (None, None)
+    assert str(finding).endswith("; sampled only: a proof exceeds the budget of evaluations")
+    assert plan.report.sampled == (finding,)
     met, required = plan.report.counts
     first, second, *others = str(plan).splitlines()
     assert first == f"PASSED turn: {met} of {required} requirements met, 1 sampled only; 1.5 s"
@@ -163,7 +163,7 @@ def test_unproved_limit_is_reported_as_sampled() -> None:
     (row,) = [line for line in others if line.startswith("  Tool and links")]
     assert row.endswith("  sampled only")
     assert "tool_speed" not in {one.quantity for one in plan.report.tightest}
-    assert plan.report.to_dict()["sampled"] == [str(found)]
+    assert plan.report.to_dict()["sampled"] == [str(finding)]
 
 
 @pytest.mark.usefixtures("without_plots")
@@ -217,8 +217,8 @@ def test_payload_and_gravity_of_file_enter_report() -> None:
 
     def lift(**keys: Any) -> float:
         report = kw.plan(move(**keys)).report
-        (found,) = report.select(quantity="effort", name="shoulder_lift_joint")
-        return float(found.value)
+        (finding,) = report.select(quantity="effort", name="shoulder_lift_joint")
+        return float(finding.value)
 
     loaded = lift(tool=TOOL)
     assert abs(loaded) > abs(lift()) + 5

@@ -73,5 +73,5 @@ def test_names_joint_with_largest_error() -> None:
     scenario = kw.load_scenario({"waypoints": ends})
     moved = {**there, "joints": {"a": 1.1, "b": 1.3}}
     motion = kw.plan({"waypoints": [ends[0], moved, ends[2]]}).trajectory
-    (found, _) = kw.check(motion, scenario).select(quantity="joint_position", verdict="failed")
-    assert found.value == pytest.approx(0.3)
+    (finding, _) = kw.check(motion, scenario).select(quantity="joint_position", verdict="failed")
+    assert finding.value == pytest.approx(0.3)

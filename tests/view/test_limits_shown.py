@@ -36,8 +36,8 @@ def deburring(**limits: Any) -> kw.Plan:
 def peak(quantity: str) -> float:
     """The greatest value of a quantity of the tool, or of the forearm [mm]."""
     plan = deburring(tool_acceleration=1e4, forearm_link=1e4)
-    (found,) = plan.report.select(quantity=quantity)
-    return 1e3 * found.value
+    (finding,) = plan.report.select(quantity=quantity)
+    return 1e3 * finding.value
 
 
 def most_used(plan: kw.Plan) -> Any:
@@ -140,8 +140,8 @@ def test_a_jump_is_no_kept_limit() -> None:
     curve = PiecewisePolynomial(np.array(corners), np.array([0.0, 1.0, 2.0]))
     motion = replace(plan.trajectory, polynomial=curve)
     report = kw.check(motion, plan.scenario)
-    (found,) = report.select(quantity="tool_acceleration")
-    assert found.value == np.inf
+    (finding,) = report.select(quantity="tool_acceleration")
+    assert finding.value == np.inf
     broken = replace(plan, trajectory=motion, report=report)
     assert shown(broken).max() == np.inf
     assert "infinite at the jump at 1 s, limit 50 m/s²" in notes(plot_tool(broken))

@@ -152,7 +152,7 @@ def test_seven_joints_and_many_waypoints(points: int) -> None:
     assert 10 <= len(names) <= points
     assert names[0].get_position()[0] == 0.0
     assert all(len(name.get_text()) <= 16 for name in names)
-    broken = [found for found in plan.report.select(group="Joint limits") if not found.ok]
+    broken = [finding for finding in plan.report.select(group="Joint limits") if not finding.ok]
     for axis, quantity in zip(figure.axes, QUANTITIES, strict=True):
         expected = sum(failure.quantity == quantity for failure in broken)
         assert len(lines(axis, "exceeded")) == expected

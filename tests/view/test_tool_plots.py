@@ -134,16 +134,16 @@ def test_deviation_is_that_of_the_check_and_lies_below_its_tolerance(seam: Plan)
     ):
         axis = panel(figure, title)
         time, value = data(lines(axis, "curve")[0])
-        found = seam.report.select(quantity=quantity)
-        assert len(found) == 3
-        for one in found[:2]:  # both at 60 mm/s
+        findings = seam.report.select(quantity=quantity)
+        assert len(findings) == 3
+        for one in findings[:2]:  # both at 60 mm/s
             start, end = one.interval
             shown = np.abs(value[(time >= start) & (time <= end)])
             most = factor * (one.value + one.proof_gap)
             assert np.nanmax(shown) <= most * (1 + 1e-6) + 1e-9
             assert np.nanmax(shown) == pytest.approx(factor * one.value, rel=0.05, abs=1e-6)
         level = data(lines(axis, "tolerance")[-1])
-        limit = 1.0 if quantity == "path_speed" else factor * found[0].limit
+        limit = 1.0 if quantity == "path_speed" else factor * findings[0].limit
         assert np.nanmax(level[1]) == pytest.approx(limit)
         assert np.nanmin(level[0]) == pytest.approx(seam.scenario.waypoints[1].time)
         assert np.nanmax(level[0]) == pytest.approx(seam.scenario.waypoints[4].time)

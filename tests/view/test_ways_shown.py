@@ -126,12 +126,12 @@ def nearest(plan: kw.Plan) -> Finding:
 
 
 def test_the_report_names_the_nearest_body_of_a_way() -> None:
-    (found,) = past_block().report.select(quantity="way")
-    assert found.verdict == "information"
-    assert found.message.startswith("here to there: clear motion, found in ")
-    assert nearest(past_block()).name in found.message
-    assert found.value == pytest.approx(nearest(past_block()).value, abs=1e-3)
-    assert found.interval == pytest.approx((0.0, past_block().trajectory.duration))
+    (finding,) = past_block().report.select(quantity="way")
+    assert finding.verdict == "information"
+    assert finding.message.startswith("here to there: clear motion, found in ")
+    assert nearest(past_block()).name in finding.message
+    assert finding.value == pytest.approx(nearest(past_block()).value, abs=1e-3)
+    assert finding.interval == pytest.approx((0.0, past_block().trajectory.duration))
     assert "here to there: minimum clearance" in " ".join(str(past_block().report).split())
 
 

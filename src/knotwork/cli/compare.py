@@ -55,7 +55,7 @@ def compare(scenario: str, planners: list[str] | None, out: Path | None, as_json
     units of the scenario, or in rad and m if there are angles and lengths. A peak is that of
     the joint nearest its limit, in percent of the limit; without limits it is the largest.
     Where the acceleration jumps, the jerk is unbounded. A star marks the best of each column among
-    planners that pass, and those within 1 % of it. Free times are chosen once, for all planners.
+    planners that pass, and those within 1 % of it. Times are chosen once, for all planners.
     --json and --out give more figures.
     """
     with show_planning(scenario, as_json):
@@ -121,7 +121,7 @@ def print_comparison(comparison: Comparison) -> None:
     tables.print_table(table)
     echo(f"\n{joint_unit}, s; % of the limit; * best of all that pass")
     if comparison.times_chosen:
-        echo("Free times were chosen once, for all planners.")
+        echo("Times were chosen once, for all planners.")
         echo("modified-hermite without a rule is the chosen motion.")
     for row in comparison.rows:
         if row.reason:

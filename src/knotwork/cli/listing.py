@@ -76,7 +76,7 @@ def _collisions(name: str | None, as_json: bool) -> None:
 def scenarios(as_json: bool) -> None:
     """List the shipped scenarios.
 
-    With --json the duration is null if times are free.
+    With --json the duration is null if times are to be chosen.
     """
     rows = [
         {
@@ -84,7 +84,7 @@ def scenarios(as_json: bool) -> None:
             "description": scenario.task.description.strip(),
             "robot": scenario.task.robot if isinstance(scenario.task.robot, str) else None,
             "waypoints": len(scenario.waypoints),
-            "duration": None if scenario.free_values else float(np.ptp(scenario.times)),
+            "duration": None if scenario.unknowns else float(np.ptp(scenario.times)),
             "file": str(scenario.source),
         }
         for scenario in map(load_scenario, resources.names("scenarios"))
@@ -94,7 +94,7 @@ def scenarios(as_json: bool) -> None:
     else:
         for row in rows:
             duration = row["duration"]
-            lasting = "times are free" if duration is None else f"{duration:.4g} s"
+            lasting = "times to be chosen" if duration is None else f"{duration:.4g} s"
             about = f"{row['robot'] or 'no robot'}, {row['waypoints']} waypoints, {lasting}"
             print_entry(str(row["name"]), about, {"": str(row["description"])})
         echo("knotwork plan NAME plans one, knotwork view NAME shows it")

@@ -8,7 +8,7 @@ import numpy as np
 
 from knotwork.curves.interpolation import PLANNER_SPECS, planner_and_rule
 from knotwork.planning.planned_motion import Plan
-from knotwork.task.scenario import FreeValues, Scenario
+from knotwork.task.scenario import Scenario, ScenarioUnknowns
 from knotwork.verification.collisions import failed_pairs
 from knotwork.verification.motion import AT_WAYPOINT
 
@@ -20,12 +20,12 @@ def find_avoidable_ends(plan: Plan, requested: Scenario) -> list[int]:
 
     Args:
         plan: The plan that collides.
-        requested: Its scenario, before free values were chosen.
+        requested: Its scenario, before unknowns were chosen.
     """
     planner, _ = planner_and_rule(plan.scenario.planner)
     if "chosen" not in PLANNER_SPECS[planner].supports or requested.task.chosen:
         return []
-    free_values = requested.free_values
+    unknowns = requested.unknowns
     beginning, at_waypoints = set[int](), set[int]()
     for start, end in (s for pair in failed_pairs(plan.report.findings) for s in pair.intervals):
         span = start - AT_WAYPOINT, end + AT_WAYPOINT
@@ -33,30 +33,28 @@ def find_avoidable_ends(plan: Plan, requested: Scenario) -> list[int]:
         beginning.add(first)  # the collision begins in the motion to this waypoint
         if first < after:  # and lasts until the motion from the last colliding waypoint
             at_waypoints.update(range(first, after + 1))
-    avoidable = beginning - _given_motions(plan, free_values)
+    avoidable = beginning - _given_motions(plan, unknowns)
     return [
         i
-        for ends in _ends_of_motions(plan, free_values)
+        for ends in _ends_of_motions(plan, unknowns)
         if avoidable.intersection(ends) and not at_waypoints.intersection(ends)
         for i in ends
     ]
 
 
-def _given_motions(plan: Plan, free_values: FreeValues | None) -> set[int]:
+def _given_motions(plan: Plan, unknowns: ScenarioUnknowns | None) -> set[int]:
     """Ends of tool paths, waits and motions with a way of their own, by index of waypoint."""
     ends = {i for path in plan.scenario.paths for i in range(path.first + 1, path.last + 1)}
     ways = (
-        {i for i, waypoint in enumerate(free_values.waypoints) if waypoint.way}
-        if free_values
-        else set()
+        {i for i, waypoint in enumerate(unknowns.waypoints) if waypoint.way} if unknowns else set()
     )
     return ends | {i + 1 for i in plan.joints.waits} | ways
 
 
-def _ends_of_motions(plan: Plan, free_values: FreeValues | None) -> Iterator[range]:
-    """For each motion between stops, the waypoints it passes at a free velocity, and its end."""
+def _ends_of_motions(plan: Plan, unknowns: ScenarioUnknowns | None) -> Iterator[range]:
+    """For each motion between stops, the waypoints passed at unknown velocity, and its end."""
     last, first = len(plan.scenario.waypoints) - 1, 1
     for i in range(1, last + 1):
-        if free_values is None or free_values.waypoints[i].speed_kind != "free" or i == last:
+        if unknowns is None or unknowns.waypoints[i].speed_kind != "unknown" or i == last:
             yield range(first, i + 1)
             first = i + 1

@@ -17,11 +17,11 @@ from knotwork.task.scenario.resolve import change_task
 from knotwork.verification.collisions import failed_pairs
 from knotwork.verification.finding import TRIED, Group, Topic
 
-MAX_SEQUENCES_WITHOUT_FREE_VALUES = 12
-"""Maximum number of sequences of solutions to plan if no value is free."""
+MAX_SEQUENCES_WITHOUT_UNKNOWNS = 12
+"""Maximum number of sequences of solutions to plan if no value is unknown."""
 
-MAX_SEQUENCES_WITH_FREE_VALUES = 4
-"""Maximum number of sequences of solutions to plan if any value is free."""
+MAX_SEQUENCES_WITH_UNKNOWNS = 4
+"""Maximum number of sequences of solutions to plan if any value is unknown."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,8 +99,8 @@ def _next_sequence(
     sequence_planner: SequencePlanner, attempts: Sequence[SequenceAttempt]
 ) -> TaskSolution | None:
     """The best sequence without blocked steps, or `None` if no other one is to be planned."""
-    is_free = sequence_planner.scenario.free_values is not None
-    count = MAX_SEQUENCES_WITH_FREE_VALUES if is_free else MAX_SEQUENCES_WITHOUT_FREE_VALUES
+    has_unknowns = sequence_planner.scenario.unknowns is not None
+    count = MAX_SEQUENCES_WITH_UNKNOWNS if has_unknowns else MAX_SEQUENCES_WITHOUT_UNKNOWNS
     is_last = len(attempts) == count or sequence_planner.budget.has_ended
     if is_last or not attempts[-1].blocked:
         return None
@@ -122,14 +122,14 @@ def _around_obstacles(
 ) -> Plan:
     """A plan around the obstacles that every sequence hits, or the best plan and the attempts."""
     ended_before = sequence_planner.budget.has_ended
-    free_values = sequence_planner.scenario.free_values
-    free_waypoints = free_values.waypoints if free_values else ()
+    unknowns = sequence_planner.scenario.unknowns
+    waypoint_unknowns = unknowns.waypoints if unknowns else ()
     notes: list[str] = []
     avoidable = find_avoidable_ends(best, sequence_planner.scenario)
     attempted = [
         i
         for i in avoidable
-        if free_waypoints and free_waypoints[i].duration_is_free and not ended_before
+        if waypoint_unknowns and waypoint_unknowns[i].duration_is_unknown and not ended_before
     ]
     if attempted:
         try:
@@ -154,11 +154,11 @@ def _around_obstacles(
 
 def _advice(scenario: Scenario, untried: Sequence[int]) -> str:
     """Advice to plan with `way: clear` at waypoints, by index."""
-    free_values = scenario.free_values
-    free_ends = [free_values.waypoints[i] for i in untried] if free_values else []
-    # motions joined at a free velocity are one motion, which takes no times
-    is_joined = any(end.speed_kind == "free" for end in free_ends)
-    has_times = not all(end.duration_is_free for end in free_ends)
+    unknowns = scenario.unknowns
+    end_unknowns = [unknowns.waypoints[i] for i in untried] if unknowns else []
+    # motions joined at an unknown velocity are one motion, which takes no times
+    is_joined = any(end.speed_kind == "unknown" for end in end_unknowns)
+    has_times = not all(end.duration_is_unknown for end in end_unknowns)
     condition = " without times" if is_joined and has_times else ""
     collisions = "the collision" if len(untried) == 1 else "the collisions"
     names = _quoted_names(scenario, untried)

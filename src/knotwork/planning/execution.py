@@ -27,10 +27,10 @@ from knotwork.planning.speed_override import PATH_TOLERANCE, change_speed
 from knotwork.task import Task
 from knotwork.task.scenario import JointTarget, Scenario, resolve_task
 from knotwork.task.scenario.event_reader import action_of
-from knotwork.task.scenario.free_values_reader import ends_wait
 from knotwork.task.scenario.motion_segments import motion_segments
 from knotwork.task.scenario.scenario import ScenarioPath, ScenarioWaypoint
 from knotwork.task.scenario.scenario_joints import read_scenario_joints, to_file_units
+from knotwork.task.scenario.unknowns_reader import ends_wait
 from knotwork.task.scenario.waypoint_reader import START
 from knotwork.task.task_source import with_moved_paths
 from knotwork.verification import Finding, Motion, check

@@ -41,8 +41,8 @@ class Plan(CheckedMotion):
         unsupported_options: Scenario options that were ignored, because the planner passed to
             `plan` does not support them.
         solution: IK solution chosen for each pose.
-        chosen_values: Values chosen for free ones, which `scenario` then has as numbers; `None` if
-            no value was free.
+        chosen_values: Values chosen for the unknowns, numbers in `scenario`; `None` if all
+            values were given.
     """
 
     joint_waypoints: JointWaypoints
@@ -92,7 +92,7 @@ class Plan(CheckedMotion):
             path: The file to write; an existing one is replaced.
 
         Raises:
-            InputError: No value was free, the file can't be written, or the numbers can't be
+            InputError: All values were given, the file can't be written, or the numbers can't be
                 written into the text of the scenario.
 
         >>> import tempfile
@@ -107,8 +107,8 @@ class Plan(CheckedMotion):
 
         if self.chosen_values is None:
             raise InputError(
-                f"{self.scenario.name}: no value is free, so none can be frozen; accepted: "
-                "a scenario with times: fastest, after: fastest or a free speed"
+                f"{self.scenario.name}: all values are given, so none can be frozen; accepted: "
+                "a scenario with times: fastest, after: fastest or speed: fastest"
             )
         target = Path(path)
         return storage.write_file(target, frozen_text(self.chosen_values.scenario, target.parent))
@@ -138,7 +138,7 @@ class Plan(CheckedMotion):
 
         The report states the SHA-256 of the other files under `files`, and the path of the scenario
         under `scenario_file`. If times were chosen, or if the scenario has no file, `scenario.yaml`
-        is written as well. It has numbers in place of free times, and keeps comments.
+        is written as well. It has numbers in place of unknown times, and keeps comments.
 
         Args:
             folder: Created if it does not exist; files of these names in it are replaced.

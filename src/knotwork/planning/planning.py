@@ -23,7 +23,7 @@ def plan(
 ) -> Plan:
     """Plan a scenario and check the result.
 
-    Free times and speeds are chosen first; `Plan.scenario` has numbers in their place.
+    Unknown times and speeds are chosen first; `Plan.scenario` has numbers in their place.
 
     >>> lift = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 2}]
     >>> plan = kw.plan({"waypoints": lift})
@@ -38,7 +38,7 @@ def plan(
             `Plan.unsupported_options` names them.
         budget: Computing time [s], by default unlimited. Sections that are not solved within it
             rest at each waypoint, and no further sequences of solutions are tried.
-        progress: Callback of the solver for free times.
+        progress: Callback of the solver for unknown times.
 
     Returns:
         The plan. `report.ok` is true if the motion meets all requirements. An exceeded limit raises
@@ -50,9 +50,9 @@ def plan(
     """
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
-    requested, free_values = scenario, scenario.free_values
+    requested, unknowns = scenario, scenario.unknowns
     work = Budget(progress, budget)
-    if free_values is not None and free_values.time_dependent:
+    if unknowns is not None and unknowns.time_dependent:
         from knotwork.planning.choosing import fix_arrival_times
 
         scenario = fix_arrival_times(scenario, work)

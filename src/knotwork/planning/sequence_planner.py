@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 class SequencePlanner:
-    """Plans one sequence of IK solutions at a time: chooses free values, interpolates, checks.
+    """Plans one sequence of IK solutions at a time: chooses unknowns, interpolates, checks.
 
     Args:
         scenario: The scenario.
@@ -90,13 +90,13 @@ class SequencePlanner:
     def plan(self, solution: TaskSolution) -> Plan:
         """Plan a sequence of solutions, and check the motion.
 
-        Free values are chosen first. They replace the times and velocities of the solution.
+        Unknowns are chosen first. They replace the times and velocities of the solution.
         """
-        if self.requested.free_values is None:
+        if self.requested.unknowns is None:
             return self._interpolate(solution)
         from knotwork.planning.choosing import ChosenValues, SolvedScenario, choose_values
 
-        if self.scenario.free_values is None:  # the arrivals at moving frames were all
+        if self.scenario.unknowns is None:  # the arrivals at moving frames were all
             return self._interpolate(
                 solution, ChosenValues(self.requested, self.scenario, solution)
             )
@@ -104,7 +104,7 @@ class SequencePlanner:
         chosen_values = replace(choose_values(solved, self.budget), requested=self.requested)
         self.budget.finish_all(chosen_values.duration)
         # The keys `near` of the scenario with numbers lead to the same sequence of solutions. Its
-        # alternatives are those of the scenario with free values.
+        # alternatives are those of the scenario with unknowns.
         timed = self.with_scenario(chosen_values.scenario)
         timed_solution = timed.solve()
         solution = replace(

@@ -25,7 +25,7 @@ from knotwork.files.documents.values import (
 )
 from knotwork.files.documents.yaml_text import to_block_yaml
 from knotwork.task.actions import Output, one_name_each
-from knotwork.task.free_values import ChosenSectionFields, Way, Weights
+from knotwork.task.left_to_planning import ChosenSectionFields, Way, Weights
 from knotwork.task.poses import Frame
 from knotwork.task.scene_shapes import Collisions, HeldObject, Surroundings
 from knotwork.task.task_options import (
@@ -205,7 +205,7 @@ class Task(TaskPart):
     ] = optional(
         "Knots of modified-hermite: by the paper's Eq. (39), balanced next to each "
         "waypoint, at the given times, or optimal: for the best objective within "
-        "the limits; left out where some times are free: optimal",
+        "the limits; left out where some times are chosen: optimal",
         "paper",
         unit="s",
         defines_motion=True,
@@ -217,7 +217,7 @@ class Task(TaskPart):
         "Default of way, for waypoints that end no tool path", needs_robot=True, defines_motion=True
     )
     duration: Positive | None = optional(
-        "Total duration, where times are free; the smoothest motion of that duration is planned",
+        "Total duration, where times are chosen; the smoothest motion of that duration is planned",
         unit="s",
         defines_motion=True,
     )

@@ -21,7 +21,7 @@ from knotwork.files.documents.values import (
     required,
 )
 from knotwork.task.actions import Action, Actions, Wait
-from knotwork.task.free_values import After, Free, Speed, Way
+from knotwork.task.left_to_planning import After, Free, Speed, Way
 from knotwork.task.poses import Placement, Pose, Torch, Velocity
 from knotwork.task.task_part import TaskPart
 

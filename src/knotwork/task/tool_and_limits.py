@@ -18,7 +18,7 @@ from knotwork.files.documents.values import (
     optional,
     required,
 )
-from knotwork.task.free_values import FreePose
+from knotwork.task.left_to_planning import FreePose
 from knotwork.task.poses import Placement
 from knotwork.task.scene_shapes import HeldObject, Inertia, Shapes, require_mass
 from knotwork.task.task_part import TaskPart

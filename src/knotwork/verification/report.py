@@ -68,7 +68,7 @@ def check(
 
     Raises:
         InputError: An argument has another type, the trajectory has other joints than the
-            scenario, the scenario's robot can't be loaded, or its times are free.
+            scenario, the scenario's robot can't be loaded, or its times are to be chosen.
 
     >>> plan = kw.plan("paper_case")
     >>> kw.check(plan.trajectory, plan.scenario).ok
@@ -76,10 +76,10 @@ def check(
     """
     require_type(trajectory, JointTrajectory, "trajectory", "a kw.JointTrajectory")
     require_type(scenario, Scenario, "scenario", "a kw.Scenario, as from kw.load_scenario")
-    if scenario.free_values is not None:
+    if scenario.unknowns is not None:
         raise InputError(
-            f"{scenario.name} leaves times or speeds free, so it does not define the motion over "
-            "time; accepted: the scenario.yaml saved with the trajectory, or a frozen scenario"
+            f"{scenario.name} leaves times or speeds to planning, so it does not define the motion "
+            "over time; accepted: the scenario.yaml saved with the trajectory, or a frozen scenario"
         )
     joints = joints if joints is not None else read_scenario_joints(scenario)
     motion = Motion(trajectory, joints)
@@ -150,7 +150,7 @@ class Report:
 
     @property
     def warnings(self) -> tuple[Finding, ...]:
-        """Warnings of plausible mistakes; they never fail."""
+        """Warnings of probable mistakes; they never fail."""
         return tuple(finding for finding in self.findings if finding.verdict == "warning")
 
     @property

@@ -46,8 +46,8 @@ _VERDICTS = {"met": "ok", "failed": "FAIL", "information": "not required"}
 """Words for verdicts on the page; others are printed as they are."""
 
 
-def report_page(plan: CheckedMotion) -> Page:
-    """Put the report of a plan on a page.
+def report_page(motion: CheckedMotion) -> Page:
+    """Put the report of a motion on a page.
 
     Without a robot the page has plots but no 3D view, and gives the reason.
 
@@ -55,15 +55,15 @@ def report_page(plan: CheckedMotion) -> Page:
     'report.html'
 
     Args:
-        plan: The plan with its report.
+        motion: The motion with its report.
     """
-    report, scenario, robot = plan.report, plan.scenario, plan.joints.robot
-    plots = [("Joints over time", plot_joints(plan))]
+    report, scenario, robot = motion.report, motion.scenario, motion.joints.robot
+    plots = [("Joints over time", plot_joints(motion))]
     scene: Page | None = None
     if robot is not None:
         if robot.tcp_frame_id is not None:
-            plots.append(("The tool over time", plot_tool(plan)))
-        scene = scene_page(scene_of(plan), embedded=True, autoplay=False)
+            plots.append(("The tool over time", plot_tool(motion)))
+        scene = scene_page(scene_of(motion), embedded=True, autoplay=False)
     parts = {"style": asset("report.css"), "night": night_colours(), "script": asset("report.js")}
     parts["scene"] = iframe(scene.html, height="100%", name="3D view") if scene else ""
     warnings = scene.warnings if scene is not None else (NO_ROBOT,)
@@ -73,7 +73,7 @@ def report_page(plan: CheckedMotion) -> Page:
         scenario=scenario,
         report=report,
         robot=robot,
-        trajectory=plan.trajectory,
+        trajectory=motion.trajectory,
         summary=report.summary,
         highlights=highlights_by_group(report.groups),
         failures=failures(report, scenario),
@@ -83,7 +83,7 @@ def report_page(plan: CheckedMotion) -> Page:
         units=report.units,
         number=partial(_number, report.units),
         groups=_groups(report),
-        gauges=_gauges(plan, [figure for _, figure in plots]),
+        gauges=_gauges(motion, [figure for _, figure in plots]),
         plots=[(name, _picture(figure)) for name, figure in plots],
         warnings=warnings,
         source=read_text(scenario.source) if scenario.source is not None else None,
@@ -145,21 +145,21 @@ def _picture(figure: Figure) -> dict[str, str]:
     return {"drawing": Markup(drawing), "axes": json.dumps(axes)}
 
 
-def _gauges(plan: CheckedMotion, figures: Sequence[Figure]) -> dict[str, Any]:
+def _gauges(motion: CheckedMotion, figures: Sequence[Figure]) -> dict[str, Any]:
     """Name the curves whose values are shown next to the scene, in the displayed units.
 
     Returns:
         `joints` has the `curve` and, if finite, the `bounds` of each joint by quantity and unit;
         `kinds` these quantities and units; `tool` the names, units and curves of the tool.
     """
-    trajectory, names = plan.trajectory, plan.joints.joint_names
-    prefix = f"curve:{ShownMotion.of_plan(plan).label}:"
+    trajectory, names = motion.trajectory, motion.joints.joint_names
+    prefix = f"curve:{ShownMotion.of_checked(motion).label}:"
     joints: dict[str, dict[tuple[str, str], dict[str, Any]]] = {name: {} for name in names}
     kinds: dict[tuple[str, str], None] = {}
     for order, quantity in enumerate(MOTION_QUANTITIES):
-        for name, *limits in zip(names, *plan.joints.limits.bounds(quantity), strict=True):
+        for name, *limits in zip(names, *motion.joints.limits.bounds(quantity), strict=True):
             joint_unit = trajectory.joint_units[trajectory.joint_names.index(name)]
-            factor, unit = plan.scenario.units.shown(1.0, rate_unit(joint_unit, order))
+            factor, unit = motion.scenario.units.shown(1.0, rate_unit(joint_unit, order))
             bounds = (factor * np.array(limits)).tolist() if np.isfinite(limits).all() else None
             joints[name][quantity, unit] = {"curve": f"{prefix}{name}:{quantity}", "bounds": bounds}
             kinds[quantity, unit] = None

@@ -51,7 +51,7 @@ def _motion(item: Any, scenario: Scenario | None) -> ShownMotion:
         return ShownMotion.of_trajectory(item, scenario)
     if not isinstance(getattr(item, "trajectory", None), JointTrajectory):
         raise InputError(f"can't draw {type(item).__name__}; give a Plan or a JointTrajectory")
-    return ShownMotion.of_plan(item)
+    return ShownMotion.of_checked(item)
 
 
 def choose_names(kind: str, names: Sequence[str] | None, available: Sequence[str]) -> list[str]:

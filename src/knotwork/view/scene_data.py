@@ -57,13 +57,13 @@ VIEW_MARGIN = 0.35
 """Margin around a view of the task alone, as a fraction of its size."""
 
 
-def scene_of(plan: CheckedMotion, previous: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """Compose the scene of a plan, as plain data; `previous` as for `make_scene`.
+def scene_of(motion: CheckedMotion, previous: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """Compose the scene of a motion, as plain data; `previous` as for `make_scene`.
 
     Raises:
         InputError: The scenario has no robot, or the motion can't be shown.
     """
-    return make_scene(ShownMotion.of_plan(plan), previous=previous)
+    return make_scene(ShownMotion.of_checked(motion), previous=previous)
 
 
 def view_trajectory(robot: Robot, trajectory: JointTrajectory) -> Page:

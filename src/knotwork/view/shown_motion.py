@@ -57,10 +57,10 @@ class ShownMotion:
     label: str = "trajectory"
 
     @classmethod
-    def of_plan(cls, plan: CheckedMotion) -> ShownMotion:
-        """The motion of a plan."""
-        motion = cls.of_trajectory(plan.trajectory, plan.scenario, plan.joints)
-        return replace(motion, report=plan.report, joint_waypoints=plan.joint_waypoints)
+    def of_checked(cls, motion: CheckedMotion) -> ShownMotion:
+        """A motion with its report and joint values at the waypoints."""
+        shown = cls.of_trajectory(motion.trajectory, motion.scenario, motion.joints)
+        return replace(shown, report=motion.report, joint_waypoints=motion.joint_waypoints)
 
     @classmethod
     def of_trajectory(

@@ -33,7 +33,7 @@ def side_by_side(plans: Sequence[CheckedMotion], names: Sequence[str]) -> Page:
     Raises:
         InputError: A plan has no robot, or the robots differ.
     """
-    shown = [ShownMotion.of_plan(plan) for plan in plans]
+    shown = [ShownMotion.of_checked(plan) for plan in plans]
     scale_end = max(map(max_speed, shown))  # the same colour is the same speed on both sides
     scenes = [make_scene(motion, min_scale_end=scale_end) for motion in shown]
     for scene in scenes:

@@ -1,10 +1,10 @@
-"""Numbers for the free durations, speeds and knots of a scenario.
+"""Numbers for the unknown durations, speeds and knots of a scenario.
 
 `choose_values` gives the `ChosenValues` of a `SolvedScenario`, in three steps:
 
 1. `maximum_path_speeds` chooses speeds along tool paths: a `PathSpeedProblem` and its `PathSpeeds`
    for each path, `AllPathSpeeds` for the task.
-2. `solve_sections` finds a `TimedMotion` for each `FreeSection` between paths and waits:
+2. `solve_sections` finds a `TimedMotion` for each `TimingSection` between paths and waits:
    `solve_with_budget` for its `TimingProblem`, or `plan_clear_section` with `way: clear`.
 3. `with_chosen_values` writes the numbers into the task.
 

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from knotwork.errors import FollowingError, InputError, PathError
-from knotwork.planning.choosing.free_sections import FreeSection
 from knotwork.planning.choosing.frozen_task import solutions_near
 from knotwork.planning.choosing.path_limit_utilisation import path_state_limits, planned_utilisation
 from knotwork.planning.choosing.path_speed_problem import (
@@ -22,6 +21,7 @@ from knotwork.planning.choosing.path_speed_problem import (
     round_speed,
 )
 from knotwork.planning.choosing.solved_scenario import SolvedScenario
+from knotwork.planning.choosing.timing_sections import TimingSection
 from knotwork.planning.timing import ActiveLimit
 from knotwork.planning.timing.budget import Budget
 from knotwork.task.scenario.resolve import change_task
@@ -67,7 +67,7 @@ class AllPathSpeeds:
                 limits.append(ActiveLimit(names[i], names[i + 1], subject, quantity, None))
         return tuple(limits)
 
-    def slower_problems(self, sections: Iterable[FreeSection] = ()) -> list[PathSpeedProblem]:
+    def slower_problems(self, sections: Iterable[TimingSection] = ()) -> list[PathSpeedProblem]:
         """The problems with lower speeds where sections without a motion begin or end.
 
         Paths that are slow for this reason already are slowed down further.
@@ -96,7 +96,7 @@ def maximum_path_speeds(
     the expected gain is large and the budget lasts.
 
     Args:
-        solved: The scenario, in which these speeds are free.
+        solved: The scenario, in which these speeds are unknown.
         problems: The problems of its paths.
         budget: Budget of all motions.
 

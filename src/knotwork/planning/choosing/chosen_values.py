@@ -1,4 +1,4 @@
-"""Numbers for the free values of a scenario, chosen section by section."""
+"""Numbers for the unknowns of a scenario, chosen section by section."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from knotwork.planning.choosing.chosen_path_speeds import (
     given_speeds_beyond_limits,
     maximum_path_speeds,
 )
-from knotwork.planning.choosing.free_sections import FreeSection, assumed_jerk, find_sections
 from knotwork.planning.choosing.frozen_task import with_chosen_values
 from knotwork.planning.choosing.path_speed_problem import PathSpeedProblem, path_speed_problems
 from knotwork.planning.choosing.solved_scenario import SolvedScenario
 from knotwork.planning.choosing.solving_sections import SectionsUnsolvedError, solve_sections
+from knotwork.planning.choosing.timing_sections import TimingSection, assumed_jerk, find_sections
 from knotwork.planning.task_to_joint import TaskSolution
 from knotwork.planning.timing import ActiveLimit, Objective, TimedMotion
 from knotwork.planning.timing.budget import Budget
@@ -33,13 +33,13 @@ MAX_SLOWDOWNS = 9
 
 @dataclass(frozen=True, eq=False)
 class ChosenValues:
-    """Values chosen by `choose_values` in place of free ones, and their quality.
+    """Values chosen by `choose_values` in place of unknowns, and their quality.
 
     Attributes:
-        requested: The scenario with free values.
+        requested: The scenario with unknowns.
         scenario: The scenario with numbers in place of them.
         solution: IK solutions, chosen before the times. The times hold only for them.
-        sections: Motion of each free section.
+        sections: Motion of each timing section.
         path_limits: Bounds of speeds chosen along tool paths.
         assumed_jerk: Jerk limits assumed for joints without one, by joint [rad/s³ or m/s³].
     """
@@ -54,11 +54,11 @@ class ChosenValues:
     @property
     def fixed_arrivals(self) -> tuple[str, ...]:
         """Names of the waypoints in moving frames, whose times were chosen first."""
-        free_values = self.requested.required_free_values
+        unknowns = self.requested.required_unknowns
         return tuple(
             self.requested.waypoints[i].name
-            for i in free_values.time_dependent
-            if free_values.waypoints[i].duration_is_free
+            for i in unknowns.time_dependent
+            if unknowns.waypoints[i].duration_is_unknown
         )
 
     @property
@@ -114,7 +114,7 @@ class ChosenValues:
 
 
 def choose_values(solved: SolvedScenario, budget: Budget) -> ChosenValues:
-    """Choose the times, speeds and knots that a task leaves free.
+    """Choose the times, speeds and knots that a task leaves to planning.
 
     Constant speeds along tool paths come first: each is the maximum within the limits. Then the
     sections between tool paths and waits are solved independently, because position, velocity
@@ -123,7 +123,7 @@ def choose_values(solved: SolvedScenario, budget: Budget) -> ChosenValues:
     budget lasts.
 
     Args:
-        solved: A scenario with free values, and solutions of its poses.
+        solved: A scenario with unknowns, and solutions of its poses.
         budget: Computing time after which the best motion so far is taken, and progress.
 
     Raises:
@@ -182,7 +182,7 @@ def _values_at_speeds(scenario: Scenario, speeds: AllPathSpeeds, budget: Budget)
     )
 
 
-def _check_given(speeds: AllPathSpeeds, sections: Sequence[FreeSection]) -> None:
+def _check_given(speeds: AllPathSpeeds, sections: Sequence[TimingSection]) -> None:
     """Refuse given values beyond a limit, and too short times.
 
     Speeds along paths come first, because sections begin and end with them.

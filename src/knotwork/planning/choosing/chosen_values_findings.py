@@ -45,12 +45,12 @@ def chosen_values_findings(
         chosen_values: The chosen values.
         joints: The joints and their limits.
     """
-    free_values = chosen_values.requested.required_free_values
-    has_free_times = bool(np.isnan(chosen_values.requested.durations).any())
-    given = free_values.total_duration is not None or not has_free_times
+    unknowns = chosen_values.requested.required_unknowns
+    has_unknown_times = bool(np.isnan(chosen_values.requested.durations).any())
+    given = unknowns.total_duration is not None or not has_unknown_times
     highlight = _duration(chosen_values, given=given)
     verdict: Verdict = "warning" if chosen_values.status != "optimal" else "information"
-    group = Group.CHOSEN_TIMES if has_free_times else Group.CHOSEN_MOTION
+    group = Group.CHOSEN_TIMES if has_unknown_times else Group.CHOSEN_MOTION
     fact = f"{group.removeprefix('Chosen ')} chosen: {highlight}"
     yield Topic(group).finding(
         "duration", fact, verdict, value=chosen_values.duration, unit="s", highlight=highlight
@@ -99,8 +99,8 @@ def _conditions(chosen_values: ChosenValues) -> str:
     """Text of the chosen speeds along paths and fixed arrivals, on which the bound depends."""
     times = {waypoint.name: waypoint.time for waypoint in chosen_values.scenario.waypoints}
     conditions = [f"{name!r} met at {times[name]:.6g} s" for name in chosen_values.fixed_arrivals]
-    free_values = chosen_values.requested.required_free_values
-    if any(free.path_speed_is_free for free in free_values.waypoints):
+    unknowns = chosen_values.requested.required_unknowns
+    if any(waypoint.path_speed_is_unknown for waypoint in unknowns.waypoints):
         conditions.insert(0, "these speeds along its paths")
     return f" with {', '.join(conditions)}" if conditions else ""
 

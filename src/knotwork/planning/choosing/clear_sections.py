@@ -11,7 +11,7 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.curves.retiming import stop_on_path
 from knotwork.errors import InputError, NoWayFoundError
-from knotwork.planning.choosing.free_sections import FreeSection
+from knotwork.planning.choosing.timing_sections import TimingSection
 from knotwork.planning.clear_motions.clear_motion_problem import (
     ClearMotion,
     ClearMotionProblem,
@@ -36,7 +36,7 @@ STOP_TOLERANCE = 1e-6
 
 
 def plan_clear_section(
-    section: FreeSection,
+    section: TimingSection,
     problem: TimingProblem,
     budget: Budget,
     start: FloatArray | None = None,
@@ -92,7 +92,7 @@ def _lower_bound(clear_problem: ClearMotionProblem) -> float:
     )
 
 
-def _stop(section: FreeSection, problem: TimingProblem) -> PiecewisePolynomial | None:
+def _stop(section: TimingSection, problem: TimingProblem) -> PiecewisePolynomial | None:
     """The motion that the task continues, stopped on its path or at its end; `None` without one."""
     continued = section.solved.scenario.continued_motion
     if continued is None or section.indices[0]:
@@ -108,7 +108,7 @@ def _stop(section: FreeSection, problem: TimingProblem) -> PiecewisePolynomial |
     return curve if stopped is None else stopped[1]
 
 
-def _bodies(section: FreeSection) -> CollisionModel:
+def _bodies(section: TimingSection) -> CollisionModel:
     """Bodies that are present during a section. They must not change.
 
     Raises:
@@ -134,7 +134,9 @@ def _bodies(section: FreeSection) -> CollisionModel:
     return first
 
 
-def _solutions(section: FreeSection, problem: TimingProblem, robot: Robot, end: int) -> FloatArray:
+def _solutions(
+    section: TimingSection, problem: TimingProblem, robot: Robot, end: int
+) -> FloatArray:
     """Joint positions at the start, 0, or the end, -1, of a motion, shape (m, d).
 
     All solutions of the pose, in order of the distance to the other end, if no other motion depends
@@ -146,8 +148,8 @@ def _solutions(section: FreeSection, problem: TimingProblem, robot: Robot, end: 
     task_waypoint = scenario.task.waypoints[scenario.task_index[i]]
     if not isinstance(waypoint, CartesianWaypoint) or not isinstance(task_waypoint, PoseWaypoint):
         return np.array(chosen[None])
-    following = section.solved.free_values.waypoints[i + 1 : i + 2]
-    tied = any(free.way is None for free in following) if end else i > 0
+    following = section.solved.unknowns.waypoints[i + 1 : i + 2]
+    tied = any(waypoint.way is None for waypoint in following) if end else i > 0
     fixed = (
         task_waypoint.near is not None
         or scenario.task.near is not None
@@ -166,7 +168,7 @@ def _solutions(section: FreeSection, problem: TimingProblem, robot: Robot, end: 
 
 
 def _slowed(
-    motion: ClearMotion, problem: TimingProblem, section: FreeSection
+    motion: ClearMotion, problem: TimingProblem, section: TimingSection
 ) -> PiecewisePolynomial:
     """A motion slowed down to the given time, if there is one."""
     given_time = float(problem.total or problem.duration.sum())
@@ -191,7 +193,7 @@ def _slowed(
 
 
 def _located_error(
-    error: ClearSearchError, section: FreeSection, *, single: bool
+    error: ClearSearchError, section: TimingSection, *, single: bool
 ) -> NoWayFoundError:
     """Make the error of a missing motion, at a colliding waypoint, or else at the goal.
 

@@ -1,4 +1,4 @@
-"""Tasks with chosen values in place of free ones, and the text of their files."""
+"""Tasks with chosen values in place of unknowns, and the text of their files."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from knotwork.errors import InputError
 from knotwork.files.documents import read, read_text, with_values
 from knotwork.files.documents.edits import differences
 from knotwork.files.documents.yaml_text import to_block_yaml
-from knotwork.planning.choosing.free_sections import FreeSection
 from knotwork.planning.choosing.solved_scenario import SolvedScenario
+from knotwork.planning.choosing.timing_sections import TimingSection
 from knotwork.planning.timing import TimedMotion
 from knotwork.task import ChosenSectionFields, Task, Velocity
 from knotwork.task.scenario import JointTarget, Scenario
@@ -30,23 +30,23 @@ CHOSEN_STOP_SPEED = 1e-9
 
 
 def with_chosen_values(
-    solved: SolvedScenario, motions: Mapping[FreeSection, TimedMotion]
+    solved: SolvedScenario, motions: Mapping[TimingSection, TimedMotion]
 ) -> Scenario:
-    """The scenario with numbers in place of its free values, from the motions of all sections."""
-    scenario, free_waypoints = solved.scenario, solved.free_values.waypoints
+    """The scenario with numbers in place of its unknowns, from the motions of all sections."""
+    scenario, waypoint_unknowns = solved.scenario, solved.unknowns.waypoints
     waypoints: defaultdict[int, dict[str, Any]] = defaultdict(dict)
     positions = np.array(solved.joint_waypoints.position)
     for section, motion in motions.items():
         if section.way is not None:  # its end was chosen
             positions[section.rows] = motion.trajectory.position(motion.time)
     waypoints.update(solutions_near(solved, positions))
-    for i, waypoint in enumerate(free_waypoints):
+    for i, waypoint in enumerate(waypoint_unknowns):
         if waypoint.way is not None:
             waypoints[scenario.task_index[i]]["way"] = None
     for section, motion in motions.items():
         for k, i in enumerate(section.indices):
             changes = waypoints[scenario.task_index[i]]
-            if k and free_waypoints[i].duration_is_free:
+            if k and waypoint_unknowns[i].duration_is_unknown:
                 after = float(motion.time[k] - motion.time[k - 1])
                 changes |= {"time": None, "after": after}
             q = positions[section.rows[k]]
@@ -90,7 +90,7 @@ def solutions_near(
 
 def _chosen_speed(solved: SolvedScenario, i: int, q: FloatArray, v: FloatArray) -> dict[str, Any]:
     """Keys for the speed or velocity of a waypoint where it is chosen."""
-    kind, robot = solved.free_values.waypoints[i].speed_kind, solved.joints.robot
+    kind, robot = solved.unknowns.waypoints[i].speed_kind, solved.joints.robot
     waypoint = solved.scenario.waypoints[i]
     units = solved.scenario.task.units
     length, angle = units.in_si
@@ -100,7 +100,7 @@ def _chosen_speed(solved: SolvedScenario, i: int, q: FloatArray, v: FloatArray) 
         return {"velocity": to_file_units(solved.joints, v, units)}
     robot, columns = robot.robot_and_columns(in_world_frame=waypoint.in_world_frame)
     twist = robot.twist(q[columns], v[columns])
-    if kind == "free":
+    if kind == "unknown":
         twist -= waypoint.twist  # the file gives relative velocities
         scenario = solved.scenario
         axes = "base"
@@ -116,12 +116,12 @@ def _chosen_speed(solved: SolvedScenario, i: int, q: FloatArray, v: FloatArray) 
 
 
 def _chosen_section(
-    timed: Scenario, section: FreeSection, motion: TimedMotion
+    timed: Scenario, section: TimingSection, motion: TimedMotion
 ) -> ChosenSectionFields:
     """Knots and velocities of a section, with which the task defines its motion.
 
     Args:
-        timed: The scenario with numbers in place of free values.
+        timed: The scenario with numbers in place of unknowns.
         section: A section.
         motion: Its motion.
     """
@@ -130,8 +130,8 @@ def _chosen_section(
     times = np.interp(x, motion.time, timed.times[section.indices])
     velocities = {
         timed.waypoints[i].name: to_file_units(joints, motion.velocity[k], units)
-        for k, (i, free) in enumerate(zip(section.indices, section.free_waypoints, strict=True))
-        if free.speed_kind != "given"
+        for k, i in enumerate(section.indices)
+        if section.waypoint_unknowns[k].speed_kind != "given"
     }
     extra: dict[str, Any] = {"velocities": velocities, "tries": motion.tries}
     if motion.extra_clearance is not None:

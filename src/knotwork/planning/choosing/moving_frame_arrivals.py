@@ -23,8 +23,8 @@ from knotwork.planning.choosing.solved_scenario import SolvedScenario
 from knotwork.planning.timing.budget import Budget
 from knotwork.task import ExpandedTask
 from knotwork.task.scenario import Scenario
-from knotwork.task.scenario.free_values_reader import ends_wait
 from knotwork.task.scenario.resolve import change_task
+from knotwork.task.scenario.unknowns_reader import ends_wait
 from knotwork.units import rounded_up
 
 MAX_ARRIVAL_ROUNDS = 20
@@ -51,7 +51,7 @@ def fix_arrival_times(scenario: Scenario, budget: Budget) -> Scenario:
     """Fix times and speeds up to the last moving frame as numbers.
 
     Args:
-        scenario: A scenario with free times before poses in moving frames, or before a time
+        scenario: A scenario with unknown times before poses in moving frames, or before a time
             since 0.
         budget: Computing time and progress of each iteration.
 
@@ -59,13 +59,13 @@ def fix_arrival_times(scenario: Scenario, budget: Budget) -> Scenario:
         InputError: A given time is too early, or the iteration does not converge.
     """
     scenario = _with_speeds_before(scenario, budget)
-    if not (scenario.free_values and scenario.free_values.time_dependent):
+    if not (scenario.unknowns and scenario.unknowns.time_dependent):
         return scenario
     scenario, chosen_values = _first_choice(scenario, _guesses(scenario), budget)
     for count in range(MAX_ARRIVAL_ROUNDS):
         expected = scenario.expected_times
         times = _times(scenario, chosen_values)
-        arrivals = list(scenario.required_free_values.time_dependent)
+        arrivals = list(scenario.required_unknowns.time_dependent)
         if np.abs(times - expected)[arrivals].max() <= AGREEMENT:
             return _with_numbers(scenario, chosen_values)
         task = scenario.task.with_waypoints(_speeds(scenario, chosen_values))
@@ -74,8 +74,8 @@ def fix_arrival_times(scenario: Scenario, budget: Budget) -> Scenario:
         following = times if count < FULL_STEPS else 0.5 * (expected + times)
         # a wait is two waypoints, of which the first remains
         by_task_index = dict(zip(scenario.task_index[::-1], following[::-1].tolist(), strict=True))
-        scenario = _with_fewer_free(scenario, task, by_task_index)
-        if not (scenario.free_values and scenario.free_values.time_dependent):
+        scenario = _with_fewer_unknowns(scenario, task, by_task_index)
+        if not (scenario.unknowns and scenario.unknowns.time_dependent):
             return scenario
         chosen_values = _choose(scenario, budget)
     i = max(arrivals, key=lambda k: abs(times[k] - expected[k]))
@@ -123,16 +123,16 @@ def _first_choice(
 
 def _guesses(scenario: Scenario) -> list[dict[int, float]]:
     """Expected times of the first moving frame to try [s], by index in the task."""
-    free_values = scenario.required_free_values
-    first = free_values.time_dependent[0]
+    unknowns = scenario.required_unknowns
+    first = unknowns.time_dependent[0]
     task_i = scenario.task_index[first]
     if (
         scenario.task.waypoints[task_i].time is not None
-        or not free_values.waypoints[first].duration_is_free
+        or not unknowns.waypoints[first].duration_is_unknown
     ):
         return [{}]
     start = scenario.expected_times[first - 1]
-    spans = dict.fromkeys(max(span, free_values.waypoints[first].min_duration) for span in GUESSES)
+    spans = dict.fromkeys(max(span, unknowns.waypoints[first].min_duration) for span in GUESSES)
     return [{task_i: start + span} for span in spans]
 
 
@@ -141,23 +141,23 @@ def _with_speeds_before(scenario: Scenario, budget: Budget) -> Scenario:
 
     They are those of the motion before, planned alone if it is a complete task.
     """
-    free_values, task = scenario.required_free_values, scenario.task
-    first = free_values.time_dependent[0]
-    if not any(waypoint.path_speed_is_free for waypoint in free_values.waypoints[:first]):
+    unknowns, task = scenario.required_unknowns, scenario.task
+    first = unknowns.time_dependent[0]
+    if not any(waypoint.path_speed_is_unknown for waypoint in unknowns.waypoints[:first]):
         return scenario
     try:
         part = task.replace(waypoints=task.waypoints[: scenario.task_index[first]])
         chosen_values = _choose(change_task(scenario, part), budget)
     except InputError:
         return scenario
-    return _with_fewer_free(scenario, task.with_waypoints(_speeds(scenario, chosen_values)))
+    return _with_fewer_unknowns(scenario, task.with_waypoints(_speeds(scenario, chosen_values)))
 
 
 def _speeds(scenario: Scenario, chosen_values: ChosenValues) -> dict[int, Any]:
     """Chosen speeds along paths up to the last moving frame, for the task."""
-    free_values, timed = scenario.required_free_values, chosen_values.scenario.task.waypoints
-    until = free_values.waypoints[: free_values.time_dependent[-1] + 1]
-    ends = [scenario.task_index[i] for i, end in enumerate(until) if end.path_speed_is_free]
+    unknowns, timed = scenario.required_unknowns, chosen_values.scenario.task.waypoints
+    until = unknowns.waypoints[: unknowns.time_dependent[-1] + 1]
+    ends = [scenario.task_index[i] for i, end in enumerate(until) if end.path_speed_is_unknown]
     # a part of the task has its first waypoints only
     return {k: {"speed": timed[k].speed} for k in ends if k < len(timed)}  # type: ignore[union-attr]
 
@@ -165,7 +165,7 @@ def _speeds(scenario: Scenario, chosen_values: ChosenValues) -> dict[int, Any]:
 def _solutions(scenario: Scenario, chosen_values: ChosenValues) -> dict[int, Any]:
     """Chosen solutions of the poses up to the last moving frame, for the task."""
     timed = chosen_values.scenario.task.waypoints
-    reached = scenario.task_index[1 : scenario.required_free_values.time_dependent[-1] + 1]
+    reached = scenario.task_index[1 : scenario.required_unknowns.time_dependent[-1] + 1]
     return {k: {"near": near} for k in reached if (near := getattr(timed[k], "near", None))}
 
 
@@ -176,7 +176,7 @@ def _times(scenario: Scenario, chosen_values: ChosenValues) -> FloatArray:
         InputError: A waypoint is reached later than its given time.
     """
     times = np.array(chosen_values.scenario.times)
-    for i in scenario.required_free_values.time_dependent:
+    for i in scenario.required_unknowns.time_dependent:
         task_i = scenario.task_index[i]
         time = scenario.task.waypoints[task_i].time
         if time is None or ends_wait(scenario.task_index, i):
@@ -193,37 +193,37 @@ def _times(scenario: Scenario, chosen_values: ChosenValues) -> FloatArray:
 
 
 def _with_numbers(scenario: Scenario, chosen_values: ChosenValues) -> Scenario:
-    """The scenario with numbers for its free values up to the last moving frame."""
-    free_values, task = scenario.required_free_values, scenario.task
-    last, spans = free_values.time_dependent[-1], np.diff(chosen_values.scenario.times)
+    """The scenario with numbers for its unknowns up to the last moving frame."""
+    unknowns, task = scenario.required_unknowns, scenario.task
+    last, spans = unknowns.time_dependent[-1], np.diff(chosen_values.scenario.times)
     changes: defaultdict[int, dict[str, Any]] = defaultdict(dict)
     changes.update(_speeds(scenario, chosen_values))
     for i in range(1, last + 1):
-        waypoint = free_values.waypoints[i]
+        waypoint = unknowns.waypoints[i]
         task_i = scenario.task_index[i]
-        if waypoint.duration_is_free and task.waypoints[task_i].time is None:
+        if waypoint.duration_is_unknown and task.waypoints[task_i].time is None:
             span = float(spans[i - 1])
             waits = waypoint.min_duration > span - AGREEMENT
             after = span if waits else LONGER_TIMES * span + AGREEMENT
             changes[task_i]["after"] = rounded_up(after, 6)
     task = task.with_waypoints(changes).with_waypoints(_solutions(scenario, chosen_values))
-    return _with_fewer_free(scenario, task)
+    return _with_fewer_unknowns(scenario, task)
 
 
-def _with_fewer_free(
+def _with_fewer_unknowns(
     scenario: Scenario, task: ExpandedTask, expected: Mapping[int, float] | None = None
 ) -> Scenario:
-    """The scenario with a task in which fewer values are free; its knots stay free.
+    """The scenario with a task with fewer unknowns; its knots stay unknown.
 
     Other arguments as for `change_task`.
     """
     timed = change_task(scenario, task.replace(objective=None), expected)
     if np.isnan(timed.durations).any():
         return change_task(scenario, task, expected)
-    free_values = scenario.required_free_values
-    if not free_values.knots_are_free:
+    unknowns = scenario.required_unknowns
+    if not unknowns.knots_are_unknown:
         return timed
     # minimum jerk would continue end accelerations
-    terms = {name: value for name, value in free_values.objective if value and name != "time"}
+    terms = {name: value for name, value in unknowns.objective if value and name != "time"}
     objective = terms or {"acceleration": 1.0}
     return change_task(scenario, task.replace(knots="optimal", objective=objective), expected)

@@ -101,7 +101,7 @@ class PathSpeedProblem:
         path: The path at its nominal speed.
         per_metre: Number of the file's units of length per metre; speeds are round numbers of them.
         utilisation: Utilisation of the limits along it, at any speeds.
-        caps: Upper bounds of the free speeds, by index of the stretch.
+        caps: Upper bounds of the unknown speeds, by index of the stretch.
         correction: Ratio of the planned to the expected utilisation, shape (n, 3, m).
     """
 

@@ -13,7 +13,7 @@ import numpy as np
 from knotwork.arrays import IndexArray
 from knotwork.planning.task_to_joint import TaskSolution, knots_of, solve_task
 from knotwork.task import Weights
-from knotwork.task.scenario import FreeValues, FreeWaypoint, Scenario
+from knotwork.task.scenario import Scenario, ScenarioUnknowns, WaypointUnknowns
 from knotwork.task.scenario.scenario_joints import ScenarioJoints, read_scenario_joints
 from knotwork.waypoints import JointWaypoints
 
@@ -24,14 +24,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class SolvedScenario:
-    """A scenario with free values, its joints and the IK solutions of its poses.
+    """A scenario with unknowns, its joints and the IK solutions of its poses.
 
     Timing problems need joint positions, loads and bodies, which the scenario alone does not have.
 
     Attributes:
         scenario: The scenario.
         joints: Its joints.
-        solution: Its waypoints at the joints, free times as expected.
+        solution: Its waypoints at the joints, unknown times as expected.
     """
 
     scenario: Scenario
@@ -45,10 +45,10 @@ class SolvedScenario:
         return cls(scenario, joints, solve_task(scenario, joints, knots_of(scenario)))
 
     @property
-    def free_values(self) -> FreeValues:
-        """Its free values; without any after the choice of all speeds along paths."""
-        nothing = (FreeWaypoint(),) * len(self.scenario.waypoints)
-        return self.scenario.free_values or FreeValues(nothing, Weights(time=1.0))
+    def unknowns(self) -> ScenarioUnknowns:
+        """Its unknowns; without any after the choice of all speeds along paths."""
+        nothing = (WaypointUnknowns(),) * len(self.scenario.waypoints)
+        return self.scenario.unknowns or ScenarioUnknowns(nothing, Weights(time=1.0))
 
     @property
     def joint_waypoints(self) -> JointWaypoints:
@@ -78,18 +78,18 @@ class SolvedScenario:
         Sections are split there. Two collision-free motions are one if only a position is given
         between them.
         """
-        waypoints = self.free_values.waypoints
+        waypoints = self.unknowns.waypoints
         loads = enumerate(pairwise(self.dynamics), start=1)
         points = {i: "the load changes" for i, (before, after) in loads if before is not after}
         return points | {
             i: "a collision-free motion begins or ends"
-            for end, free in enumerate(waypoints)
-            if free.way
+            for end, waypoint in enumerate(waypoints)
+            if waypoint.way
             for i in (end - 1, end)
             if not (
-                waypoints[i].speed_kind == "free"
+                waypoints[i].speed_kind == "unknown"
                 and waypoints[i].way == waypoints[i + 1].way
-                and all(w.duration_is_free and not w.min_duration for w in waypoints[i : i + 2])
+                and all(w.duration_is_unknown and not w.min_duration for w in waypoints[i : i + 2])
             )
         }
 

@@ -1,4 +1,4 @@
-"""`solve_sections`: motions of all free sections, which share a budget and a total duration."""
+"""`solve_sections`: motions of all timing sections, which share a budget and a total duration."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from types import MappingProxyType
 from knotwork.arrays import FloatArray
 from knotwork.errors import InputError, TimingError, merge_errors
 from knotwork.planning.choosing.clear_sections import plan_clear_section
-from knotwork.planning.choosing.free_sections import FreeSection
 from knotwork.planning.choosing.solved_scenario import SolvedScenario
+from knotwork.planning.choosing.timing_sections import TimingSection
 from knotwork.planning.timing import Objective, TimedMotion
 from knotwork.planning.timing.budget import Budget
 from knotwork.planning.timing.minimum_durations import sufficient_duration
@@ -34,7 +34,7 @@ class SectionsUnsolvedError(Exception):
         errors: Reasons, by section.
     """
 
-    def __init__(self, errors: dict[FreeSection, TimingError]) -> None:
+    def __init__(self, errors: dict[TimingSection, TimingError]) -> None:
         super().__init__()
         self.errors = errors
 
@@ -49,13 +49,13 @@ class SectionsUnsolvedError(Exception):
 
 
 def solve_sections(
-    solved: SolvedScenario, sections: list[FreeSection], budget: Budget
-) -> dict[FreeSection, TimedMotion]:
+    solved: SolvedScenario, sections: list[TimingSection], budget: Budget
+) -> dict[TimingSection, TimedMotion]:
     """Solve all sections, with the given total duration if there is one.
 
     Args:
         solved: The scenario and its IK solutions.
-        sections: Its free sections.
+        sections: Its timing sections.
         budget: Budget and progress of all of them.
 
     Raises:
@@ -64,23 +64,23 @@ def solve_sections(
             another sequence of solutions may have one.
         InputError: A section with `way: clear` can't be solved, or the total is too short.
     """
-    free_values = solved.free_values
-    objective = Objective(**dict(free_values.objective))
-    with_free_times = [section for section in sections if section.has_free_durations]
-    solved_twice = with_free_times if free_values.total_duration is not None else []
+    unknowns = solved.unknowns
+    objective = Objective(**dict(unknowns.objective))
+    with_unknown_times = [section for section in sections if section.has_unknown_durations]
+    solved_twice = with_unknown_times if unknowns.total_duration is not None else []
     budget.set_intervals(sum(len(section.indices) - 1 for section in sections + solved_twice))
-    if free_values.total_duration is None:
+    if unknowns.total_duration is None:
         return _solve_each(sections, objective, budget)
-    fastest = _solve_each(with_free_times, Objective(), budget)
+    fastest = _solve_each(with_unknown_times, Objective(), budget)
     durations = solved.scenario.durations
-    for section in with_free_times:
+    for section in with_unknown_times:
         durations[section.indices[:-1]] = 0.0
     outside = float(durations.sum())
     shortest = outside + sum(motion.duration for motion in fastest.values())
-    if free_values.total_duration < shortest:
+    if unknowns.total_duration < shortest:
         budget_ended = any(motion.status == "budget" for motion in fastest.values())
         raise _total_too_short(solved, shortest, budget_ended=budget_ended)
-    factor = (free_values.total_duration - outside) / (shortest - outside)
+    factor = (unknowns.total_duration - outside) / (shortest - outside)
     totals = {section: factor * motion.duration for section, motion in fastest.items()}
     try:
         return _solve_each(sections, objective, budget, totals)
@@ -91,18 +91,18 @@ def solve_sections(
 
 
 def _solve_each(
-    sections: list[FreeSection],
+    sections: list[TimingSection],
     objective: Objective,
     budget: Budget,
-    totals: Mapping[FreeSection, float] = MappingProxyType({}),
-) -> dict[FreeSection, TimedMotion]:
+    totals: Mapping[TimingSection, float] = MappingProxyType({}),
+) -> dict[TimingSection, TimedMotion]:
     """Solve sections one by one, some of them with a total duration [s]."""
-    motions: dict[FreeSection, TimedMotion] = {}
-    errors: dict[FreeSection, TimingError] = {}
+    motions: dict[TimingSection, TimedMotion] = {}
+    errors: dict[TimingSection, TimingError] = {}
     ends: dict[int, FloatArray] = {}  # of collision-free motions, which choose their solutions
     for section in sections:
         problem = section.timing_problem(objective, totals.get(section))
-        if objective.only_time and section not in totals and not problem.duration_is_free.any():
+        if objective.only_time and section not in totals and not problem.duration_is_unknown.any():
             single = len(section.indices) == 2
             problem = replace(problem, objective=SMOOTHEST if single else CALMEST)
         try:
@@ -128,7 +128,7 @@ def _total_too_short(solved: SolvedScenario, shortest: float, *, budget_ended: b
         budget_ended: Whether the budget ended before a shorter one could be found.
     """
     return TimingError(
-        f"{solved.free_values.total_duration:g} s is shorter than the minimum time found within "
+        f"{solved.unknowns.total_duration:g} s is shorter than the minimum time found within "
         f"the limits, {rounded_up(shortest):.6g} s; accepted: "
         f"{sufficient_duration(shortest):.6g} s or more"
         f"{', or a larger budget' if budget_ended else ''}",

@@ -37,7 +37,7 @@ class Comparison:
         scenario: Name of the scenario.
         rows: A score or a refusal for each planner.
         trajectories: The motions by planner.
-        times_chosen: Whether the scenario has free times or speeds. They are chosen once, for
+        times_chosen: Whether the scenario has unknown times or speeds. They are chosen once, for
             all planners; `modified-hermite` without a rule is the chosen motion.
         units: Units of the scenario, for tables; all figures here are in SI.
 
@@ -97,7 +97,7 @@ def compare(
 
     Every planner gets the joint waypoints of `knotwork.plan` for the scenario, and the options of
     the scenario that it supports. Only the scenario's own planner gets accelerations and higher
-    derivatives at waypoints. Free times and speeds are chosen once, for all planners.
+    derivatives at waypoints. Unknown times and speeds are chosen once, for all planners.
 
     >>> comparison = kw.compare("paper_case", ["modified-hermite", "cubic"])
     >>> {row.planner: round(row.acceleration_jump, 4) for row in comparison.scores}
@@ -142,7 +142,7 @@ def compare(
         trajectories[name] = trajectory
         rows.append(_score(name, trajectory, seconds, base_plan))
     return Comparison(
-        scenario.name, tuple(rows), trajectories, scenario.free_values is not None, scenario.units
+        scenario.name, tuple(rows), trajectories, scenario.unknowns is not None, scenario.units
     )
 
 

@@ -147,7 +147,7 @@ class Study:
     def freeze(self, row: int, path: str | Path) -> Path:
         """Write the scenario of a row, with the comments that its file still has.
 
-        If times or speeds are free, the scenario is planned again and written with the chosen
+        If times or speeds are unknown, the scenario is planned again and written with the chosen
         numbers, as by `Plan.freeze`.
 
         Args:
@@ -161,6 +161,6 @@ class Study:
         from knotwork.planning.choosing import saved_text
 
         scenario, target = self.scenario(row), Path(path)
-        values = plan(scenario).chosen_values if scenario.free_values is not None else None
+        values = plan(scenario).chosen_values if scenario.unknowns is not None else None
         with_numbers = scenario if values is None else values.scenario
         return storage.write_file(target, saved_text(with_numbers, target.parent))

@@ -79,7 +79,7 @@ class SequenceSearch:
     Attributes:
         robot: The robot with its virtual joints.
         near: Preferred configuration, or `None`.
-        free_velocity: Waypoints whose speed is chosen later, by index.
+        unknown_speeds: Waypoints whose speed is chosen later, by index.
         joint_rules: Rules for the joints.
         steps: Rules for the interval after each waypoint but the last.
     """
@@ -98,12 +98,12 @@ class SequenceSearch:
         groups = dependent_groups(scenario, joints.waits)
         self._group_of = {i: group for group in groups for i in group}
         check_branch(scenario, robot)
-        free_waypoints = scenario.free_values.waypoints if scenario.free_values is not None else ()
-        self.free_velocity = frozenset(
-            i for i, waypoint in enumerate(free_waypoints) if waypoint.speed_kind != "given"
+        waypoint_unknowns = scenario.unknowns.waypoints if scenario.unknowns is not None else ()
+        self.unknown_speeds = frozenset(
+            i for i, waypoint in enumerate(waypoint_unknowns) if waypoint.speed_kind != "given"
         )
         self.joint_rules = joint_rules(robot)
-        self.steps = step_rules(scenario, chains, joints.targets, self.free_velocity, avoided)
+        self.steps = step_rules(scenario, chains, joints.targets, self.unknown_speeds, avoided)
 
     def solve(self) -> ChosenSequence:
         """Choose positions and velocities at all waypoints.
@@ -169,7 +169,7 @@ class SequenceSearch:
         references = [self._reference(i)[chain.columns] for i in poses]
         several = find_candidates(chain.robot, list(poses.values()), references, units)
         for i, candidates in zip(poses, several, strict=True):
-            if i in self.free_velocity:
+            if i in self.unknown_speeds:
                 zero = np.zeros_like(candidates.velocity)
                 candidates = candidates._replace(excess=zero[:, 0], velocity=zero)
             result[i] = candidates

@@ -58,7 +58,7 @@ def find_infeasibilities(search: SequenceSearch, chosen: ChosenSequence) -> tupl
     failures += [
         _velocity_finding(robot, scenario, np.abs(chosen.velocities[i]), scenario.waypoints[i])
         for i, candidates in enumerate(chosen.candidates)
-        if candidates is not None and i not in search.free_velocity
+        if candidates is not None and i not in search.unknown_speeds
     ]
     return tuple(failure for failure in failures if failure is not None)
 

@@ -18,7 +18,7 @@ from knotwork.robot.kinematics.sequence.step_costs import (
     JointRules,
     StepRules,
 )
-from knotwork.task.scenario import FreeWaypoint, Scenario
+from knotwork.task.scenario import Scenario, WaypointUnknowns
 from knotwork.task.scenario.joint_reader import JointState
 from knotwork.waypoints import CartesianWaypoint
 
@@ -46,7 +46,7 @@ def step_rules(
     scenario: Scenario,
     chains: FreedomChains,
     targets: Iterable[JointState | None],
-    free_velocity: Collection[int],
+    unknown_speeds: Collection[int],
     avoided: Iterable[SequenceStep],
 ) -> list[StepRules]:
     """Rules for the cost of the step in each interval.
@@ -55,20 +55,20 @@ def step_rules(
         scenario: The scenario.
         chains: The robot with the virtual joints of each pose.
         targets: State of the joints at each waypoint, `None` where a pose is given.
-        free_velocity: Waypoints whose speed is chosen later, by index.
+        unknown_speeds: Waypoints whose speed is chosen later, by index.
         avoided: Steps that count as collisions.
     """
-    free_values, tolerance, collided = (
-        scenario.free_values,
+    unknowns, tolerance, collided = (
+        scenario.unknowns,
         _avoided_distance(chains),
         list(avoided),
     )
     passes = [
-        isinstance(w, CartesianWaypoint) and (i in free_velocity or bool(w.twist.vector.any()))
+        isinstance(w, CartesianWaypoint) and (i in unknown_speeds or bool(w.twist.vector.any()))
         for i, w in enumerate(scenario.waypoints)
     ]
     moves = [
-        passed or (target is not None and (i in free_velocity or bool(target.velocity.any())))
+        passed or (target is not None and (i in unknown_speeds or bool(target.velocity.any())))
         for i, (passed, target) in enumerate(zip(passes, targets, strict=True))
     ]
     rules = []
@@ -77,15 +77,15 @@ def step_rules(
         keeps = scenario.branch == "keep" or passes[i] or passes[i + 1]
         change: Literal["allowed", "avoided", "forbidden"] = "avoided" if keeps else "allowed"
         start, end = (
-            free_values.waypoints[i : i + 2] if free_values else (FreeWaypoint(), FreeWaypoint())
+            unknowns.waypoints[i : i + 2] if unknowns else (WaypointUnknowns(), WaypointUnknowns())
         )
         has_given_speeds = start.speed_kind == end.speed_kind == "given"
-        rests = end.duration_is_free and end.way is None
+        rests = end.duration_is_unknown and end.way is None
         rules.append(
             StepRules(
                 duration,
                 branch_change="forbidden" if scenario.branch == "fixed" else change,
-                is_timed=has_given_speeds and not end.duration_is_unknown,
+                is_timed=has_given_speeds and end.duration_is_given,
                 rest_to_rest=rests and not (moves[i] or moves[i + 1]),
                 colliding=tuple(
                     CollidingStep(q_start, q_end, tolerance)

@@ -72,7 +72,7 @@ def find_active_limits(
     for i, (start, end) in enumerate(pairwise(problem.names)):
         longest_first = np.argsort(-shares[i], kind="stable")
         at_limit = longest_first[shares[i, longest_first] >= MIN_ACTIVE_SHARE]
-        if not at_limit.size and (problem.duration_is_free[i] or problem.total is not None):
+        if not at_limit.size and (problem.duration_is_unknown[i] or problem.total is not None):
             at_limit = peaks[i].argmax(keepdims=True)
             at_limit = at_limit[peaks[i, at_limit] >= 1.0 - PEAK_DISTANCE]
         for k in at_limit.tolist():

@@ -39,18 +39,18 @@ def _first_durations(problem: TimingProblem, velocity: FloatArray) -> FloatArray
     typical = np.where(typical > 0.0, typical, mean.max(axis=1))
     typical = np.maximum(typical, problem.min_duration)
     typical = np.where(typical > 0.0, typical, 1.0)
-    return np.where(problem.duration_is_free, 1.3 * typical, problem.duration)
+    return np.where(problem.duration_is_unknown, 1.3 * typical, problem.duration)
 
 
 def _nonstop_durations(problem: TimingProblem) -> FloatArray:
     """Durations in which no joint has to stop [s], shape (n-1,).
 
-    They are the middle of the common interval. NaN if no joint has such a limit, or if there is no
-    common interval.
+    Each is the middle of the durations in which this holds for all joints. It is NaN if there are
+    none, or if none is the longest.
     """
     durations = np.full(problem.duration.shape, np.nan)
     known = problem.velocity_known
-    for i in np.flatnonzero(known[:-1] & known[1:] & problem.duration_is_free).tolist():
+    for i in np.flatnonzero(known[:-1] & known[1:] & problem.duration_is_unknown).tolist():
         feasible = problem.feasible_durations(i)
         first, last = feasible.minimum.max(), feasible.gap_start.min()
         if max(first, problem.min_duration[i]) <= last < np.inf:

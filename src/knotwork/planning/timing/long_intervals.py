@@ -1,4 +1,4 @@
-"""Long given durations next to free ones: the arm slows down in them.
+"""Long given durations next to unknown ones: the arm slows down in them.
 
 Neighbours are faster if the arm moves at the ends of such an interval. With gentle accelerations
 alone it would move far away and back in the meantime. So the interval has four short pieces for
@@ -33,7 +33,7 @@ def stop_times(problem: TimingProblem) -> FloatArray:
         stops = limits.velocity / limits.acceleration + limits.acceleration / limits.jerk
     stop = float(np.max(stops, initial=0.0, where=np.isfinite(stops)))
     is_fastest = problem.objective.only_time and problem.total is None
-    has_long = stop and is_fastest and problem.duration_is_free.any()
+    has_long = stop and is_fastest and problem.duration_is_unknown.any()
     least = MIN_STOPS * stop if has_long else np.inf
     return np.where(problem.duration > least, stop, np.nan)
 

@@ -38,9 +38,9 @@ def lower_bound(problem: TimingProblem) -> float:
 
 
 def interval_bounds(problem: TimingProblem) -> FloatArray:
-    """Lower bounds on the durations of the intervals [s], shape (n-1,), or given durations."""
+    """Given durations of the intervals, or else lower bounds on them [s], shape (n-1,)."""
     bounds = np.maximum(min_durations(problem), problem.min_duration)
-    return np.where(problem.duration_is_free, bounds, problem.duration)
+    return np.where(problem.duration_is_unknown, bounds, problem.duration)
 
 
 def min_durations(problem: TimingProblem) -> FloatArray:
@@ -72,7 +72,7 @@ def _of_joints(problem: TimingProblem) -> FloatArray:
         if known[i] and known[i + 1]:
             durations[i] = problem.feasible_durations(int(i)).minimum
         else:
-            durations[i] = _one_end_free(D[i], v[i] if known[i] else v[i + 1], V, A)
+            durations[i] = _one_end_unknown(D[i], v[i] if known[i] else v[i + 1], V, A)
     return durations
 
 
@@ -94,7 +94,7 @@ def _common_duration(problem: TimingProblem, i: int) -> float:
     return duration
 
 
-def _one_end_free(move: FloatArray, v: FloatArray, V: FloatArray, A: FloatArray) -> FloatArray:
+def _one_end_unknown(move: FloatArray, v: FloatArray, V: FloatArray, A: FloatArray) -> FloatArray:
     """Minimum duration with the velocity given at one end only, shape (d,)."""
     D, v = np.abs(move), np.where(move < 0.0, -v, v)
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):

@@ -40,11 +40,11 @@ def solve(
     budget: float | None = None,
     progress: Callable[[Progress], None] | None = None,
 ) -> TimedMotion:
-    """Minimise the objective of a problem over its free values, within all limits.
+    """Minimise the objective of a problem over its unknowns, within all limits.
 
-    A long motion is solved in windows, each with a few of the following intervals.
-    The optimum is local: the solver (IPOPT) starts from plain cubics. If it does not converge, the
-    arm comes to rest in each interval.
+    A long motion is solved in windows, each together with a few intervals after it. The optimum is
+    local: the solver (IPOPT) starts from plain cubics. If it does not converge, the arm comes to
+    rest in each interval.
 
     Args:
         problem: The waypoints and the limits.
@@ -131,10 +131,10 @@ def _solve_at_once(problem: TimingProblem, budget: Budget) -> TimedCurve | None:
         interval; `None` if there is none.
     """
     given_time = float(np.nansum(problem.duration))
-    if problem.objective.only_time and problem.duration_is_free.any() and given_time:
+    if problem.objective.only_time and problem.duration_is_unknown.any() and given_time:
         resting = resting_motion(problem, "resting")
         if resting is not None and resting.time[-1] <= MAX_RESTING_RATIO * given_time:
-            return resting  # the free time is negligible against the given one
+            return resting  # the unknown time is negligible against the given one
     motion = _optimised_motion(problem, budget)
     if motion is not None:
         return motion

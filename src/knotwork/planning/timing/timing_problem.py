@@ -1,4 +1,4 @@
-"""`TimingProblem`: waypoints and limits of a motion with free durations."""
+"""`TimingProblem`: waypoints and limits of a motion with unknown durations."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class Objective:
 
 @dataclass(frozen=True, eq=False)
 class TimingProblem(ReadOnlyArrays):
-    """Waypoints with free durations and possibly velocities, and the limits.
+    """Waypoints with unknown durations and possibly velocities, and the limits.
 
     The motion has five cubic pieces between two waypoints, and is C2.
 
@@ -80,17 +80,17 @@ class TimingProblem(ReadOnlyArrays):
         joint_names: Names of the joints, length d.
         position: Joint positions at the waypoints [rad or m], shape (n, d), n >= 2.
         velocity: Joint velocities [rad/s or m/s], shape (n, d); a row of NaN where they are
-            free.
+            unknown.
         limits: The limits; those of effort need dynamics.
         names: Names of the waypoints, length n; by default their indices.
         joint_units: `"rad"` or `"m"` for each joint; by default all `"rad"`.
-        is_direction: Whether each row of `velocity` is a direction with a free factor >= 0, shape
-            (n,); by default false.
+        is_direction: Whether each row of `velocity` is a direction with an unknown factor >= 0,
+            shape (n,); by default false.
         max_factor: Upper bound of that factor, shape (n,); by default infinite.
         acceleration: Joint accelerations at the waypoints [rad/s² or m/s²], shape (n, d); a row of
-            NaN where they are free, the default.
-        duration: Durations between waypoints [s], shape (n-1,); NaN where free, the default.
-        min_duration: Lower bound of a free duration [s], shape (n-1,); by default 0.
+            NaN where they are unknown, the default.
+        duration: Durations between waypoints [s], shape (n-1,); NaN where unknown, the default.
+        min_duration: Lower bound of an unknown duration [s], shape (n-1,); by default 0.
         total: Sum of the durations [s], or `None`.
         tool_speed: Speed limit of the tool centre point [m/s], by default infinite; needs dynamics.
         objective: The objective; by default the time.
@@ -104,7 +104,7 @@ class TimingProblem(ReadOnlyArrays):
 
     >>> from knotwork.joint_quantities import JointLimits
     >>> problem = TimingProblem(("a",), [[0], [1]], [[0], [0]], JointLimits([1.0], [2.0]))
-    >>> problem.duration_is_free, problem.names
+    >>> problem.duration_is_unknown, problem.names
     (array([ True]), ('0', '1'))
     """
 
@@ -204,7 +204,7 @@ class TimingProblem(ReadOnlyArrays):
             raise WaypointDataError(f"{self.names[i]!r} has no direction along which to move")
 
     at_least = OldAttribute("min_duration")
-    free = OldAttribute("duration_is_free")
+    free = OldAttribute("duration_is_unknown")
 
     @property
     def required_dynamics(self) -> Dynamics:
@@ -228,8 +228,8 @@ class TimingProblem(ReadOnlyArrays):
         )
 
     @property
-    def duration_is_free(self) -> BoolArray:
-        """Whether each duration is free, shape (n-1,)."""
+    def duration_is_unknown(self) -> BoolArray:
+        """Whether each duration is unknown, shape (n-1,)."""
         return np.isnan(self.duration)
 
     @property

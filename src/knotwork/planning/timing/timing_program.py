@@ -69,7 +69,7 @@ class TimingProgram:
         scale: Units of the variables.
         margin: Relative margin to each limit.
         durations: Durations of the intervals in the guess [s], shape (n-1,).
-        directed: Indices of the waypoints whose velocity is a direction with a free factor.
+        directed: Indices of the waypoints whose velocity is a direction with an unknown factor.
     """
 
     def __init__(self, problem: TimingProblem, guess: States, tightening: Tightening) -> None:
@@ -158,8 +158,8 @@ class TimingProgram:
     def _positions_between(self) -> tuple[FloatArray, FloatArray]:
         """Lower and upper bounds of positions at the four Bézier points, shape (4 d, pieces).
 
-        Two bounds are relaxed, because IPOPT cannot satisfy them strictly: of a piece that ends on
-        a position limit, and of points that are constant because the waypoint is at rest.
+        Bounds are relaxed where IPOPT cannot satisfy them strictly: in a piece that ends on a
+        position limit, and at points that are constant because the waypoint is at rest.
         """
         problem, layout = self.problem, self.layout
         shape = (4, layout.intervals, layout.interval_pieces, layout.joint_count)
@@ -199,17 +199,18 @@ class TimingProgram:
         return [*blocks, *robot_limit_blocks(problem, allowed, self.margin, scale, layout)]
 
     def _duration_block(self) -> Block:
-        """Given durations of intervals, and lower bounds of free ones."""
+        """Given durations of intervals, and lower bounds of unknown ones."""
         problem, layout = self.problem, self.layout
-        bounded = ~problem.duration_is_free | (problem.min_duration > 0.0)
-        lower = np.where(problem.duration_is_free, problem.min_duration, problem.duration)[bounded]
+        is_unknown = problem.duration_is_unknown
+        bounded = ~is_unknown | (problem.min_duration > 0.0)
+        lower = np.where(is_unknown, problem.min_duration, problem.duration)[bounded]
         lower = lower / self.scale.time
-        upper = np.where(problem.duration_is_free[bounded], np.inf, lower)
+        upper = np.where(is_unknown[bounded], np.inf, lower)
         pieces = layout.tau.reshape(layout.intervals, -1)[bounded].T
         return Block(sum_kernel(layout.interval_pieces), pieces, bounds={"sum": (lower, upper)})
 
     def _direction_block(self) -> Block:
-        """Velocities that are a direction with a free factor."""
+        """Velocities that are a direction with an unknown factor."""
         layout = self.layout
         v = layout.v[layout.waypoints][self.directed]
         directions = self.problem.velocity[self.directed] / self.scale.unit(1)
@@ -305,12 +306,12 @@ class TimingProgram:
 
     def _exact_durations(self, durations: FloatArray) -> FloatArray:
         """Durations of the intervals [s] that meet the given ones to rounding, shape (n-1,)."""
-        problem, free = self.problem, self.problem.duration_is_free
-        durations = np.where(free, durations, problem.duration)
+        problem, is_unknown = self.problem, self.problem.duration_is_unknown
+        durations = np.where(is_unknown, durations, problem.duration)
         if problem.total is not None:
-            free_time = problem.total - durations[~free].sum()
-            durations[free] *= free_time / durations[free].sum()
-        return np.where(free, np.maximum(durations, problem.min_duration), durations)
+            unknown_time = problem.total - durations[~is_unknown].sum()
+            durations[is_unknown] *= unknown_time / durations[is_unknown].sum()
+        return np.where(is_unknown, np.maximum(durations, problem.min_duration), durations)
 
 
 def _scale(problem: TimingProblem, guess: States, time: float) -> Scale:
@@ -322,7 +323,7 @@ def _scale(problem: TimingProblem, guess: States, time: float) -> Scale:
     travel = np.ptp(problem.position, axis=0)
     largest = float(travel.max()) or 1.0
     typical = np.maximum(travel, 1e-3 * largest)
-    if problem.objective.jerk and not problem.duration_is_free.any():
+    if problem.objective.jerk and not problem.duration_is_unknown.any():
         # given times set the scale of the motion, even if the limits are loose
         peak = np.abs(guess.a).max(axis=0)
         unit = np.minimum(unit, np.maximum(typical, peak * time**2))

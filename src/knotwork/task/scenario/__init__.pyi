@@ -1,5 +1,3 @@
-from .free_values_reader import FreeValues as FreeValues
-from .free_values_reader import FreeWaypoint as FreeWaypoint
 from .requested_timing import RequestedTiming as RequestedTiming
 from .resolve import load_scenario as load_scenario
 from .resolve import resolve_task as resolve_task
@@ -15,3 +13,5 @@ from .scene_model import PlacedObject as PlacedObject
 from .scene_model import PlacedRobot as PlacedRobot
 from .scene_model import PlacedShape as PlacedShape
 from .scene_model import Scene as Scene
+from .unknowns_reader import ScenarioUnknowns as ScenarioUnknowns
+from .unknowns_reader import WaypointUnknowns as WaypointUnknowns

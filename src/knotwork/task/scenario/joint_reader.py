@@ -166,8 +166,8 @@ def find_waits(scenario: Scenario, targets: Sequence[JointState | None]) -> Iter
         targets: Required joint values at its waypoints; `None` for a pose.
     """
     moved = {i for path in scenario.paths for i in range(path.first, path.last)}
-    if scenario.free_values is not None:  # a chosen velocity is not a stop
-        given = [free.speed_kind == "given" for free in scenario.free_values.waypoints]
+    if scenario.unknowns is not None:  # a chosen velocity is not a stop
+        given = [waypoint.speed_kind == "given" for waypoint in scenario.unknowns.waypoints]
         moved |= {i for i, both in enumerate(pairwise(given)) if not all(both)}
     states = [
         _state_at_rest(waypoint, target)

@@ -10,8 +10,8 @@ import numpy as np
 
 from knotwork.curves.trajectory.motion_events import TIME_TOLERANCE, Segment, SegmentKind
 from knotwork.task import ChosenSectionFields
-from knotwork.task.scenario.free_values_reader import ends_wait
 from knotwork.task.scenario.scenario import Scenario
+from knotwork.task.scenario.unknowns_reader import ends_wait
 
 
 class StoredClearMotion(NamedTuple):

@@ -212,7 +212,7 @@ class _PathReader:
         return durations
 
     def _requested_timing(self, lengths: FloatArray) -> RequestedTiming:
-        free_values = self.reading.free_values[self.first + 1 : self.last + 1]
+        unknowns = self.reading.waypoint_unknowns[self.first + 1 : self.last + 1]
         return RequestedTiming(
             lengths=tuple(lengths.tolist()),
             speeds=tuple(
@@ -226,7 +226,7 @@ class _PathReader:
             ),
             acceleration=self.reading.task.path.acceleration,
             max_speeds={
-                k: end.max_speed for k, end in enumerate(free_values) if end.path_speed_is_free
+                k: end.max_speed for k, end in enumerate(unknowns) if end.path_speed_is_unknown
             },
         )
 

@@ -23,7 +23,7 @@ import numpy as np
 from knotwork.arrays import FloatArray
 from knotwork.files.documents import Location, Locations
 from knotwork.task import AtMost, ExpandedTask, JointWaypoint, PathWaypoint, PoseWaypoint
-from knotwork.task.scenario.free_values_reader import FreeValues
+from knotwork.task.scenario.unknowns_reader import ScenarioUnknowns
 from knotwork.units import Units
 
 MAX_SPEED_JUMP = 1e-3
@@ -232,11 +232,13 @@ class PoseFrames:
                 "a speed" if is_path else "a speed, or velocity: free",
             )
 
-    def with_time_dependent(self, free_values: FreeValues, task_index: Sequence[int]) -> FreeValues:
-        """The free values, including the waypoints whose pose depends on their time.
+    def with_time_dependent(
+        self, unknowns: ScenarioUnknowns, task_index: Sequence[int]
+    ) -> ScenarioUnknowns:
+        """The unknowns, including the waypoints whose pose depends on their time.
 
         Args:
-            free_values: The free values so far.
+            unknowns: The unknowns so far.
             task_index: Index in the task of each waypoint of the scenario.
 
         Raises:
@@ -244,18 +246,18 @@ class PoseFrames:
         """
         in_moving_frames = [
             i
-            for i in range(free_values.first_unknown_time, len(task_index))
+            for i in range(unknowns.first_unknown_time, len(task_index))
             if self[task_index[i]].is_moving
         ]
-        if in_moving_frames and free_values.total_duration is not None:
+        if in_moving_frames and unknowns.total_duration is not None:
             name = self.names[task_index[in_moving_frames[0]]]
             raise self.locations.error(
                 ("duration",),
                 f"is given, and the time in moving frame {name!r} is chosen",
                 "no duration, or time or after [s] at the waypoints in that frame and before",
             )
-        time_dependent = tuple(sorted({*in_moving_frames, *free_values.time_dependent}))
-        return replace(free_values, time_dependent=time_dependent)
+        time_dependent = tuple(sorted({*in_moving_frames, *unknowns.time_dependent}))
+        return replace(unknowns, time_dependent=time_dependent)
 
 
 def _link_text(link: str) -> str:

@@ -13,8 +13,8 @@ from knotwork.curves.tool_paths.points_file import read_points
 from knotwork.files.documents import Location, Locations
 from knotwork.files.documents.values import is_marked, marked
 from knotwork.task import ExpandedTask, Frame, Grid, HeldObject, PlacesFile, Repeat, Task, Tool
-from knotwork.task.scenario.free_values_reader import ends_wait
 from knotwork.task.scenario.scenario import Scenario
+from knotwork.task.scenario.unknowns_reader import ends_wait
 from knotwork.task.task_part import PartT, TaskPart
 
 PLACE_FRAME = "place"

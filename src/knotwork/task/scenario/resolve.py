@@ -12,11 +12,11 @@ from knotwork.files.documents import Location, Locations
 from knotwork.files.documents.values import is_marked
 from knotwork.task import ExpandedTask, Limits, MotionLimits, Task, ToolTolerances
 from knotwork.task.scenario.event_reader import EventReader
-from knotwork.task.scenario.free_values_reader import read_free_values
 from knotwork.task.scenario.repetitions import expand_repeats
 from knotwork.task.scenario.scenario import MIN_PATH_TOLERANCE, Scenario
 from knotwork.task.scenario.scene_reader import read_scene
 from knotwork.task.scenario.task_reading import TaskReading
+from knotwork.task.scenario.unknowns_reader import read_unknowns
 from knotwork.task.scenario.waypoint_reader import read_waypoints
 from knotwork.task.si_units import to_si
 from knotwork.task.task_part import TaskPart
@@ -70,9 +70,9 @@ def resolve_task(
     _check_keys(reading, expanded)
     task_in_si = reading.task
     waypoints, paths, task_index = read_waypoints(reading, expected or {})
-    free_values = read_free_values(task_in_si, reading.free_values, locations, task_index)
-    if task_in_si.frames and free_values is not None:
-        free_values = reading.pose_frames.with_time_dependent(free_values, task_index)
+    unknowns = read_unknowns(task_in_si, reading.waypoint_unknowns, locations, task_index)
+    if task_in_si.frames and unknowns is not None:
+        unknowns = reading.pose_frames.with_time_dependent(unknowns, task_index)
     events = EventReader(reading, waypoints, paths, task_index)
     file_name = "scenario" if locations.file is None else locations.file.stem
     return Scenario(
@@ -86,8 +86,8 @@ def resolve_task(
         task_index=task_index,
         paths=paths,
         units=reading.units,
-        events=events.events(timed=free_values is None),
-        free_values=free_values,
+        events=events.events(timed=unknowns is None),
+        unknowns=unknowns,
         pose_frame_link=reading.pose_frames.link,
         motion_limits=_motion_limits(task_in_si.limits),
         scene=read_scene(reading, waypoints, task_index),

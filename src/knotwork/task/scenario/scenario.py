@@ -12,8 +12,8 @@ from knotwork.arrays import FloatArray
 from knotwork.curves.trajectory.motion_events import Event
 from knotwork.errors.old_names import OldAttribute
 from knotwork.files.documents import Locations
-from knotwork.task.scenario.free_values_reader import FreeValues
 from knotwork.task.scenario.scene_model import Scene
+from knotwork.task.scenario.unknowns_reader import ScenarioUnknowns
 from knotwork.task.task_options import ToolTolerances
 from knotwork.task.tool_and_limits import MotionLimits
 from knotwork.units import Units
@@ -137,9 +137,9 @@ class Scenario:
 
     Joint values have units that depend on the robot: `ScenarioJoints` has them in SI.
     Its waypoints include the start and the ends of waits; "by waypoint" is by their index.
-    The duration to a waypoint is unknown if it is free itself, or follows from a free speed along a
-    path. It is NaN in `durations`; all later waypoints are NaN in `times`. `expected_times` has
-    guesses in place of NaN, for moving frames and bodies.
+    The duration to a waypoint is NaN in `durations` if planning chooses it, or the speed along a
+    path to there; all later waypoints are NaN in `times`. `expected_times` has guesses in place of
+    NaN, for moving frames and bodies.
 
     Attributes:
         name: Name of the scenario.
@@ -153,8 +153,8 @@ class Scenario:
         units: Units of the file, for output.
         pose_frame_link: Link that carries the frame of poses, if it is not the robot's base frame.
         paths: Tool paths between its waypoints, in order of time.
-        events: Events in order of time; empty while times are free.
-        free_values: Durations, speeds and knots to be chosen, or `None`.
+        events: Events in order of time; empty while times are unknown.
+        unknowns: Durations, speeds and knots to be chosen, or `None`.
         motion_limits: Limits on the motion of tool and links, in SI, scaled by their used fraction.
         scene: Surroundings, held objects, and options of the collision check.
         locations: Locations of its parts in the file, for errors.
@@ -176,7 +176,7 @@ class Scenario:
     pose_frame_link: str = ""
     paths: tuple[ScenarioPath, ...] = ()
     events: tuple[RequestedEvent, ...] = ()
-    free_values: FreeValues | None = None
+    unknowns: ScenarioUnknowns | None = None
     motion_limits: MotionLimits = field(default_factory=MotionLimits)
     scene: Scene = field(default_factory=Scene)
     locations: Locations = field(default_factory=Locations, repr=False, compare=False)
@@ -213,11 +213,11 @@ class Scenario:
         return {name: frame.rest_placement for name, frame in self.scene.frames.items()}
 
     @property
-    def required_free_values(self) -> FreeValues:
-        """The free values, which must exist."""
-        if self.free_values is None:
+    def required_unknowns(self) -> ScenarioUnknowns:
+        """The unknowns, which must exist."""
+        if self.unknowns is None:
             raise TypeError("every time and speed of the scenario is given")
-        return self.free_values
+        return self.unknowns
 
     @property
     def times(self) -> FloatArray:
@@ -228,11 +228,11 @@ class Scenario:
 
     @property
     def durations(self) -> FloatArray:
-        """Time from each waypoint to the next [s], shape (n - 1,); NaN where it is unknown."""
+        """Time from each waypoint to the next [s], shape (n - 1,); NaN where it is not given."""
         durations = np.diff(self.expected_times)
-        if self.free_values is not None:
-            arrivals = self.free_values.waypoints[1:]
-            durations[[arrival.duration_is_unknown for arrival in arrivals]] = np.nan
+        if self.unknowns is not None:
+            arrivals = self.unknowns.waypoints[1:]
+            durations[[not arrival.duration_is_given for arrival in arrivals]] = np.nan
         return durations
 
     @property

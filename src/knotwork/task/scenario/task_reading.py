@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from knotwork.files.documents import Locations
 from knotwork.task import ExpandedTask, Placement, TaskUnits
-from knotwork.task.scenario.free_values_reader import FreeWaypoint, read_free_waypoint
 from knotwork.task.scenario.pose_frames import PoseFrames
+from knotwork.task.scenario.unknowns_reader import WaypointUnknowns, read_waypoint_unknowns
 from knotwork.units import Units
 
 if TYPE_CHECKING:
@@ -46,9 +46,9 @@ class TaskReading:
         return PoseFrames(self.task, self.locations, self.units)
 
     @cached_property
-    def free_values(self) -> tuple[FreeWaypoint, ...]:
-        """The free values at each waypoint, and on the way to it from the one before."""
-        return tuple(read_free_waypoint(self.task, i) for i in range(len(self.task.waypoints)))
+    def waypoint_unknowns(self) -> tuple[WaypointUnknowns, ...]:
+        """The unknowns at each waypoint, and on the way to it from the one before."""
+        return tuple(read_waypoint_unknowns(self.task, i) for i in range(len(self.task.waypoints)))
 
     def placement(self, placement: Placement, *location: str | int) -> pin.SE3:
         """A placement at a location of the task, in its parent frame."""

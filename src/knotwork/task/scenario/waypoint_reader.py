@@ -12,10 +12,10 @@ from knotwork.errors.plain_text import default_waypoint_name
 from knotwork.files.documents import Location
 from knotwork.task import JointWaypoint, PathWaypoint, PoseWaypoint, Torch, Velocity
 from knotwork.task.poses import ORIENTATIONS
-from knotwork.task.scenario.free_values_reader import check_free_values
 from knotwork.task.scenario.freedoms_reader import Freedoms, freedom_of, read_freedoms
 from knotwork.task.scenario.scenario import JointTarget, ScenarioPath, ScenarioWaypoint
 from knotwork.task.scenario.task_reading import TaskReading
+from knotwork.task.scenario.unknowns_reader import check_unknowns
 from knotwork.waypoints import CartesianWaypoint
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ class WaypointsResult(NamedTuple):
 
     Attributes:
         waypoints: All waypoints in order, the start first if there is one. One with `wait` appears
-            twice: at the start and the end of the wait. Free times are expected ones.
+            twice: at the start and the end of the wait. Unknown times are expected ones.
         paths: The paths between them.
         task_index: Index in the task of each; -1 for the start.
     """
@@ -63,7 +63,7 @@ def read_waypoints(reading: TaskReading, expected: Mapping[int, float]) -> Waypo
             "a motion needs at least two waypoints, and there is one",
             "two or more, or one with start: the start of the motion",
         )
-    check_free_values(task, reading.free_values, locations)
+    check_unknowns(task, reading.waypoint_unknowns, locations)
     arrivals = _read_arrivals(reading, expected, _rest_poses(reading))
     freedoms = read_freedoms(reading, arrivals.free_turns)
     paths = [
@@ -176,7 +176,7 @@ def _read_arrivals(
     before = 0.0 if reading.task.start is not None else None
     is_chosen = False
     for i, waypoint in enumerate(reading.task.waypoints):
-        is_chosen |= reading.free_values[i].duration_is_unknown
+        is_chosen |= not reading.waypoint_unknowns[i].duration_is_given
         if isinstance(waypoint, PathWaypoint):
             if not arrivals.paths or arrivals.paths[-1].last < i:
                 from knotwork.task.scenario.path_reader import read_path
@@ -207,15 +207,15 @@ def _arrival(
         is_chosen: Whether this or an earlier time is chosen.
     """
     waypoint = reading.task.waypoints[i]
-    free_values = reading.free_values[i]
+    unknowns = reading.waypoint_unknowns[i]
     location: Location = ("waypoints", i)
     if waypoint.time is not None:
         time = waypoint.time
         location = (*location, "time")
         if is_chosen and time <= (before or 0.0):  # only the expected time before is late
             time = (before or 0.0) + EXPECTED_DURATION
-    elif free_values.duration_is_free:
-        duration = max(free_values.min_duration, EXPECTED_DURATION)
+    elif unknowns.duration_is_unknown:
+        duration = max(unknowns.min_duration, EXPECTED_DURATION)
         time = (before or 0.0) + duration if expected is None else expected
     elif isinstance(waypoint.after, float):
         time = (before or 0.0) + waypoint.after

@@ -266,7 +266,7 @@ def unplanned_scene(scenario: Scenario, robot: Robot) -> dict[str, Any]:
     """Make the scene of a task before it is planned, with the robot at rest."""
     nearest_zero = np.clip(0.0, robot.limits.lower, robot.limits.upper)
     q = robot.configurations.get("home", nearest_zero)
-    timed = replace(scenario, free_values=None)  # with expected times
+    timed = replace(scenario, unknowns=None)  # with expected times
     motion = JointTrajectory.from_knots(
         robot.joint_names,
         timed.times[[0, -1]],

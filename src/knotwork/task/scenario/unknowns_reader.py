@@ -1,4 +1,4 @@
-"""Durations, speeds and knots that a task leaves free, to be chosen, and the objective."""
+"""The unknowns of a task: durations, speeds and knots that planning chooses; the objective."""
 
 from __future__ import annotations
 
@@ -12,70 +12,72 @@ from knotwork.task import AtMost, ClearWay, ExpandedTask, Fastest, PathWaypoint,
 
 
 @dataclass(frozen=True)
-class FreeWaypoint:
-    """Free values at a waypoint and on the way to it from the one before, in SI.
+class WaypointUnknowns:
+    """The unknowns at a waypoint and on the way to it from the one before, in SI.
 
     Attributes:
-        duration_is_free: Whether the time since the waypoint before is free.
+        duration_is_unknown: Whether the time since the waypoint before is an unknown.
         min_duration: Its lower bound [s].
-        path_speed_is_free: Whether the constant speed along the path to it is free.
+        path_speed_is_unknown: Whether the constant speed along the path to it is one.
         way: Options of a collision-free motion to it, or `None`.
-        speed_kind: `"given"`; `"direction"` if the velocity has a given direction and a free speed;
-            or `"free"` for a free velocity.
-        max_speed: Upper bound of a free speed [m/s], infinite without one.
+        speed_kind: `"given"`; `"direction"` if the velocity has a given direction and an unknown
+            speed; or `"unknown"` for an unknown velocity.
+        max_speed: Upper bound of an unknown speed [m/s], infinite without one.
     """
 
-    duration_is_free: bool = False
+    duration_is_unknown: bool = False
     min_duration: float = 0.0
-    path_speed_is_free: bool = False
+    path_speed_is_unknown: bool = False
     way: ClearWay | None = None
-    speed_kind: Literal["given", "direction", "free"] = "given"
+    speed_kind: Literal["given", "direction", "unknown"] = "given"
     max_speed: float = math.inf
 
     @property
-    def duration_is_unknown(self) -> bool:
-        """Whether the time since the waypoint before is free, itself or by the speed of a path."""
-        return self.duration_is_free or self.path_speed_is_free
+    def duration_is_given(self) -> bool:
+        """Whether the time since the waypoint before neither is an unknown nor follows from one."""
+        return not (self.duration_is_unknown or self.path_speed_is_unknown)
 
 
 @dataclass(frozen=True, eq=False)
-class FreeValues:
-    """The values that a task leaves free, in SI.
+class ScenarioUnknowns:
+    """The values that a task leaves to planning, in SI.
 
     Attributes:
-        waypoints: Free values at each waypoint of the scenario and on the way to it.
+        waypoints: The unknowns at each waypoint of the scenario and on the way to it.
         objective: Weights of the terms that are minimised.
         total_duration: Given duration of the whole motion [s], or `None`.
-        knots_are_free: Whether knots are free where times are given.
+        knots_are_unknown: Whether knots are chosen where times are given.
         time_dependent: Indices of waypoints that depend on times still to be chosen: their pose is
             in a moving frame, or their time counts from 0 after a chosen time.
 
     >>> ends = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": "fastest"}]
     >>> scenario = kw.load_scenario({"limits": {"acceleration": 2}, "waypoints": ends})
-    >>> scenario.free_values.waypoints[1].duration_is_free
+    >>> scenario.unknowns.waypoints[1].duration_is_unknown
     True
     """
 
-    waypoints: tuple[FreeWaypoint, ...]
+    waypoints: tuple[WaypointUnknowns, ...]
     objective: Weights
     total_duration: float | None = None
-    knots_are_free: bool = False
+    knots_are_unknown: bool = False
     time_dependent: tuple[int, ...] = ()
 
     @property
     def has_any(self) -> bool:
-        """Whether any value is free."""
-        return self.knots_are_free or any(free != FreeWaypoint() for free in self.waypoints)
+        """Whether any value is unknown."""
+        return self.knots_are_unknown or any(
+            waypoint != WaypointUnknowns() for waypoint in self.waypoints
+        )
 
     @property
-    def has_free_durations(self) -> bool:
-        """Whether the time between any waypoints is free itself."""
-        return any(free.duration_is_free for free in self.waypoints)
+    def has_unknown_durations(self) -> bool:
+        """Whether the time between any waypoints is an unknown."""
+        return any(waypoint.duration_is_unknown for waypoint in self.waypoints)
 
     @property
     def first_unknown_time(self) -> int:
-        """The first waypoint whose time is unknown; n without one."""
-        return [*(free.duration_is_unknown for free in self.waypoints), True].index(True)
+        """The first waypoint whose time is not given; n without one."""
+        return [*(waypoint.duration_is_given for waypoint in self.waypoints), False].index(False)
 
 
 def ends_wait(task_index: Sequence[int], i: int) -> bool:
@@ -88,27 +90,27 @@ def ends_wait(task_index: Sequence[int], i: int) -> bool:
     return i > 0 and task_index[i] == task_index[i - 1]
 
 
-def read_free_waypoint(task: ExpandedTask, i: int) -> FreeWaypoint:
-    """Read the free values at waypoint i of a task, in SI, and on the way to it."""
+def read_waypoint_unknowns(task: ExpandedTask, i: int) -> WaypointUnknowns:
+    """Read the unknowns at waypoint i of a task, in SI, and on the way to it."""
     waypoint = task.waypoints[i]
     speed = getattr(waypoint, "speed", None)
-    speed_is_free = isinstance(speed, str | AtMost)
+    speed_is_unknown = isinstance(speed, str | AtMost)
     max_speed = speed.at_most if isinstance(speed, AtMost) else math.inf
     if isinstance(waypoint, PathWaypoint):
-        return FreeWaypoint(path_speed_is_free=speed_is_free, max_speed=max_speed)
-    kind: Literal["given", "direction", "free"] = "direction" if speed_is_free else "given"
+        return WaypointUnknowns(path_speed_is_unknown=speed_is_unknown, max_speed=max_speed)
+    kind: Literal["given", "direction", "unknown"] = "direction" if speed_is_unknown else "given"
     if getattr(waypoint, "velocity", None) == "free":
-        kind = "free"
+        kind = "unknown"
     is_first = i == 0 and task.start is None
     way = None if is_first else waypoint.way or task.ways
     if way == "clear":
         way = ClearWay.model_construct(clear=True)
     after = waypoint.after
-    duration_is_free = isinstance(after, str | Fastest)
+    duration_is_unknown = isinstance(after, str | Fastest)
     if after is None and waypoint.time is None and not is_first:
-        duration_is_free = task.times is not None or way is not None
-    return FreeWaypoint(
-        duration_is_free=duration_is_free,
+        duration_is_unknown = task.times is not None or way is not None
+    return WaypointUnknowns(
+        duration_is_unknown=duration_is_unknown,
         min_duration=after.at_least or 0.0 if isinstance(after, Fastest) else 0.0,
         way=way,
         speed_kind=kind,
@@ -116,41 +118,41 @@ def read_free_waypoint(task: ExpandedTask, i: int) -> FreeWaypoint:
     )
 
 
-def read_free_values(
+def read_unknowns(
     task: ExpandedTask,
-    free_in_task: Sequence[FreeWaypoint],
+    unknowns_in_task: Sequence[WaypointUnknowns],
     locations: Locations,
     task_index: Sequence[int],
-) -> FreeValues | None:
-    """Read the values that a task leaves free, or `None` without any.
+) -> ScenarioUnknowns | None:
+    """Read the values that a task leaves to planning, or `None` without any.
 
     Args:
         task: The task, in SI.
-        free_in_task: Free values at each of its waypoints.
+        unknowns_in_task: The unknowns at each of its waypoints.
         locations: Locations of its parts in the file, for errors.
         task_index: Index in the task of each waypoint of the scenario; -1 for the start.
 
     Raises:
-        DocumentError: A key is about free values although none is free, or a value can't be free.
+        DocumentError: A key is about unknowns although there are none, or a value must be given.
     """
-    waypoints: list[FreeWaypoint] = []
+    waypoints: list[WaypointUnknowns] = []
     time_dependent: list[int] = []
     for i, task_i in enumerate(task_index):
-        free = FreeWaypoint()
+        unknowns = WaypointUnknowns()
         if task_i >= 0 and not ends_wait(task_index, i):  # otherwise the start, or after a wait
-            free = free_in_task[task_i]
-            is_unknown = any(before.duration_is_unknown for before in waypoints)
+            unknowns = unknowns_in_task[task_i]
+            is_unknown = not all(before.duration_is_given for before in waypoints)
             if task.waypoints[task_i].time is not None and is_unknown:
                 time_dependent.append(i)
-                free = replace(free, duration_is_free=True)
-        waypoints.append(free)
-    has_free_times = any(free.duration_is_free for free in waypoints)
+                unknowns = replace(unknowns, duration_is_unknown=True)
+        waypoints.append(unknowns)
+    has_unknown_times = any(waypoint.duration_is_unknown for waypoint in waypoints)
     knots_are_given = "knots" in task.model_fields_set
-    values = FreeValues(
+    values = ScenarioUnknowns(
         waypoints=tuple(waypoints),
-        objective=_objective(task, has_free_times=has_free_times),
+        objective=_objective(task, has_unknown_times=has_unknown_times),
         total_duration=task.duration,
-        knots_are_free=task.knots == "optimal" or (has_free_times and not knots_are_given),
+        knots_are_unknown=task.knots == "optimal" or (has_unknown_times and not knots_are_given),
         time_dependent=tuple(time_dependent),
     )
     for location, message, accepted in _misused(task, values, task_index):
@@ -158,41 +160,43 @@ def read_free_values(
     return values if values.has_any else None
 
 
-def _objective(task: ExpandedTask, *, has_free_times: bool) -> Weights:
+def _objective(task: ExpandedTask, *, has_unknown_times: bool) -> Weights:
     given = task.objective
     if isinstance(given, Weights):
         return given
-    duration_is_free = has_free_times and task.duration is None
-    return Weights(**{given or ("time" if duration_is_free else "jerk"): 1.0})
+    duration_is_unknown = has_unknown_times and task.duration is None
+    return Weights(**{given or ("time" if duration_is_unknown else "jerk"): 1.0})
 
 
-def check_free_values(
-    task: ExpandedTask, free_in_task: Sequence[FreeWaypoint], locations: Locations
+def check_unknowns(
+    task: ExpandedTask, unknowns_in_task: Sequence[WaypointUnknowns], locations: Locations
 ) -> None:
-    """Refuse times after free ones, free velocities at the ends and free times of paths.
+    """Refuse times after unknown ones, unknown velocities at the ends and times of paths.
 
     Args:
         task: The task, in SI.
-        free_in_task: Free values at each of its waypoints.
+        unknowns_in_task: The unknowns at each of its waypoints.
         locations: Locations of its parts in the file, for errors.
 
     Raises:
         DocumentError: One of these is given.
     """
-    after_free = False
-    for i, free in enumerate(free_in_task):
-        for key, message, accepted in _misplaced(task, i, after_free=after_free):
+    after_unknown = False
+    for i, unknowns in enumerate(unknowns_in_task):
+        for key, message, accepted in _misplaced(task, i, after_unknown=after_unknown):
             raise locations.error(("waypoints", i, key), message, accepted)
-        after_free |= free.duration_is_unknown
+        after_unknown |= not unknowns.duration_is_given
 
 
-def _misplaced(task: ExpandedTask, i: int, *, after_free: bool) -> Iterator[tuple[str, str, str]]:
+def _misplaced(
+    task: ExpandedTask, i: int, *, after_unknown: bool
+) -> Iterator[tuple[str, str, str]]:
     """Misplaced keys of a waypoint: the key, its fault and the accepted keys.
 
     Args:
         task: The task, in SI.
         i: Index of the waypoint.
-        after_free: Whether an earlier time is free.
+        after_unknown: Whether an earlier time is not given.
     """
     waypoint = task.waypoints[i]
     at_start = i == 0 and task.start is None
@@ -208,7 +212,7 @@ def _misplaced(task: ExpandedTask, i: int, *, after_free: bool) -> Iterator[tupl
         yield "velocity", message, "a velocity, or none: the arm is at rest there"
     if not isinstance(waypoint, PathWaypoint):
         return
-    if waypoint.time is not None and after_free:
+    if waypoint.time is not None and after_unknown:
         message = "the time since 0 can't be given, because an earlier time is chosen"
         yield "time", message, "speed, or after: the time since the previous waypoint [s]"
     if waypoint.way is not None:
@@ -219,38 +223,48 @@ def _misplaced(task: ExpandedTask, i: int, *, after_free: bool) -> Iterator[tupl
 
 
 def _misused(
-    task: ExpandedTask, free_values: FreeValues, task_index: Sequence[int]
+    task: ExpandedTask, unknowns: ScenarioUnknowns, task_index: Sequence[int]
 ) -> Iterator[tuple[Location, str, str]]:
-    """Keys about free values although none is free, and free values that exclude each other."""
-    free_times = sum(waypoint.duration_is_free for waypoint in free_values.waypoints)
-    has_free_times = free_times > len(free_values.time_dependent)
-    has_free_speeds = any(waypoint.speed_kind != "given" for waypoint in free_values.waypoints)
+    """Keys about unknowns although there are none, and unknowns that exclude each other."""
+    unknown_times = sum(waypoint.duration_is_unknown for waypoint in unknowns.waypoints)
+    has_unknown_times = unknown_times > len(unknowns.time_dependent)
+    has_unknown_speeds = any(waypoint.speed_kind != "given" for waypoint in unknowns.waypoints)
     has_objective = task.objective is not None
-    weighs_time = free_values.objective.time > 0.0
-    if task.duration is not None and not has_free_times:
+    weighs_time = unknowns.objective.time > 0.0
+    if task.duration is not None and not has_unknown_times:
         accepted = "times: fastest, or after: fastest at a waypoint"
         yield ("duration",), "is given, but so is every time", accepted
-    if has_objective and not (has_free_times or free_values.knots_are_free or has_free_speeds):
+    if has_objective and not (
+        has_unknown_times or unknowns.knots_are_unknown or has_unknown_speeds
+    ):
         accepted = "times: fastest, after: fastest at a waypoint, or knots: optimal"
-        yield ("objective",), "gives an objective, but no time is free", accepted
-    if has_objective and weighs_time and (not has_free_times or task.duration is not None):
+        yield ("objective",), "gives an objective, but no time is to be chosen", accepted
+    if has_objective and weighs_time and (not has_unknown_times or task.duration is not None):
         message = "the time is given, so it can't be minimised"
         yield ("objective",), message, "jerk, effort or acceleration"
-    if free_values.has_free_durations and task.duration is None and not weighs_time:
+    if unknowns.has_unknown_durations and task.duration is None and not weighs_time:
         message = "gives no weight to the time, so the slowest motion would be optimal"
         accepted = "time as well, for example {time: 1, effort: 0.01}, or duration: seconds"
         yield ("objective",), message, accepted
-    if task.chosen is not None and free_values.has_any:
-        message = "gives the motion between waypoints, but times or speeds are free"
+    if task.chosen is not None and unknowns.has_any:
+        message = "gives the motion between waypoints, but times or speeds are to be chosen"
         yield ("chosen",), message, "numbers for all of them; leave out chosen"
-    if isinstance(task.knots, tuple) and free_values.has_any:
-        yield ("knots",), "knot times are given, but waypoint times are free", "leave out knots"
-    if task.planner != "modified-hermite" and free_values.has_any:
+    if isinstance(task.knots, tuple) and unknowns.has_any:
+        yield (
+            ("knots",),
+            "knot times are given, but waypoint times are to be chosen",
+            "leave out knots",
+        )
+    if task.planner != "modified-hermite" and unknowns.has_any:
         accepted = "modified-hermite; its plan.freeze (--freeze) writes numbers for any planner"
-        yield ("planner",), f"{task.planner!r} needs given times, and some are free", accepted
-    if free_values.objective.effort > 0.0 and task.robot is None:
+        yield (
+            ("planner",),
+            f"{task.planner!r} needs given times, and some are to be chosen",
+            accepted,
+        )
+    if unknowns.objective.effort > 0.0 and task.robot is None:
         yield ("objective",), "effort needs a robot, and the file names none", ""
-    if free_values.time_dependent and task.duration is not None:
-        number = task_index[free_values.time_dependent[0]] + 1
+    if unknowns.time_dependent and task.duration is not None:
+        number = task_index[unknowns.time_dependent[0]] + 1
         message = f"is given together with the time at waypoint {number}, after chosen ones"
         yield ("duration",), message, "one of them"

@@ -1,4 +1,4 @@
-"""The free sections of a scenario, each between known states, and their timing problems."""
+"""The timing sections of a scenario, each between known states, and their timing problems."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from knotwork.joint_quantities import JointLimits
 from knotwork.planning.choosing.solved_scenario import SolvedScenario
 from knotwork.planning.timing import Objective, TimingProblem
 from knotwork.task import ClearWay
-from knotwork.task.scenario import FreeWaypoint, Scenario
+from knotwork.task.scenario import Scenario, WaypointUnknowns
 from knotwork.task.scenario.scenario_joints import ScenarioJoints
 
 if TYPE_CHECKING:
@@ -28,8 +28,8 @@ MAX_JERK = 2e4
 
 
 @dataclass(frozen=True, eq=False)
-class FreeSection:
-    """Consecutive waypoints whose free values are chosen together, and apart from all others.
+class TimingSection:
+    """Consecutive waypoints whose unknowns are chosen together, and apart from all others.
 
     There is no tool path or wait between them.
 
@@ -47,29 +47,29 @@ class FreeSection:
         return self.solved.rows[self.indices]
 
     @property
-    def free_waypoints(self) -> tuple[FreeWaypoint, ...]:
-        """The free values at each waypoint, and on the way to it from the one before."""
-        return self.solved.free_values.waypoints[self.indices[0] : self.indices[-1] + 1]
+    def waypoint_unknowns(self) -> tuple[WaypointUnknowns, ...]:
+        """The unknowns at each waypoint, and on the way to it from the one before."""
+        return self.solved.unknowns.waypoints[self.indices[0] : self.indices[-1] + 1]
 
     @property
     def way(self) -> ClearWay | None:
         """Options of a collision-free motion, or `None`."""
-        return self.free_waypoints[-1].way
+        return self.waypoint_unknowns[-1].way
 
     @property
-    def has_free_durations(self) -> bool:
-        """Whether any time between the waypoints is free."""
-        return any(free.duration_is_free for free in self.free_waypoints[1:])
+    def has_unknown_durations(self) -> bool:
+        """Whether any time between the waypoints is unknown."""
+        return any(waypoint.duration_is_unknown for waypoint in self.waypoint_unknowns[1:])
 
     @property
-    def has_free_values(self) -> bool:
+    def has_unknowns(self) -> bool:
         """Whether anything is chosen between the waypoints or at them."""
         ends = {self.indices[0], self.indices[-1]}
         return bool(
             self.solved.zero_acceleration_points.keys() & ends
-            or self.solved.free_values.knots_are_free
-            or self.has_free_durations
-            or any(free.speed_kind != "given" for free in self.free_waypoints)
+            or self.solved.unknowns.knots_are_unknown
+            or self.has_unknown_durations
+            or any(waypoint.speed_kind != "given" for waypoint in self.waypoint_unknowns)
         )
 
     def add_locations(self, errors: Iterable[TimingError]) -> None:
@@ -83,7 +83,7 @@ class FreeSection:
                 error.where = self.solved.where(end)
 
     def timing_problem(self, objective: Objective, total: float | None = None) -> TimingProblem:
-        """Make the timing problem from given and free values.
+        """Make the timing problem from given values and unknowns.
 
         Args:
             objective: Objective to minimise.
@@ -95,12 +95,13 @@ class FreeSection:
         solved = self.solved
         joints, waypoints, scenario = solved.joints, solved.joint_waypoints, solved.scenario
         velocity = waypoints.velocity[self.rows].copy()
-        velocity[[free.speed_kind == "free" for free in self.free_waypoints]] = np.nan
+        unknowns = self.waypoint_unknowns
+        velocity[[waypoint.speed_kind == "unknown" for waypoint in unknowns]] = np.nan
         limits = replace(joints.limits, jerk=jerk_limits(joints))
         if joints.robot is None:  # no dynamics are known
             limits = replace(limits, effort=np.full(len(joints.joint_names), np.inf))
         tool_speed = scenario.motion_limits.tool_speed or np.inf
-        if self.has_free_durations and total is None:
+        if self.has_unknown_durations and total is None:
             _check_limits(scenario, joints, limits)
         effort = bool(np.isfinite(limits.effort).any() or objective.effort)
         needs_dynamics = effort or np.isfinite(tool_speed)
@@ -114,11 +115,11 @@ class FreeSection:
             limits,
             names=tuple(waypoints.names[row] for row in self.rows),
             joint_units=joints.joint_units,
-            is_direction=np.array([free.speed_kind == "direction" for free in self.free_waypoints]),
-            max_factor=np.array([free.max_speed for free in self.free_waypoints]),
+            is_direction=np.array([waypoint.speed_kind == "direction" for waypoint in unknowns]),
+            max_factor=np.array([waypoint.max_speed for waypoint in unknowns]),
             acceleration=self._accelerations(),
             duration=scenario.durations[self.indices[:-1]],
-            min_duration=np.array([free.min_duration for free in self.free_waypoints[1:]]),
+            min_duration=np.array([waypoint.min_duration for waypoint in unknowns[1:]]),
             total=total,
             tool_speed=tool_speed,
             objective=objective,
@@ -127,7 +128,7 @@ class FreeSection:
         )
 
     def _accelerations(self) -> FloatArray:
-        """Accelerations at the waypoints, NaN where free, shape (n, d).
+        """Accelerations at the waypoints, NaN where unknown, shape (n, d).
 
         At the ends of the motion they are as given. Otherwise they are zero there if times are
         chosen, and free if only knots are. They are zero where a collision-free motion begins or
@@ -143,23 +144,23 @@ class FreeSection:
             elif row == last and joints.end_acceleration is not None:
                 accelerations[end] = joints.end_acceleration[end]
             elif self.indices[end] in solved.zero_acceleration_points or (
-                row == last and solved.free_values.has_free_durations
+                row == last and solved.unknowns.has_unknown_durations
             ):
                 accelerations[end] = 0.0
         return accelerations
 
 
-def find_sections(solved: SolvedScenario) -> list[FreeSection]:
-    """Find the free sections of a scenario, in order of time.
+def find_sections(solved: SolvedScenario) -> list[TimingSection]:
+    """Find the timing sections of a scenario, in order of time.
 
     Raises:
-        InputError: Two equal stops have no given time between them, or a free velocity is at a
+        InputError: Two equal stops have no given time between them, or an unknown velocity is at a
             waypoint where the motion must be split.
     """
-    scenario, free_waypoints = solved.scenario, solved.free_values.waypoints
+    scenario, waypoint_unknowns = solved.scenario, solved.unknowns.waypoints
     closed = set(solved.joints.waits)
     for i in closed:
-        if free_waypoints[i + 1].duration_is_free:
+        if waypoint_unknowns[i + 1].duration_is_unknown:
             names = (scenario.waypoints[k].name for k in (i, i + 1))
             raise InputError(
                 f"{' and '.join(map(repr, names))} are the same stop, so the minimum time between "
@@ -168,21 +169,21 @@ def find_sections(solved: SolvedScenario) -> list[FreeSection]:
             )
     ends = solved.zero_acceleration_points
     for i, why in ends.items():
-        if free_waypoints[i].speed_kind != "given":
+        if waypoint_unknowns[i].speed_kind != "given":
             accepted = "stop, or a velocity"
-            if [bool(end.way) for end in free_waypoints[i : i + 2]] == [True, True]:
+            if [bool(end.way) for end in waypoint_unknowns[i : i + 2]] == [True, True]:
                 accepted += ", or velocity: free between ways of equal options without times"
             message = f"the velocity is chosen, but {why} here; accepted: {accepted}"
             raise InputError(message, where=solved.where(i))
     closed.update(i for path in scenario.paths for i in range(path.first, path.last))
     last = len(scenario.waypoints) - 1
-    sections: list[FreeSection] = []
+    sections: list[TimingSection] = []
     first = 0
     for i in range(last + 1):
         if i < last and i not in closed and i not in ends:
             continue
-        section = FreeSection(solved, range(first, i + 1))
-        if i > first and section.has_free_values:
+        section = TimingSection(solved, range(first, i + 1))
+        if i > first and section.has_unknowns:
             sections.append(section)
         first = i + 1 if i in closed else i
     return sections

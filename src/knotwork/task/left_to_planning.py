@@ -1,4 +1,4 @@
-"""Times, speeds and poses that a task leaves free, and the objective that decides them."""
+"""Times, speeds, tolerances of poses and ways that planning decides, and its objective."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ from knotwork.task.task_part import TaskPart
 
 
 class Fastest(TaskPart):
-    """A free duration: the minimum within the limits is chosen."""
+    """A unknown duration: the minimum within the limits is chosen."""
 
     fastest: Literal[True] = required("The minimum time that the limits allow")
     at_least: Positive | None = optional("Lower bound", unit="s")
 
 
 class AtMost(TaskPart):
-    """A free speed with an upper bound."""
+    """An unknown speed with an upper bound."""
 
     at_most: Positive = required("Upper bound of the chosen speed", unit="length/s")
 

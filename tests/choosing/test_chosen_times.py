@@ -44,7 +44,7 @@ def test_single_joint_matches_closed_form() -> None:
 
 def test_planned_scenario_has_no_free_times() -> None:
     plan = kw.plan(swing(to(1, velocity="free"), to(2)))
-    assert plan.scenario.free_values is None
+    assert plan.scenario.unknowns is None
     assert plan.scenario.times[-1] == pytest.approx(plan.trajectory.end_time)
     velocity = plan.joints.targets[1].velocity
     assert np.allclose(plan.trajectory.velocity(plan.scenario.times[1]), velocity, atol=1e-12)
@@ -83,8 +83,8 @@ def test_margin_applies_to_planning_and_check() -> None:
     plan = kw.plan(swing(to(2), limits={**SMOOTH, "used_fraction": 0.5}))
     plan.report.raise_if_failed()
     assert plan.trajectory.extrema("velocity").peak[0] <= 1.0
-    (found,) = plan.report.select(name="a", quantity="velocity")
-    assert found.limit == pytest.approx(1.0)
+    (finding,) = plan.report.select(name="a", quantity="velocity")
+    assert finding.limit == pytest.approx(1.0)
 
 
 def test_given_duration_gives_smoothest_motion() -> None:
@@ -186,7 +186,7 @@ def test_a_frozen_scenario_keeps_its_comments_and_gives_the_same_motion(tmp_path
     assert "room" not in text
     again = kw.plan(tmp_path / "frozen.yaml")
     assert again.chosen_values is None
-    assert again.scenario.free_values is None
+    assert again.scenario.unknowns is None
     assert np.array_equal(again.trajectory.polynomial.x, plan.trajectory.polynomial.x)
     assert np.array_equal(again.trajectory.polynomial.c, plan.trajectory.polynomial.c)
     assert kw.check(plan.trajectory, load_scenario(tmp_path / "frozen.yaml")).ok
@@ -255,7 +255,7 @@ def test_reports_stale_frozen_scenario(tmp_path: Path) -> None:
 def test_refuses_check_against_free_times() -> None:
     task = swing(to(2))
     plan = kw.plan(task)
-    with pytest.raises(InputError, match="leaves times or speeds free"):
+    with pytest.raises(InputError, match="leaves times or speeds to planning"):
         kw.check(plan.trajectory, load_scenario(task))
 
 
@@ -273,9 +273,9 @@ def test_all_planners_get_the_chosen_times() -> None:
 
 def test_report_lists_chosen_times() -> None:
     plan = kw.plan(swing(to(1, velocity="free", name="via"), to(2, name="place")))
-    found = plan.report.select(group="Chosen times")
-    assert {one.quantity for one in found} >= {"duration", "lower_bound", "active_limits"}
-    texts = [str(one) for one in found if one.quantity == "active_limits"]
+    findings = plan.report.select(group="Chosen times")
+    assert {one.quantity for one in findings} >= {"duration", "lower_bound", "active_limits"}
+    texts = [str(one) for one in findings if one.quantity == "active_limits"]
     assert any(one.startswith("via to place: acceleration of 'a' for ") for one in texts)
     data = plan.report_to_dict()["chosen_times"]
     assert data["status"] == "optimal"
@@ -297,7 +297,7 @@ def test_given_duration_is_no_minimum(keys: dict[str, Any]) -> None:
 def test_reports_assumed_jerk_limit() -> None:
     plan = kw.plan(swing(to(1), limits={"velocity": 1, "acceleration": 4}))
     assert plan.chosen_values.assumed_jerk == {"a": 400.0, "b": 400.0}
-    texts = [str(one) for one in plan.report.select(group="Chosen times")]
+    texts = [str(finding) for finding in plan.report.select(group="Chosen times")]
     assert any("no jerk limit is given, so one is assumed: 400 rad/s³ for a, b" in s for s in texts)
     assert any("jerk of 'a' (assumed) for " in text for text in texts)
     given = kw.plan(swing(to(1)))
