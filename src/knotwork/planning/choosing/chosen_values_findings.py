@@ -18,7 +18,7 @@ from knotwork.task.scenario.motion_segments import StoredClearMotion
 from knotwork.task.scenario.scenario_joints import ScenarioJoints
 from knotwork.verification import Finding, Motion
 from knotwork.verification.bounds.clearance import least_clearance
-from knotwork.verification.collisions import motion_model
+from knotwork.verification.collisions import collision_model_of
 from knotwork.verification.finding import Group, Topic, Verdict
 
 SHOWN_CLEARANCE_PRECISION = 1e-5
@@ -179,7 +179,7 @@ def clear_motion_findings(
     if joints.robot is None:
         return
     motion = Motion(trajectory, joints)
-    model = motion_model(motion, scenario, joints.robot)
+    model = collision_model_of(motion, scenario, joints.robot)
     around = replace(model, pairs=tuple(pair for pair in model.pairs if pair.involves_scene))
     length, _ = scenario.task.units.in_si
     resolution = scenario.scene.collisions.resolution

@@ -171,7 +171,7 @@ class SequenceSearch:
         for i, candidates in zip(poses, several, strict=True):
             if i in self.unknown_speeds:
                 zero = np.zeros_like(candidates.velocity)
-                candidates = candidates._replace(excess=zero[:, 0], velocity=zero)
+                candidates = candidates._replace(overspeed=zero[:, 0], velocity=zero)
             result[i] = candidates
         return result
 
@@ -214,7 +214,7 @@ class SequenceSearch:
             len(rows),
             impossible=candidates.unattainable[rows],
             collisions=collisions,
-            infeasible=candidates.excess[rows],
+            overspeed=candidates.overspeed[rows],
             distance=distance,
             travel=travel,
         )
