@@ -102,10 +102,7 @@ def highlights_by_group(groups: Mapping[str, list[Finding]]) -> dict[str, list[s
 
 
 def _group_texts(findings: Sequence[Finding], units: Units) -> list[str]:
-    """The finding nearest its limit, with its utilisation, or else its margin.
-
-    Without limits, the largest value of each quantity.
-    """
+    """Text of the finding nearest its limit; without limits, of each quantity's largest value."""
     numbers = [finding for finding in findings if finding.value is not None]
     undecided = [finding for finding in numbers if finding.verdict == "undecided"]
     if undecided:

@@ -151,7 +151,7 @@ def _pair_finding(pair: Clearance, scenario: Scenario, robot: Robot, *, hidden: 
 
 
 def _remedy(pair: Clearance, scenario: Scenario) -> str:
-    """Remedy if waypoints themselves collide, so that `way: clear` does not help; else empty."""
+    """Remedy if waypoints themselves collide, where `way: clear` does not help; else empty."""
     inside = [
         waypoint_text(waypoint.name)
         for waypoint in scenario.waypoints

@@ -28,8 +28,8 @@ are about 100 times lower.
 def check_continuity(motion: Motion, scenario: Scenario, joints: ScenarioJoints) -> Findings:
     """Find jumps of position, velocity and acceleration beyond rounding.
 
-    There is a finding for every joint that jumps; if none does, for the joint nearest to a jump.
-    Jumps of derivatives up to the order of the scenario's `continuity` fail. A change faster than
+    Every joint that jumps has a finding; if none jumps, the joint nearest to a jump has one. Jumps
+    of derivatives up to the order of the scenario's `continuity` fail. A change faster than
     `MAX_RATES_OF_CHANGE` counts as a jump as well.
     """
     names = joints.joint_names

@@ -79,8 +79,8 @@ class Finding:
         name: Name of the subject, for example of the joint; empty if there is only one.
         quantity: Quantity, for example `"velocity"`.
         verdict: `"met"` or `"failed"` for a requirement; `"undecided"` for a requirement that can't
-            be decided with a noisy log; `"warning"` for a plausible mistake; `"information"`
-            without a requirement. Only `"failed"` fails a report.
+            be decided with a noisy log; `"warning"` for a probable mistake; `"information"` without
+            a requirement. Only `"failed"` fails a report.
         fact: The finding as one sentence, without the remedy.
         value: The value, or the error of a requested value; infinite at a jump, `None` if there is
             no number.
@@ -99,7 +99,7 @@ class Finding:
         points: Points of the finding in the base frame [m].
         short_fact: The fact in a few words; if empty, outputs compose one of name, quantity, value
             and limit.
-        remedy: Remedy, or why the usual one does not help, if known.
+        remedy: Remedy, or the reason why the usual one does not help; empty if unknown.
         highlight: Text that short reports print even if nothing fails; usually empty.
         hidden_in_tables: Whether tables leave the finding out, because another one is more
             informative. JSON has it.
@@ -186,7 +186,7 @@ class Finding:
 
     @property
     def time_text(self) -> str:
-        """The worst time, or else the interval, to milliseconds."""
+        """The worst time, or else the interval, in seconds with three decimals."""
         if self.time is None and self.interval is not None:
             return "{:.3f} to {:.3f}".format(*self.interval)
         return "" if self.time is None else f"{self.time:.3f}"

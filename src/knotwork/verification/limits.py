@@ -87,7 +87,7 @@ def check_derivative_limits(joints: ScenarioJoints, curve: PiecewisePolynomial) 
 
 
 def find_grossly_exceeded_limit(curve: PiecewisePolynomial, joints: ScenarioJoints) -> str:
-    """Name a limit that is exceeded so far that proofs of other properties are useless.
+    """Name a limit that is exceeded by so much that proofs of other properties are useless.
 
     Args:
         curve: Joint positions, trailing shape (d,), joints in the order of `joints`.

@@ -150,7 +150,7 @@ class Report:
 
     @property
     def warnings(self) -> tuple[Finding, ...]:
-        """Warnings of plausible mistakes; they never fail."""
+        """Warnings of probable mistakes; they never fail."""
         return tuple(finding for finding in self.findings if finding.verdict == "warning")
 
     @property

@@ -54,7 +54,7 @@ class Format:
     function: str = ""
 
     def takes_points(self, options: Mapping[str, Any]) -> bool:
-        """Whether the format, with these options, has points, which can be within a tolerance."""
+        """Whether the format, with these options, has points within a tolerance of the motion."""
         return "tolerance" in self.options and (not self.tabular or bool(options.get("knots_only")))
 
 
@@ -142,8 +142,8 @@ def content(
     '0,0,0,6,-12'
 
     Args:
-        motion: The motion. Formats of points also accept points from `motion_points`, and
-            tables a table from `motion_table`.
+        motion: The motion. Formats of points also accept points from `motion_points`; tables also
+            accept one from `motion_table`.
         name: Name of the format.
         options: Options of the format.
 

@@ -106,7 +106,7 @@ def motion_points(
         ExportError: The knots alone do not define the motion and no tolerance is given. Or no
             number of points defines it, because a quantity in them jumps.
         InputError: The tolerance is not positive, or takes more than a million points; or points
-            are given, and other ones are requested.
+            are given together with other options.
     """
     accelerations = require_flag(accelerations, "accelerations")
     if isinstance(motion, MotionPoints):
@@ -163,7 +163,7 @@ def _divide_evenly(times: FloatArray, parts: FloatArray) -> FloatArray:
         Ends of the parts [s], shape (sum of parts + 1,).
 
     Raises:
-        InputError: These are more than a million.
+        InputError: There are more than a million parts.
     """
     if parts.sum() >= MAX_EXPORTED_POINTS:
         raise InputError(
@@ -240,7 +240,7 @@ def receive_within(
         tolerance: Tolerance [rad or m].
 
     Raises:
-        InputError: This takes more than a million points.
+        InputError: The tolerance takes more than a million points.
     """
     received = _receive(trajectory, trajectory.breaks, quantities)
     while True:

@@ -18,8 +18,8 @@ class Progress:
     Attributes:
         iterations: Number of solver steps so far.
         seconds: Time since the start [s].
-        done: Fraction of solved intervals, 0 to 1, including the progress of a current search for a
-            collision-free motion.
+        done: Fraction of the intervals solved so far, 0 to 1. A running search for a collision-free
+            motion counts as a part of its interval.
         duration: Duration of the best motion of that search [s], finally of the whole motion;
             `None` before there is one.
         trying: Current step of that search, for example `"way 2 of 6"`; finally `"check"`;
@@ -81,12 +81,12 @@ class Budget:
         return self.remaining <= 0.0
 
     def set_intervals(self, intervals: int) -> None:
-        """Set the number of intervals of all problems, none of them solved."""
+        """Set the number of intervals of all problems, and that of solved ones to 0."""
         self._intervals = intervals
         self._solved = 0
 
     def count_solved(self, intervals: int) -> None:
-        """Count solved intervals."""
+        """Add to the number of solved intervals."""
         self._solved += intervals
 
     def finish_all(self, duration: float) -> None:
@@ -101,7 +101,7 @@ class Budget:
     def report(
         self, count: int = 1, duration: float | None = None, trying: str = "", share: float = 0.0
     ) -> None:
-        """Count solver steps and report them; other arguments as the attributes of `Progress`.
+        """Add solver steps to the count, and report the progress; see `Progress` for the arguments.
 
         `share` is the finished fraction of the current interval.
         """

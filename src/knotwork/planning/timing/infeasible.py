@@ -1,7 +1,8 @@
 """Reasons why a timing problem has no motion, and values that are sufficient, in closed form.
 
-No search is needed: given values beyond limits, lower bounds on the duration of each interval under
-limits of velocity, acceleration and tool speed, and the motion that rests in each interval.
+They need no search. They follow from given values beyond their limits, from lower bounds on the
+duration of each interval under limits of velocity, acceleration and tool speed, and from the motion
+that rests in each interval.
 """
 
 from __future__ import annotations
@@ -42,12 +43,12 @@ a margin for values between samples.
 
 
 def infeasible_values(problem: TimingProblem, *, direct: bool = True) -> list[TimingError]:
-    """Errors of given values that no motion within the limits can have; of durations last.
+    """Errors for given values that no motion within the limits can have, durations last.
 
     Args:
         problem: The timing problem.
-        direct: Whether the motion may be straight between its waypoints. Otherwise no sufficient
-            duration is known for one that is too short.
+        direct: Whether the motion may be straight between its waypoints. Otherwise errors for
+            durations that are too short name no sufficient one.
     """
     return (
         [*_overloads(problem, certain=True), *value_errors(problem)]
@@ -77,8 +78,8 @@ def _overloads(problem: TimingProblem, *, certain: bool) -> Iterator[TimingError
 
     Args:
         problem: The timing problem.
-        certain: Whether only proofs of infeasibility are errors. With an unknown acceleration the
-            arm may fall through a waypoint, and elsewhere it may not stop.
+        certain: Whether to report only what is proved. An arm with an unknown acceleration may fall
+            through a waypoint, and one with an unknown velocity may not stop there.
     """
     limits = problem.limits
     at_rest = (problem.velocity == 0.0).all(axis=1)
@@ -188,7 +189,7 @@ def _short_duration_errors(
 
 
 def _resting_durations(problem: TimingProblem) -> FloatArray | None:
-    """Durations of a motion that rests in each interval, with given ones or longer [s], (n-1,)."""
+    """Durations of a motion that rests in each interval, none below a given one [s], (n-1,)."""
     resting = resting_motion(with_longer(problem), "resting")
     return None if resting is None else np.diff(resting.time)
 

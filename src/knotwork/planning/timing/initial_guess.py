@@ -45,8 +45,8 @@ def _first_durations(problem: TimingProblem, velocity: FloatArray) -> FloatArray
 def _nonstop_durations(problem: TimingProblem) -> FloatArray:
     """Durations in which no joint has to stop [s], shape (n-1,).
 
-    They are the middle of the common interval. NaN if no joint has such a limit, or if there is no
-    common interval.
+    Each is the middle of the durations in which this holds for all joints. It is NaN if there are
+    none, or if none is the longest.
     """
     durations = np.full(problem.duration.shape, np.nan)
     known = problem.velocity_known

@@ -38,7 +38,7 @@ def lower_bound(problem: TimingProblem) -> float:
 
 
 def interval_bounds(problem: TimingProblem) -> FloatArray:
-    """Lower bounds on the durations of the intervals [s], shape (n-1,), or given durations."""
+    """Given durations of the intervals, or else lower bounds on them [s], shape (n-1,)."""
     bounds = np.maximum(min_durations(problem), problem.min_duration)
     return np.where(problem.duration_is_unknown, bounds, problem.duration)
 

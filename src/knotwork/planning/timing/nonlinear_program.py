@@ -39,16 +39,16 @@ class Kernel:
         parameters: Symbolic columns by name.
         constraints: Symbolic columns by name.
         cost: Term of the objective.
-        inner: Symbols in the constraints and the cost for functions of the variables, and these
-            functions. By the chain rule, derivatives by way of a few inner symbols need only a
-            fraction of the operations.
+        inner: Symbols that stand for functions of the variables in the constraints and the cost,
+            and these functions. With a few such symbols, the chain rule needs only a fraction of
+            the operations.
 
     Attributes:
         variables, parameter_count, constraint_count: Total numbers of rows.
         parameters, constraints: Number of rows of each, by name.
         value: Function of variables and parameters: cost and constraints.
-        first: The same of their first derivatives.
-        second: The second derivative of the Lagrange function, also of its weights.
+        first: Function of these: first derivatives of cost and constraints.
+        second: Function of these and of weights: second derivative of the Lagrange function.
     """
 
     def __init__(
@@ -102,8 +102,8 @@ class Block:
             (variables, times).
         parameters: Values of its parameters by name, which broadcast to shape (rows, times); others
             are ignored.
-        bounds: Lower and upper bounds of its constraints by name, likewise. A constraint without
-            them is an equation: 0.
+        bounds: Lower and upper bounds of its constraints by name, of the same shapes. A constraint
+            without bounds must be 0.
     """
 
     kernel: Kernel

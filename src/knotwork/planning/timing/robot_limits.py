@@ -43,7 +43,7 @@ def state_inside(tau: Any, start: Sequence[Any], end_acceleration: Any, at: Any)
         tau: Duration of the piece.
         start: Position, velocity and acceleration at its start.
         end_acceleration: Acceleration at its end.
-        at: The fraction of its duration after which the state is wanted.
+        at: Fraction of its duration at which to give the state.
     """
     q, v, a = start
     t = at * tau
@@ -66,8 +66,8 @@ def _inside_kernel(
         d: Number of joints.
         positions: Positions of the states in the piece, as fractions of its duration.
         parameters: Parameters in addition to `units` of a state.
-        terms: Gives constraints by name and cost, from the duration of the piece and the positions,
-            velocities and accelerations of the states in SI units.
+        terms: Function from the duration of the piece and the positions, velocities and
+            accelerations of the states, in SI units, to the constraints by name and the cost.
     """
     import casadi as ca
 
@@ -193,7 +193,7 @@ def unproved_utilisation(
 ) -> FloatArray:
     """Utilisation of a limit where it is not proved to be kept, shape (pieces, d or 1).
 
-    Only the worst value of each joint is there, in its piece; the others are 0.
+    It has only the worst value of each joint, in its piece; the others are 0.
     """
     from knotwork.verification.bounds import effort_bound, tool_speed_bound
 

@@ -42,9 +42,9 @@ def solve(
 ) -> TimedMotion:
     """Minimise the objective of a problem over its unknowns, within all limits.
 
-    A long motion is solved in windows, each with a few of the following intervals.
-    The optimum is local: the solver (IPOPT) starts from plain cubics. If it does not converge, the
-    arm comes to rest in each interval.
+    A long motion is solved in windows, each together with a few intervals after it. The optimum is
+    local: the solver (IPOPT) starts from plain cubics. If it does not converge, the arm comes to
+    rest in each interval.
 
     Args:
         problem: The waypoints and the limits.

@@ -38,7 +38,8 @@ SLOWDOWN_FACTORS = (1.0, 1.01, 1.1, 1.3, 1.6, 2.0, 3.0, 4.0, 6.0, 9.0)
 def resting_motion(problem: TimingProblem, status: Status) -> TimedCurve | None:
     """A motion that rests in every interval and keeps every limit, or `None`.
 
-    It is the first of `SLOWDOWN_FACTORS` that does; a smaller factor between them may be enough.
+    It is slowed down by the first of `SLOWDOWN_FACTORS` that is sufficient; a smaller factor
+    between two of them may suffice, too.
     """
     moving = bool(problem.velocity[problem.velocity_known].any())
     for slower in SLOWDOWN_FACTORS:
@@ -57,7 +58,7 @@ def resting_motion(problem: TimingProblem, status: Status) -> TimedCurve | None:
 def _resting_intervals(
     problem: TimingProblem, slower: float, braking: float = 1.0
 ) -> list[PiecewisePolynomial] | None:
-    """A motion with a stop at every waypoint, or if it moves there, after it and before the next.
+    """A motion that stops at every waypoint, or before and after one that is passed at speed.
 
     Between rests all joints move proportionally. Stops are those of independent joints.
 

@@ -89,7 +89,7 @@ def tighten(
 def _allowed_utilisation(before: FloatArray | None, utilisation: FloatArray) -> FloatArray:
     """Allowed utilisation of a limit for the solver.
 
-    The first leaves a margin; later it is reduced in and around pieces that exceed the limit.
+    At first it leaves a margin. Later it is reduced in and around the pieces that exceed the limit.
 
     Args:
         before: Allowed utilisation in the previous solution, if it had the limit.
@@ -109,7 +109,7 @@ def _allowed_utilisation(before: FloatArray | None, utilisation: FloatArray) -> 
 def exceeded_limit(
     problem: TimingProblem, curve: PiecewisePolynomial
 ) -> tuple[str, FloatArray] | None:
-    """The first limit other than of positions that a curve is not proved to keep, or `None`.
+    """The first limit that a curve is not proved to keep, positions aside, or `None`.
 
     Returns:
         Name of the limit, and its utilisation, shape (k, d or 1): in each piece for

@@ -52,8 +52,8 @@ class TimedMotion(ReadOnlyArrays):
             exist; or `"resting"` if the arm comes to rest in each interval, because the solver did
             not converge or hardly any gain was possible.
         active_limits: Limits that are active in each interval, the longest first.
-        objective_values: Unweighted value of each term by name: `"time"` [s], and the integrals
-            with a weight.
+        objective_values: Value of each term without its weight, by name: `"time"` [s], and the
+            integrals that have a weight.
         iterations: Number of solver steps.
         line: Corners of the polyline from which a collision-free motion was planned, shape (m, d);
             otherwise `None`.

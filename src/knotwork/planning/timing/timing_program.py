@@ -158,8 +158,8 @@ class TimingProgram:
     def _positions_between(self) -> tuple[FloatArray, FloatArray]:
         """Lower and upper bounds of positions at the four Bézier points, shape (4 d, pieces).
 
-        Two bounds are relaxed, because IPOPT cannot satisfy them strictly: of a piece that ends on
-        a position limit, and of points that are constant because the waypoint is at rest.
+        Bounds are relaxed where IPOPT cannot satisfy them strictly: in a piece that ends on a
+        position limit, and at points that are constant because the waypoint is at rest.
         """
         problem, layout = self.problem, self.layout
         shape = (4, layout.intervals, layout.interval_pieces, layout.joint_count)

@@ -216,7 +216,7 @@ class _Evaluations:
 
 
 def _worst_intervals(beyond: FloatArray, is_open: BoolArray, count: int) -> BoolArray:
-    """Select the intervals to divide, which are the open ones farthest beyond their targets.
+    """Select the intervals to divide: the undecided ones that are farthest beyond their targets.
 
     Args:
         beyond: Excess of each bound over its target, shape (n, c).

@@ -33,7 +33,7 @@ def effort_bound(
             default the robot's.
 
     Returns:
-        One bound per joint, in the robot's order; without a limit it is tight to 0.1 %.
+        One bound per joint, in the robot's order, tight to 0.1 % for a joint without a limit.
 
     Raises:
         InputError: The trajectory is not of the robot's joints, or the limit is not one positive

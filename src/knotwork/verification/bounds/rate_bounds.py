@@ -1,7 +1,8 @@
 """Time intervals of a motion, and bounds on derivatives of joint positions over them.
 
 On an interval a polynomial is a mean of its Bernstein coefficients, so their maximum is a bound.
-The coefficients are computed anew for every interval, and a shorter interval has a tighter bound.
+The coefficients are computed for every interval on its own, so that a shorter interval has a
+tighter bound.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Bounds on the relative motion of solids over time intervals.
 
-Only the joints between two solids count, those that carry one of them and not the other. With lᵢ
+Only the joints between two solids count: those that carry one of them and not the other. With lᵢ
 the maximum speed of a point of a solid for a unit velocity of joint i, a solid moves by at most Σᵢ
 |Δqᵢ| lᵢ (`RelativeMotion.largest`).
 

@@ -92,7 +92,7 @@ class StretchBounds(NamedTuple):
     def utilisation(self) -> FloatArray:
         """Upper bound on the error of each interval relative to the limits, shape (n,).
 
-        Where a sample exceeds a limit, the errors of the samples take the place of the bound.
+        Where a sample exceeds a limit, it is the error of the samples.
         """
         utilisations = [error.utilisation for error in self.errors.criteria.values()]
         return np.asarray(np.max(utilisations, axis=0))
@@ -166,7 +166,7 @@ def _first_times(
 
 
 def _divide(t: FloatArray, parts: FloatArray, needed: FloatArray, budget: int) -> FloatArray:
-    """Divide intervals into parts; if the budget is short, those with the largest need."""
+    """Divide intervals into parts; if the budget does not suffice, only those that need most."""
     count = parts.astype(np.intp)
     if count.sum() > budget:
         order = np.argsort(-needed, kind="stable")

@@ -83,8 +83,8 @@ def straight_legs(
 def deviation_from_line(pose: pin.SE3, start: pin.SE3, end: pin.SE3) -> tuple[float, float]:
     """Distance [m] and angle [rad] of a pose from the nearest one on the line between two poses.
 
-    On a short line with a large turn, distances alone would not locate the tool. Therefore a radian
-    counts as 0.1 m.
+    On a short line with a large turn, distances alone would not locate the tool along it, so a
+    radian counts as 0.1 m.
 
     >>> points = np.array([[0.0, 0.0, 0.0], [1.0, 0.5, 0.0], [2.0, 0.0, 0.0]])
     >>> start, pose, end = (pin.SE3(np.eye(3), point) for point in points)

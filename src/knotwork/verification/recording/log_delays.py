@@ -3,7 +3,7 @@
 The delay at each time of the plan is a multiple of a time step. A change of the delay costs as much
 as a few samples far off the plan, so that the delay changes only with evidence in the log. Dynamic
 programming (Viterbi) finds the cheapest sequence of delays. In each span of constant delay, the
-delay is then improved by least squares. Before and after its time the plan is at rest.
+delay is then improved by least squares. The plan is at rest before its start and after its end.
 """
 
 from __future__ import annotations

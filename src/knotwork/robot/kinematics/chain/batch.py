@@ -112,7 +112,7 @@ def solve_batch(
         tolerance: Tolerance of distance [m] and angle [rad].
         limits: Joint limits.
         max_iterations: Maximum number of steps.
-        hasty: Whether searches stop early, because others may find a solution.
+        hasty: Whether searches give up early, because others may find a solution.
     """
     budget = HASTY_BUDGET if hasty else BATCH_BUDGET
     n, limits = len(start), infinite_limits(robot) if limits is None else limits

@@ -256,7 +256,7 @@ class PoseSearch:
 
 
 def _clip(q: FloatArray, lower: list[float], upper: list[float]) -> tuple[FloatArray, bool]:
-    """Clip joint positions to limits; also give whether a joint is at a limit."""
+    """Clip joint positions to limits; return also whether a joint is at a limit."""
     joints = list(zip(q.tolist(), lower, upper))  # noqa: B905 (slower)
     for position, low, high in joints:
         if not low < position < high:

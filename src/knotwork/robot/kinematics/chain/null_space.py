@@ -37,7 +37,7 @@ def minimise_by_self_motion(
         search: The pose, and the robot.
         q: A solution, shape (d,).
         near: Preferred configuration, shape (d,).
-        smallest_step: Steps shorter than this end the motion [rad or m].
+        smallest_step: Length of a step below which the motion ends [rad or m].
         scale: Scale of each joint's motion, the diagonal of W, shape (d,); by default ones.
 
     Returns:

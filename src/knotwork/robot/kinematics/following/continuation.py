@@ -137,7 +137,7 @@ def continue_along(
     target: SelfMotionTarget = 0.0,
     step: float = JOINT_STEP,
 ) -> Continuation:
-    """Follow a path from several starts at once, and ignore limits.
+    """Follow a path from several starts at once, regardless of limits.
 
     Args:
         robot: The arm.

@@ -214,7 +214,7 @@ class Ladder:
 
 
 def _spread_rungs(path: TimedPath) -> FloatArray:
-    """Spread the arc lengths of rungs evenly over distance and rotation, independent of speed."""
+    """Spread the rungs evenly over distance and rotation, independent of speed."""
     s = np.linspace(0.0, path.path.length, RUNG_GRID)
     turned = rotation_angle(np.linalg.norm(np.diff(path.path.rotation(s), axis=0), axis=(1, 2)))
     far = np.cumsum(np.append(0.0, np.diff(s) / RUNG_SPACING[0] + turned / RUNG_SPACING[1]))

@@ -39,7 +39,7 @@ def find_obstruction(
             `None` if it is blocked at its start.
         blocked: Time at which the motion is blocked [s], infinite if it reaches the end, and the
             smallest singular value there.
-        slack: Tolerance on limits [rad or m, for velocities relative].
+        slack: Tolerance on limits: absolute for positions [rad or m], relative for velocities.
     """
     time, smallest = blocked
     singular = FollowingObstruction("singularity", time, smallest_singular_value=smallest)

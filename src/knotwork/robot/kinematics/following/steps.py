@@ -72,8 +72,8 @@ class StepEnd(NamedTuple):
         q: Joint positions [rad or m], shape (n, d); NaN for a blocked start.
         reached: Time at the end of the step [s], shape (n,); for a blocked start, the time at
             which it was blocked.
-        smallest_singular_value: Value of the Jacobian where a start was blocked, NaN for others,
-            shape (n,).
+        smallest_singular_value: Smallest singular value of the Jacobian where a start was blocked,
+            NaN for other starts, shape (n,).
     """
 
     q: FloatArray
@@ -95,7 +95,7 @@ def take_step(
     Args:
         field: Joint velocities along the path.
         path: The path.
-        plausible: Highest plausible speeds [rad/s or m/s], shape (d,).
+        plausible: Highest plausible joint speeds [rad/s or m/s], shape (d,).
         q: Joint positions at the start [rad or m], shape (n, d).
         v: Joint velocities at the start [rad/s or m/s], shape (n, d).
         stages: Tool motion at the start, the middle and the end.
@@ -137,7 +137,7 @@ def take_step(
 def _step(
     field: JointField, q: FloatArray, v: FloatArray, stages: Stages, h: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Take one Runge-Kutta step; also give the difference of its two midpoint estimates.
+    """Take one Runge-Kutta step; return also the difference of its two midpoint estimates.
 
     A large difference means that the step skips a peak of joint speed.
 

@@ -48,7 +48,7 @@ class ClosedForm(NamedTuple):
 
 
 def solve_closed_form(robot: Robot, targets: Targets) -> list[ClosedForm]:
-    """Find all configurations for each pose in closed form, and ignore position limits.
+    """Find all configurations for each pose in closed form, regardless of position limits.
 
     Args:
         robot: The arm.

@@ -96,7 +96,8 @@ def _find_cheapest_sequences(
         layers: The candidates at each of n waypoints.
         joints: Rules for the joints.
         steps: Rules for each of the n - 1 intervals.
-        bound: Candidates that only dearer sequences reach are left out, one value per `CostLevel`.
+        bound: Candidates that only more expensive sequences reach are left out, one value per
+            `CostLevel`.
         greedy: Keep only the cheapest candidate of each layer.
 
     Returns:

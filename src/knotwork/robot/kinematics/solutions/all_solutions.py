@@ -52,7 +52,8 @@ class PoseSolution:
         smallest_singular_value: Smallest singular value of the Jacobian: zero at a singularity.
         position_error: Distance of the TCP from the pose, by `Robot.forward` [m].
         orientation_error: Angle of the tool from the pose, by `Robot.forward` [rad].
-        sampled: The pose has infinitely many solutions, or very many, and this is a sample.
+        sampled: Whether the pose has infinitely many solutions, or very many, of which this is a
+            sample.
     """
 
     q: FloatArray

@@ -51,7 +51,7 @@ def find_solution_or_raise(
     where: str,
     units: Units = SI,
 ) -> FloatArray:
-    """Search for a pose from all over joint space; raise the reason if there is no solution.
+    """Search for a solution from all over joint space; raise the reason if there is none.
 
     Args:
         search: The pose, and the robot.
@@ -114,7 +114,7 @@ def _solve_without_limits(search: PoseSearch, near: FloatArray) -> list[FloatArr
 
 
 def _search_batch(search: PoseSearch, near: FloatArray, limits: Limits) -> list[FloatArray]:
-    """Search from all over joint space, and give the best ends that differ from each other."""
+    """Search from all over joint space; return the best ends that differ from each other."""
     robot = search.robot
     begin = spread_starts(robot, limits, CLOSEST_SEARCHES, centre=near)
     ended = solve_batch(

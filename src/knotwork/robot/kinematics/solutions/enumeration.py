@@ -45,7 +45,7 @@ MAX_BRANCHES = 16
 
 
 def find_branches(robot: Robot, targets: Targets) -> list[FloatArray]:
-    """Find all solutions for each pose, and ignore position limits of revolute joints.
+    """Find all solutions for each pose, regardless of the position limits of revolute joints.
 
     The closed form is used if its result is certain, otherwise searches.
 

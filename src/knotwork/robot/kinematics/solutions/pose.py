@@ -168,7 +168,7 @@ class _NearestSolution:
             self.keep(solution.q)
 
     def find_any(self) -> bool:
-        """Search from other starts until there is a solution, and give whether there is one."""
+        """Search from other starts until there is a solution; return whether there is one."""
         for start in spread_starts(self.search.robot, self.limits, MAX_RESTARTS):
             if self.q is not None:
                 break
