@@ -189,8 +189,8 @@ def clear_motion_findings(
         tries = "found in 1 try" if section.tries == 1 else f"the fastest of {section.tries} tries"
         extra = ""
         if section.room is not None:
-            room = scenario.units.text(section.room * length, "m", ".3g")
-            extra = f" with {room} of extra clearance"
+            extra_clearance = scenario.units.text(section.room * length, "m", ".3g")
+            extra = f" with {extra_clearance} of extra clearance"
         fact = highlight = f"{name}: clear motion, {tries}{extra}"
         cut = cut_curve(motion.curve, *interval), resolution, SHOWN_CLEARANCE_PRECISION
         # relative to the surroundings, or of all pairs without any
