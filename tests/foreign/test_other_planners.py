@@ -166,6 +166,7 @@ def file_of(name: str, run: Command) -> str:
     return name
 
 
+@pytest.mark.usefixtures("without_plots")
 @pytest.mark.parametrize("name", mostly_exhaustive([*EXPORTS, "planned", "other.txt"], "other.txt"))
 def test_every_command_reads_every_kind_of_file(name: str, run: Command) -> None:
     source = file_of(name, run)

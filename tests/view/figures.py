@@ -57,6 +57,7 @@ def heading(figure: Figure) -> str:
 
 def written(figure: Figure) -> Iterator[tuple[str, Bbox]]:
     """Everything written in a figure with its box in pixels, as it was laid out."""
+    figure.draw_without_rendering()  # only so legends place their texts
     renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
     texts: list[Text] = list(figure.texts)
     for axis in figure.axes:

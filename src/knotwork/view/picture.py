@@ -103,10 +103,10 @@ def draw_picture(
         _add_mark_legend(figure, motions[0])
         _set_times(grid[-1], motions)
         figure.align_ylabels()
-        figure.draw_without_rendering()
+        _lay_out(figure)
         for axes, column in zip(grid[0], shorten_names(columns, CURVE_LETTERS), strict=True):
             _write_above(axes, column, motions[0])
-        figure.draw_without_rendering()
+        _lay_out(figure)
         if size is None:
             _grow(figure, len(rows))
         figure.set_layout_engine("none")  # a second call gives the same result
@@ -162,7 +162,13 @@ def _grow(figure: Figure, rows: int) -> None:
     missing = (MIN_HEIGHT if rows <= MANY_ROWS else LOW_HEIGHT) - height
     if missing > 0.0:
         figure.set_figheight(figure.get_figheight() + rows * missing)
-        figure.draw_without_rendering()
+        _lay_out(figure)
+
+
+def _lay_out(figure: Figure) -> None:
+    """Place panels, names and legends, without drawing anything."""
+    engine: Any = figure.get_layout_engine()
+    engine.execute(figure)
 
 
 def _set_times(axes: Sequence[Axes], motions: Sequence[ShownMotion]) -> None:
