@@ -30,7 +30,7 @@ from knotwork.files import documents
 from knotwork.files.documents import resources
 from knotwork.scene.collision_model import CollisionModel
 from knotwork.verification import Motion
-from knotwork.verification.collisions import check_collisions, motion_model
+from knotwork.verification.collisions import check_collisions, collision_model_of
 from results import Table
 
 RATE = 1000
@@ -66,7 +66,7 @@ def sampled(plan: kw.Plan) -> Callable[[], bool]:
     robot = plan.joints.robot
     assert robot is not None
     motion = Motion(plan.trajectory, plan.joints)
-    geometry = pinocchio_geometry(motion_model(motion, plan.scenario, robot))
+    geometry = pinocchio_geometry(collision_model_of(motion, plan.scenario, robot))
     data, found = robot.model.createData(), pin.GeometryData(geometry)
     times = np.arange(motion.start_time, motion.end_time, 1 / RATE)
 
@@ -119,7 +119,7 @@ def sampled_rods(plan: kw.Plan) -> int:
     robot = plan.joints.robot
     assert robot is not None
     motion = Motion(plan.trajectory, plan.joints)
-    geometry = pinocchio_geometry(motion_model(motion, plan.scenario, robot))
+    geometry = pinocchio_geometry(collision_model_of(motion, plan.scenario, robot))
     data, found = robot.model.createData(), pin.GeometryData(geometry)
     seen: set[int] = set()
     for q in motion.curve(np.arange(motion.start_time, motion.end_time, 1 / RATE)):

@@ -258,7 +258,7 @@ def test_speeds_are_expected_for_the_given_solution(monkeypatch: pytest.MonkeyPa
         return solve(*given)
 
     monkeypatch.setattr(solved_scenario, "solve_task", record)
-    solved = solved_scenario.SolvedScenario(scenario, joints, other)
+    solved = solved_scenario.SolvedScenario(scenario, joints, other, scenario)
     chosen_values.choose_values(solved, Budget())
     assert not np.allclose(other.waypoints.position[0], best.waypoints.position[0])
     assert np.allclose(starts, other.waypoints.position[0])

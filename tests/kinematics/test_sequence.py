@@ -40,7 +40,7 @@ def layers_of(seed: int, sizes: list[int], spread: float = 4.0) -> list[Layer]:
             cost=make_cost(
                 m,
                 impossible=generator.choice([0.0, 1.2], m, p=[0.9, 0.1]),
-                infeasible=generator.choice([0.0, 1.5], m, p=[0.9, 0.1]),
+                overspeed=generator.choice([0.0, 1.5], m, p=[0.9, 0.1]),
                 distance=generator.choice([0.0, 0.7], m),
                 travel=generator.choice([0.0, 0.3], m),
             ),
@@ -81,7 +81,7 @@ def cost_of(
             travel = 0.1 * travel + max(resting_time(*one) for one in each)
         total[CostLevel.TRAVEL] += travel * (here.weight[a] + there.weight[b]) / 2
         if move.max() > duration:
-            total[CostLevel.INFEASIBLE] += move.max() / duration
+            total[CostLevel.OVERSPEED] += move.max() / duration
         # The cubic by its Bézier points, and its derivative in the middle by de Casteljau.
         third = duration / 3
         points = [here.q[a], here.q[a] + third * here.velocity[a]]
@@ -89,12 +89,12 @@ def cost_of(
         legs = np.diff(points, axis=0) / third
         halfway = np.abs(legs[0] + 2 * legs[1] + legs[2]) / 4 / SPEED
         if halfway.max() > 1:
-            total[CostLevel.VIOLATION] += 2 - 1 / halfway.max()
+            total[CostLevel.MIDWAY_EXCESS] += 2 - 1 / halfway.max()
         basis = np.array(
             [[(1 - s) ** 3, 3 * s * (1 - s) ** 2, 3 * s**2 * (1 - s), s**3] for s in QUARTERS]
         )
         beyond = float((np.abs(basis @ points) - HIGHEST).max())
-        total[CostLevel.VIOLATION] += 1 + beyond if beyond > 1e-9 else 0.0
+        total[CostLevel.MIDWAY_EXCESS] += 1 + beyond if beyond > 1e-9 else 0.0
         if (here.flags[a] != there.flags[b]).any():
             total[CostLevel.IMPOSSIBLE] += np.inf if steps[i].branch_change == "forbidden" else 0.0
             total[CostLevel.CHANGES] += steps[i].branch_change == "avoided"
@@ -180,7 +180,7 @@ def test_infeasible_interval_does_not_hide_later_travel() -> None:
     # the first interval has half of the time that it takes
     steps = [StepRules(t, "avoided") for t in (0.8, *[10.0] * 298)]
     chosen = choose_sequence(layers, WIDE, steps)
-    assert chosen.cost[CostLevel.INFEASIBLE] > 1.0
+    assert chosen.cost[CostLevel.OVERSPEED] > 1.0
     first = layers[1].select([chosen.index[1]])
     best = choose_sequence([first, *layers[2:]], WIDE, steps[1:])
     taken = [layer.select([k]) for layer, k in zip(layers[1:], chosen.index[1:], strict=True)]

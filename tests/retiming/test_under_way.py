@@ -220,7 +220,7 @@ def test_check_reads_what_replan_writes(tmp_path: Path, knotwork: Command) -> No
     assert knotwork("export", tmp_path / "old", "-f", "ros2", "-o", message).code == 0
     assert knotwork("replan", message, file, "--at", "3200ms").code == 0
     for options, words in (
-        (("old", "goal.yaml", "--at", "99"), "99 s is outside the trajectory"),
+        (("old", "goal.yaml", "--at", "99"), "99 s is outside the curve"),
         (("old", "paper_case", "--at", "1"), "paper_case: waypoints[1].joints.joint_1"),
         (("old.yaml", "paper_case", "--at", "1"), "needs a robot"),
     ):

@@ -288,7 +288,7 @@ class TimeRangeError(InputError):
     def __init__(self, time: float, start_time: float, end_time: float) -> None:
         self.time, self.start_time, self.end_time = time, start_time, end_time
         super().__init__(
-            f"time {time:.15g} s is outside the trajectory, which is defined from "
+            f"time {time:.15g} s is outside the curve, which is defined from "
             f"{start_time:.15g} s to {end_time:.15g} s and is not extrapolated"
         )
 

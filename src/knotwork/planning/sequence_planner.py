@@ -100,8 +100,8 @@ class SequencePlanner:
             return self._interpolate(
                 solution, ChosenValues(self.requested, self.scenario, solution)
             )
-        solved = SolvedScenario(self.scenario, self.joints, solution)
-        chosen_values = replace(choose_values(solved, self.budget), requested=self.requested)
+        solved = SolvedScenario(self.scenario, self.joints, solution, self.requested)
+        chosen_values = choose_values(solved, self.budget)
         self.budget.finish_all(chosen_values.duration)
         # The keys `near` of the scenario with numbers lead to the same sequence of solutions. Its
         # alternatives are those of the scenario with unknowns.

@@ -88,7 +88,7 @@ def _load_motion(path: str, motion: Path | None, changed: tuple[int, ...]) -> Ot
         if faults:
             raise InputError(f"{motion}: {faults[0]}")
     moving = _load_callable("verification.motion", "Motion")(trajectory, joints)
-    model = _load_callable("verification.collisions", "motion_model")(
+    model = _load_callable("verification.collisions", "collision_model_of")(
         moving, scenario, joints.robot
     )
     held = frozenset(held.name for held in scenario.scene.held)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from knotwork.scene.collision_model import CollisionModel
     from knotwork.verification.bounds.clearance import Clearance
 
-MINIMUM_PRECISION = 2e-4
+ROBOT_CLEARANCE_PRECISION = 2e-4
 """Precision of the clearance from another robot, see `clearance_from_robot` [m]."""
 
 
@@ -36,7 +36,7 @@ def check_collisions(motion: Motion, scenario: Scenario, joints: ScenarioJoints)
         return
     from knotwork.verification.bounds.clearance import clearances
 
-    model = motion_model(motion, scenario, robot)
+    model = collision_model_of(motion, scenario, robot)
     yield from _shape_findings(model, scenario, robot)
     clearances_found = clearances(model, motion.curve, scene.collisions.resolution)
     # tables have the nearest pair of each object, and that of the robot with itself
@@ -69,16 +69,16 @@ def clearance_from_robot(
         return _not_examined(exceeded_limit)
     from knotwork.verification.bounds.clearance import least_clearance
 
-    model = motion_model(motion, scenario, robot)
+    model = collision_model_of(motion, scenario, robot)
     is_other = [body.name.startswith(f"{name}/") for body in model.bodies]
     pairs = tuple(pair for pair in model.pairs if is_other[pair.first] or is_other[pair.second])
     resolution = scenario.scene.collisions.resolution
     model = replace(model, pairs=pairs)
-    nearest = least_clearance(model, motion.curve, resolution, MINIMUM_PRECISION)
+    nearest = least_clearance(model, motion.curve, resolution, ROBOT_CLEARANCE_PRECISION)
     return None if nearest is None else _pair_finding(nearest, scenario, robot, hidden=False)
 
 
-def motion_model(motion: Motion, scenario: Scenario, robot: Robot) -> CollisionModel:
+def collision_model_of(motion: Motion, scenario: Scenario, robot: Robot) -> CollisionModel:
     """Build the collision model of a scenario, with its held objects.
 
     Raises:

@@ -168,6 +168,7 @@ class Finding:
         return self.verdict in ("met", "failed")
 
     required = OldAttribute("is_decided")
+    form = OldAttribute("component_names")
 
     @property
     def only_sampled(self) -> bool:
@@ -214,14 +215,14 @@ class Finding:
         return f"{self.fact}; {self.remedy}" if self.remedy else self.fact
 
     @property
-    def form(self) -> str:
+    def component_names(self) -> str:
         """Components of requested and achieved, if these are not in the unit of the value."""
         return "x, y, z, w" if self.requested and self.quantity == "orientation" else ""
 
     def to_dict(self) -> dict[str, Any]:
         """Return the finding as plain data, ready for JSON; infinite numbers become `None`."""
         data = {key: value for key, value in asdict(self).items() if key not in NOT_IN_DATA}
-        data |= {"ok": self.ok, "message": self.message, "form": self.form}
+        data |= {"ok": self.ok, "message": self.message, "form": self.component_names}
         return {key: _json_value(value) for key, value in data.items()}
 
     def __str__(self) -> str:

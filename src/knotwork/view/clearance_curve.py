@@ -11,7 +11,7 @@ from knotwork.arrays import FloatArray
 from knotwork.scene.collision_model import CollisionModel, Pair
 from knotwork.scene.solid_pairs import SolidPairs
 from knotwork.verification import Motion
-from knotwork.verification.collisions import motion_model
+from knotwork.verification.collisions import collision_model_of
 from knotwork.view.shown_motion import ShownMotion, nearest_around
 
 CLEARANCE_SAMPLES = 200
@@ -48,7 +48,7 @@ def clearance_curve(shown: ShownMotion) -> ClearanceCurve | None:
     if robot is None or not scenario.scene.objects:
         return None
     motion = Motion(shown.trajectory, shown.joints)
-    model = motion_model(motion, scenario, robot)
+    model = collision_model_of(motion, scenario, robot)
     nearest = nearest_around(shown.findings)
     worst = [] if nearest is None or nearest.time is None else [nearest.time]
     start, end = shown.trajectory.start_time, shown.trajectory.end_time

@@ -25,7 +25,7 @@ from knotwork.task.scenario.scenario_joints import ScenarioJoints, read_scenario
 from knotwork.units import Units
 from knotwork.verification import Finding, Motion, Report
 from knotwork.verification.brief import worst_failure_text
-from knotwork.verification.collisions import motion_model
+from knotwork.verification.collisions import collision_model_of
 from knotwork.verification.finding import unite_intervals
 from knotwork.verification.limits import LIMIT_GROUPS, check_derivative_limits
 from knotwork.verification.report import CheckedMotion
@@ -224,7 +224,7 @@ class ShownMotion:
         frames += [frame for held in scene.held for frame in held.end_frames]
         if not scene.robots and all(frame.rests_on(link) for frame in frames):
             return None
-        return motion_model(Motion(self.trajectory, self.joints), self.scenario, self.robot)
+        return collision_model_of(Motion(self.trajectory, self.joints), self.scenario, self.robot)
 
     @property
     def root_carrier(self) -> tuple[None, Any]:

@@ -26,7 +26,7 @@ class SplineData(NamedTuple):
     """The data of a spline, one row per component.
 
     Attributes:
-        x: Times [s], shape (n,).
+        waypoint_times: Times of the waypoints [s], shape (n,).
         y: Positions, shape (d, n).
         dydx: Velocities, shape (d, n).
         left: Knot at or before each waypoint [s], shape (n,).
@@ -34,7 +34,7 @@ class SplineData(NamedTuple):
         known: Whether the acceleration at each waypoint is given, shape (n,).
     """
 
-    x: FloatArray
+    waypoint_times: FloatArray
     y: FloatArray
     dydx: FloatArray
     left: FloatArray
@@ -73,7 +73,7 @@ def solve_knot_accelerations(
         Accelerations as rows at the waypoints, at their left knots and at their right ones, shape
         (d, n) each.
     """
-    x, known, n = data.x, data.known, data.x.size
+    x, known = data.waypoint_times, data.known
     # differences of times and not 1 - p and 1 - b, because knots may be very near to a waypoint
     after, before = data.right[:-1] - x[:-1], x[1:] - data.left[1:]
     A, B = _knot_sums(data, after, before)
@@ -89,7 +89,7 @@ def solve_knot_accelerations(
     if not known[-1]:
         rate_before[-1] = 0.0
     lower, upper = -B.start * rate_before, -A.end * rate_after
-    diagonal, rhs = np.zeros(n), np.zeros((data.y.shape[0], n))
+    diagonal, rhs = np.zeros(x.size), np.zeros(data.y.shape)
     diagonal[1:] = (1.0 - B.end) * rate_before
     diagonal[:-1] += (1.0 - A.start) * rate_after
     rhs[:, 1:] = B.given * rate_before
@@ -111,7 +111,7 @@ def solve_knot_accelerations(
 
 def _knot_sums(data: SplineData, after: FloatArray, before: FloatArray) -> tuple[_Sums, _Sums]:
     """Make the sums for A and B of all intervals, from the distances of knots to their ends."""
-    x, y, v = data.x, data.y, data.dydx
+    x, y, v = data.waypoint_times, data.y, data.dydx
     h = np.diff(x)
     p, b = after / h, before / h
     q, p_rest = (data.left[1:] - x[:-1]) / h, (x[1:] - data.right[:-1]) / h

@@ -55,7 +55,8 @@ def plan_modified_hermite(
             accelerations for other waypoints.
     """
     sections = options.chosen or ()
-    located = [_locate_section(waypoints, section, i) for i, section in enumerate(sections, 1)]
+    numbered = enumerate(sections, 1)
+    located = [_locate_section(waypoints, number, section) for number, section in numbered]
     accelerations = np.full(waypoints.position.shape, np.nan)
     if waypoints.acceleration is not None:
         accelerations[:] = waypoints.acceleration
@@ -66,13 +67,13 @@ def plan_modified_hermite(
         _fill(accelerations, [0, -1], np.array(ends))
     parts: list[tuple[FloatArray, FloatArray]] = []
     next_row = 0
-    for i, ((rows, knots), section) in enumerate(zip(located, sections, strict=True), 1):
+    for number, ((rows, knots), section) in enumerate(zip(located, sections, strict=True), 1):
         if rows[0] < next_row:
             raise OptionError(
-                "chosen", f"section {i} begins before the end of the previous section"
+                "chosen", f"section {number} begins before the end of the previous section"
             )
         parts += _gap_pieces(waypoints, accelerations, next_row, rows[0], options)
-        parts.append(_section_pieces(waypoints, accelerations, rows, knots, section=section, i=i))
+        parts.append(_section_pieces(waypoints, accelerations, rows, knots, section, number))
         next_row = rows[-1]
     parts += _gap_pieces(waypoints, accelerations, next_row, len(waypoints.time) - 1, options)
     breaks = np.concatenate([waypoints.time[:1], *(x[1:] for x, _ in parts)])
@@ -85,17 +86,17 @@ def _fill(accelerations: FloatArray, rows: IndexArray | list[int], values: Float
 
 
 def _locate_section(
-    waypoints: JointWaypoints, section: ChosenSection, i: int
+    waypoints: JointWaypoints, number: int, section: ChosenSection
 ) -> tuple[IndexArray, IndexArray]:
-    """Find the waypoints of a chosen section, and the index of the knot at each."""
+    """Find the waypoints of a chosen section, counted from 1, and the index of the knot at each."""
     t, x = waypoints.time, section.times
     if section.acceleration.shape[1:] != waypoints.position.shape[1:]:
-        raise OptionError("chosen", f"section {i} has accelerations of other joints")
+        raise OptionError("chosen", f"section {number} has accelerations of other joints")
     remedy = "its knots belong to the times chosen with them: change both, or choose times again"
     tolerance = KNOT_TIME_TOLERANCE * max(1.0, float(np.abs(t).max()))
     for end in (x[0], x[-1]):
         if np.abs(t - end).min() > tolerance:
-            where = f"section {i} begins or ends at {end:.9g} s, where no waypoint is"
+            where = f"section {number} begins or ends at {end:.9g} s, where no waypoint is"
             raise OptionError("chosen", f"{where}; {remedy}")
     rows = np.flatnonzero((t >= x[0] - tolerance) & (t <= x[-1] + tolerance))
     knots = np.abs(x[:, None] - t[rows]).argmin(axis=0)
@@ -103,12 +104,12 @@ def _locate_section(
     if missing.any():
         row = rows[missing][0]
         at = f"{t[row]:.9g} s, the time of {waypoint_text(waypoints.names[row])}"
-        where = f"section {i} has no knot at {at}"
+        where = f"section {number} has no knot at {at}"
         raise OptionError("chosen", f"{where}; {remedy}")
     is_sparse = np.diff(knots) < 3
     if is_sparse.any():
         name = waypoint_text(waypoints.names[rows[1:][is_sparse][0]])
-        message = f"section {i} has fewer than two knots between {name} and the one before"
+        message = f"section {number} has fewer than two knots between {name} and the one before"
         raise OptionError("chosen", message)
     return rows, knots
 
@@ -140,9 +141,9 @@ def _section_pieces(
     rows: IndexArray,
     knots: IndexArray,
     section: ChosenSection,
-    i: int,
+    number: int,
 ) -> tuple[FloatArray, FloatArray]:
-    """Make the knots and coefficients of a chosen section."""
+    """Make the knots and coefficients of a chosen section, counted from 1."""
     x, a = section.times.copy(), section.acceleration.copy()
     x[knots] = waypoints.time[rows]
     a[[0, -1]] = accelerations[rows[[0, -1]]]
@@ -159,8 +160,8 @@ def _section_pieces(
             names = " and ".join(map(waypoint_text, waypoints.names[ends]))
             raise OptionError(
                 "chosen",
-                f"section {i} is for other waypoints than {names} are now: the acceleration of "
-                f"joint {waypoints.joint_names[int(beyond[0])]!r} would have to change by "
+                f"section {number} is for other waypoints than {names} are now: the acceleration "
+                f"of joint {waypoints.joint_names[int(beyond[0])]!r} would have to change by "
                 f"{change[beyond[0]]:.3g}; choose the times again",
             )
         pieces.append(cubics_from_accelerations(span, corrected, *states))

@@ -54,8 +54,8 @@ class ModifiedHermiteSpline(PiecewisePolynomial):
             next one. It is itself a knot, and neither side depends on the other.
 
     Attributes:
-        x: Knot times, the breaks of the curve, shape (m,). For n = 2 without end accelerations the
-            curve is the plain cubic Hermite polynomial.
+        x: Knot times, the breaks of the curve, shape (m,), not the argument `x`. For n = 2 without
+            end accelerations the curve is the plain cubic Hermite polynomial.
         c: Coefficients, shape (4, m-1, ...), highest power first.
         axis: Time axis, counted from 0.
         waypoint_times: Times of the waypoints, shape (n,).
@@ -223,25 +223,25 @@ def assemble_pieces(
     Returns:
         The knots [s], shape (m,), and the coefficients, shape (4, m-1, d), highest power first.
     """
-    time = _interleave(data.left, data.right)
-    u, bend = time - data.x.repeat(2), _interleave(left, right)
+    knots = _interleave(data.left, data.right)
+    u, bend = knots - data.waypoint_times.repeat(2), _interleave(left, right)
     own_acceleration, v = a.repeat(2, axis=1), data.dydx.repeat(2, axis=1)
     position = data.y.repeat(2, axis=1) + u * (v + u * (2.0 * own_acceleration + bend) / 6.0)
-    states = [time, bend, v + 0.5 * u * (own_acceleration + bend), position]
+    states = [knots, bend, v + 0.5 * u * (own_acceleration + bend), position]
     cuts = np.flatnonzero(data.known[1:-1]) + 1
     if cuts.size:
-        values = data.x, a, data.dydx, data.y
+        values = data.waypoint_times, a, data.dydx, data.y
         states = [
             np.insert(state, 2 * cuts + 1, own_acceleration[..., cuts], axis=-1)
             for state, own_acceleration in zip(states, values, strict=True)
         ]
     # an end without a given acceleration has only one knot
     inside = slice(0 if data.known[0] else 1, None if data.known[-1] else -1)
-    time, bend, v, position = (state[..., inside] for state in states)
-    c = np.empty((4, time.size - 1, a.shape[0]))
-    c[0] = (np.diff(bend) / (6.0 * np.diff(time))).T
+    knots, bend, v, position = (state[..., inside] for state in states)
+    c = np.empty((4, knots.size - 1, a.shape[0]))
+    c[0] = (np.diff(bend) / (6.0 * np.diff(knots))).T
     c[1], c[2], c[3] = 0.5 * bend[:, :-1].T, v[:, :-1].T, position[:, :-1].T
-    return np.array(time), c
+    return np.array(knots), c
 
 
 def _interleave(left: FloatArray, right: FloatArray) -> FloatArray:

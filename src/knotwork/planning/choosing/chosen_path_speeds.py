@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -152,7 +152,8 @@ def _with_speeds(solved: SolvedScenario, by_path: Sequence[PathSpeeds]) -> Solve
         for stretch, (speed, _) in path_speeds.by_stretch.items():
             end = scenario.task_index[path_speeds.problem.path.first + 1 + stretch]
             changes[end]["speed"] = round_speed(scenario.units.per_metre * speed)
-    return SolvedScenario.solve(change_task(scenario, scenario.task.with_waypoints(changes)))
+    with_speeds = change_task(scenario, scenario.task.with_waypoints(changes))
+    return replace(SolvedScenario.solve(with_speeds), requested=solved.requested)
 
 
 def given_speeds_beyond_limits(speeds: AllPathSpeeds) -> list[InputError]:

@@ -152,7 +152,7 @@ def _values_at_maximum_speeds(
     for _ in range(MAX_SLOWDOWNS + 1):
         speeds = maximum_path_speeds(solved, problems, budget)
         try:
-            return speeds, _values_at_speeds(solved.scenario, speeds, budget)
+            return speeds, _values_at_speeds(speeds, budget)
         except SectionsUnsolvedError as error:
             unsolved = error
         problems = speeds.slower_problems(unsolved.errors)
@@ -161,7 +161,7 @@ def _values_at_maximum_speeds(
     raise unsolved.combined_error()
 
 
-def _values_at_speeds(scenario: Scenario, speeds: AllPathSpeeds, budget: Budget) -> ChosenValues:
+def _values_at_speeds(speeds: AllPathSpeeds, budget: Budget) -> ChosenValues:
     """Choose the motions of all sections, with known speeds along paths.
 
     Raises:
@@ -173,7 +173,7 @@ def _values_at_speeds(scenario: Scenario, speeds: AllPathSpeeds, budget: Budget)
     _check_given(speeds, sections)
     motions = solve_sections(solved, sections, budget)
     return ChosenValues(
-        requested=scenario,
+        requested=solved.requested,
         scenario=with_chosen_values(solved, motions),
         solution=solved.solution,
         sections=tuple(motions.values()),

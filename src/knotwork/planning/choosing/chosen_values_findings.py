@@ -18,7 +18,7 @@ from knotwork.task.scenario.motion_segments import StoredClearMotion
 from knotwork.task.scenario.scenario_joints import ScenarioJoints
 from knotwork.verification import Finding, Motion
 from knotwork.verification.bounds.clearance import least_clearance
-from knotwork.verification.collisions import motion_model
+from knotwork.verification.collisions import collision_model_of
 from knotwork.verification.finding import Group, Topic, Verdict
 
 SHOWN_CLEARANCE_PRECISION = 1e-5
@@ -179,7 +179,7 @@ def clear_motion_findings(
     if joints.robot is None:
         return
     motion = Motion(trajectory, joints)
-    model = motion_model(motion, scenario, joints.robot)
+    model = collision_model_of(motion, scenario, joints.robot)
     around = replace(model, pairs=tuple(pair for pair in model.pairs if pair.involves_scene))
     length, _ = scenario.task.units.in_si
     resolution = scenario.scene.collisions.resolution
@@ -189,8 +189,8 @@ def clear_motion_findings(
         tries = "found in 1 try" if section.tries == 1 else f"the fastest of {section.tries} tries"
         extra = ""
         if section.room is not None:
-            room = scenario.units.text(section.room * length, "m", ".3g")
-            extra = f" with {room} of extra clearance"
+            extra_clearance = scenario.units.text(section.room * length, "m", ".3g")
+            extra = f" with {extra_clearance} of extra clearance"
         fact = highlight = f"{name}: clear motion, {tries}{extra}"
         cut = cut_curve(motion.curve, *interval), resolution, SHOWN_CLEARANCE_PRECISION
         # relative to the surroundings, or of all pairs without any

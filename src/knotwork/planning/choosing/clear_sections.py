@@ -78,8 +78,8 @@ def plan_clear_section(
     time = motion.time * (float(curve.x[-1]) / motion.duration)
     slowed = TimedCurve(time, curve, "resting" if motion.rests else "optimal")
     timed = TimedMotion.of(problem, slowed, _lower_bound(clear_problem), "way")
-    extra = motion.extra_clearance if options.room else None
-    return replace(timed, line=motion.line, tries=motion.tries, extra_clearance=extra)
+    extra_clearance = motion.extra_clearance if options.room else None
+    return replace(timed, line=motion.line, tries=motion.tries, extra_clearance=extra_clearance)
 
 
 def _lower_bound(clear_problem: ClearMotionProblem) -> float:

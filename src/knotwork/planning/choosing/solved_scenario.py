@@ -32,17 +32,19 @@ class SolvedScenario:
         scenario: The scenario.
         joints: Its joints.
         solution: Its waypoints at the joints, unknown times as expected.
+        requested: The scenario before any value was chosen.
     """
 
     scenario: Scenario
     joints: ScenarioJoints
     solution: TaskSolution
+    requested: Scenario
 
     @classmethod
     def solve(cls, scenario: Scenario) -> SolvedScenario:
         """A scenario with its joints and the best solutions of its poses."""
         joints = read_scenario_joints(scenario)
-        return cls(scenario, joints, solve_task(scenario, joints, knots_of(scenario)))
+        return cls(scenario, joints, solve_task(scenario, joints, knots_of(scenario)), scenario)
 
     @property
     def unknowns(self) -> ScenarioUnknowns:

@@ -32,12 +32,12 @@ class Stage(NamedTuple):
 
     Attributes:
         step: Step of samples on edges [rad or m].
-        extra: Clearance of samples beyond the required one [m].
+        extra_clearance: Clearance of samples beyond the required one [m].
         checks: Maximum number of configurations checked.
     """
 
     step: float
-    extra: float
+    extra_clearance: float
     checks: int
 
 
@@ -111,13 +111,16 @@ def slow_to_duration(motion: ClearMotion, duration: float) -> PiecewisePolynomia
     return concatenate(before, slow_down(middle, factor), after) if factor >= 1.0 else None
 
 
-def _with_extra_clearance(problem: ClearMotionProblem, extra: float) -> ClearMotionProblem:
+def _with_extra_clearance(
+    problem: ClearMotionProblem, extra_clearance: float
+) -> ClearMotionProblem:
     """The problem with a higher required clearance [m]."""
     model, limits = problem.collision_model, problem.timing.limits
     space = ConfigurationSpace(problem.arm_model, model, limits)
-    clearance = dict.fromkeys(space.pair_names, extra)
+    clearance = dict.fromkeys(space.pair_names, extra_clearance)
     passed = (problem.starts[0], *problem.timing.position[1:-1], problem.goals[0])
-    for names, kept in zip(space.pair_names, space.extra_clearance(extra, passed), strict=True):
+    possible = space.possible_clearance(extra_clearance, passed)
+    for names, kept in zip(space.pair_names, possible, strict=True):
         clearance[names] = min(clearance[names], float(kept))
     pairs = []
     for pair in model.pairs:
@@ -260,11 +263,11 @@ class _ClearSearch:
         weights = 1.0 / self.problem.timing.limits.velocity
         weights = weights / weights.mean()
         while self.stage < len(self.stages):
-            step, extra, checks = self.stages[self.stage]
+            step, extra_clearance, checks = self.stages[self.stage]
             # first the chosen solutions alone, because the trees connect distant ones too early
             is_first = self.stage == 0 and seed[0] == 0
             tried = slice(1 if is_first else None)
-            self.space.keep_away(extra, (*starts[tried], *goals[tried]))
+            self.space.keep_away(extra_clearance, (*starts[tried], *goals[tried]))
             for k in range(POLYLINE_SEEDS):
                 rng = np.random.default_rng([*seed, k])
                 max_checks = checks * FULL_PAIRS // max(FULL_PAIRS, len(self.space.pair_names))

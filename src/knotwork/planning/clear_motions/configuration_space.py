@@ -100,28 +100,29 @@ class ConfigurationSpace:
             request.enable_contact = False
         self.keep_away(0.0)
 
-    def keep_away(self, extra: float, ends: Sequence[FloatArray] = ()) -> None:
+    def keep_away(self, extra_clearance: float, ends: Sequence[FloatArray] = ()) -> None:
         """Require additional clearance in `is_clear`.
 
         Args:
-            extra: Additional clearance [m].
-            ends: Configurations that must be clear, see `extra_clearance`.
+            extra_clearance: The additional clearance [m].
+            ends: Configurations that must be clear, see `possible_clearance`.
         """
-        limits = self.required_clearance + self.extra_clearance(extra, ends) + DISTANCE_ERROR
+        possible = self.possible_clearance(extra_clearance, ends)
+        limits = self.required_clearance + possible + DISTANCE_ERROR
         for request, distance in zip(
             self._geometry_data.collisionRequests, limits.tolist(), strict=True
         ):
             request.security_margin = distance
 
-    def extra_clearance(self, extra: float, ends: Sequence[FloatArray]) -> FloatArray:
-        """Clearances of all pairs of solids beyond the required ones [m].
+    def possible_clearance(self, extra_clearance: float, ends: Sequence[FloatArray]) -> FloatArray:
+        """Additional clearance of each pair of solids [m], reduced where the ends have less.
 
         Args:
-            extra: The required one [m].
+            extra_clearance: The additional clearance wanted [m].
             ends: Configurations that must be clear, shape (d,) each. A pair with less than twice
-                the required clearance there must keep half of its gap.
+                of that there must keep half of its gap.
         """
-        clearances = np.full(len(self._pairs), extra)
+        clearances = np.full(len(self._pairs), extra_clearance)
         for q in ends:
             clearances = np.minimum(clearances, 0.5 * np.maximum(self.gaps(q), 0.0))
         return clearances

@@ -101,8 +101,8 @@ def flatten(row: Score | Refusal) -> dict[str, Any]:
     return values
 
 
-_NOT_RANKED = ("planner", "clearance", "duration", "required", "reason")
-COLUMNS = tuple(item.name for item in fields(Score) if item.name not in _NOT_RANKED)
+_NOT_RANKED = ("planner", "clearance", "duration", "required", "failed", "reason")
+RANKED_COLUMNS = tuple(item.name for item in fields(Score) if item.name not in _NOT_RANKED)
 
 TIE_TOLERANCE = 0.01
 """Relative difference from the best value up to which values are ties."""
@@ -122,7 +122,7 @@ def best(scores: Sequence[Score]) -> dict[str, set[str]]:
         scores: Scores of one scenario, such as `Comparison.scores`.
     """
     winners: dict[str, set[str]] = {}
-    for column in COLUMNS:
+    for column in RANKED_COLUMNS:
         values = {
             score.planner: ranking(getattr(score, column)) for score in scores if score.passed
         }

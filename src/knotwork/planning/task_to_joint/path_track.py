@@ -143,7 +143,7 @@ class CandidateMotions:
                 flags=configuration_flags(whole, q),
                 weight=1.0 + limit_nearness(q, arm_limits(whole)),
                 velocity=chain.scatter(motion.velocity[step, branch]),
-                excess=np.zeros(len(q)),
+                overspeed=np.zeros(len(q)),
                 unattainable=np.zeros(len(q)),
             )
             result.append(candidates)

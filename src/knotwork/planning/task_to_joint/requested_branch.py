@@ -52,9 +52,7 @@ def _branch_text(branch: str | Mapping[str, str]) -> str:
     return "branch: {" + ", ".join(f"{flag}: {word}" for flag, word in branch.items()) + "}"
 
 
-def allowed_rows(
-    scenario: Scenario, robot: Robot, index: int, candidates: Candidates
-) -> IndexArray:
+def allowed_rows(scenario: Scenario, robot: Robot, i: int, candidates: Candidates) -> IndexArray:
     """Indices of the candidates in the branch that is requested by name.
 
     Raises:
@@ -62,7 +60,7 @@ def allowed_rows(
     """
     rows = np.flatnonzero(is_in_branch(scenario, candidates))
     if not rows.size:
-        raise no_branch(scenario, robot, index, candidates)
+        raise no_branch(scenario, robot, i, candidates)
     return rows
 
 
@@ -81,10 +79,10 @@ def is_in_branch(scenario: Scenario, candidates: Candidates) -> BoolArray:
 
 
 def no_branch(
-    scenario: Scenario, robot: Robot, index: int, candidates: Candidates | None
+    scenario: Scenario, robot: Robot, i: int, candidates: Candidates | None
 ) -> BranchError:
     """Make the error for a waypoint that is not reached in the requested branch."""
-    target = scenario.waypoints[index]
+    waypoint = scenario.waypoints[i]
     flags = np.empty((0, 0)) if candidates is None else candidates.flags
     names = dict.fromkeys(describe_flags(robot, row) for row in flags)
     branches = tuple(name for name in names if name)  # an arm without branches has no names
@@ -96,8 +94,8 @@ def no_branch(
     )
     reached = f"; it is reached in: {'; '.join(branches)}" if branches else ""
     return BranchError(
-        target.name,
+        waypoint.name,
         f"can't be reached in {requested}{reached}",
         branches=branches,
-        where=target.where,
+        where=waypoint.where,
     )

@@ -153,25 +153,25 @@ class SequenceSearch:
     def _find_on_chain(self, chain: FreedomChain) -> dict[int, Candidates]:
         """Candidates at the independent waypoints that belong to a chain, by index."""
         units, poses, result = self.scenario.units, {}, {}
-        for i, target in enumerate(self.scenario.waypoints):
+        for i, waypoint in enumerate(self.scenario.waypoints):
             independent = i not in self._group_of or self._group_of[i][0] == i
             if (
                 not independent
-                or not isinstance(target, CartesianWaypoint)
-                or self.chains.for_waypoint(target) is not chain
+                or not isinstance(waypoint, CartesianWaypoint)
+                or self.chains.for_waypoint(waypoint) is not chain
             ):
                 continue
             if i in self.joints.near_at_waypoints:
                 near = self.joints.near_at_waypoints[i][chain.columns]
-                result[i] = find_nearest_candidate(chain.robot, target, near, units)
+                result[i] = find_nearest_candidate(chain.robot, waypoint, near, units)
             else:
-                poses[i] = target
+                poses[i] = waypoint
         references = [self._reference(i)[chain.columns] for i in poses]
         several = find_candidates(chain.robot, list(poses.values()), references, units)
         for i, candidates in zip(poses, several, strict=True):
             if i in self.unknown_speeds:
                 zero = np.zeros_like(candidates.velocity)
-                candidates = candidates._replace(excess=zero[:, 0], velocity=zero)
+                candidates = candidates._replace(overspeed=zero[:, 0], velocity=zero)
             result[i] = candidates
         return result
 
@@ -214,7 +214,7 @@ class SequenceSearch:
             len(rows),
             impossible=candidates.unattainable[rows],
             collisions=collisions,
-            infeasible=candidates.excess[rows],
+            overspeed=candidates.overspeed[rows],
             distance=distance,
             travel=travel,
         )
@@ -245,23 +245,23 @@ def velocity_at(
     Raises:
         SingularityError: The twist is unattainable.
     """
-    target, rate = cast(CartesianWaypoint, scenario.waypoints[i]), scenario.task.pull_to_middle
-    chain = chains.for_waypoint(target) if track is None else track.chain
+    waypoint, rate = cast(CartesianWaypoint, scenario.waypoints[i]), scenario.task.pull_to_middle
+    chain = chains.for_waypoint(waypoint) if track is None else track.chain
     robot, q = chain.robot, q[chain.columns]
     if track is not None:
-        self_motion_target = track.self_motion_target(target.time, q)
+        self_motion_target = track.self_motion_target(waypoint.time, q)
         return chain.scatter(
-            velocity_on_path(robot, track.path.motion, q, target.time, self_motion_target)
+            velocity_on_path(robot, track.path.motion, q, waypoint.time, self_motion_target)
         )
 
     def solve(preferred: FloatArray | None) -> FloatArray:
         return solve_velocity_ik(
             robot,
             q,
-            target.twist,
+            waypoint.twist,
             preferred=preferred,
-            waypoint=target.name,
-            where=target.where,
+            waypoint=waypoint.name,
+            where=waypoint.where,
             units=scenario.units,
         )
 

@@ -29,7 +29,7 @@ def solve_task(
     Candidates are all solutions of all poses, including turns of ±2π within limits. The criteria,
     in strict order, are:
 
-    1. feasibility: velocity limits hold at the waypoints, in the mean of each interval and, if
+    1. velocity limits hold at the waypoints, in the mean of each interval and, if
        possible, halfway along cubics between the waypoints;
     2. changes of branch only where the tool is at rest;
     3. minimum joint travel relative to the velocity limits, with a weight of up to 3 near position
@@ -37,7 +37,7 @@ def solve_task(
        of the slowest joint.
 
     With `near`, the distance from that configuration replaces the travel, and whole turns are
-    ignored. `branch` restricts the candidates. If no sequence is feasible, the one with the
+    ignored. `branch` restricts the candidates. If no sequence keeps the limits, the one with the
     smallest excess over the velocity limits is chosen.
 
     Args:

@@ -162,8 +162,8 @@ def _optimised_motion(problem: TimingProblem, budget: Budget) -> TimedCurve | No
             return TimedCurve(time, curve, "optimal")
         if more.margin >= 1.0:
             return None  # no margin is left
-        # with further equations the solution is a poor start
-        last = solution if more.equations == tightening.equations else None
+        # with further limits the solution is a poor start
+        last = solution if more.kinds_of_limits == tightening.kinds_of_limits else None
         tightening = more
     return None
 

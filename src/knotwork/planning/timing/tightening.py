@@ -30,19 +30,19 @@ class Tightening:
 
     Attributes:
         margin: Relative margin to each limit.
-        position: Whether positions between the breaks are limited.
+        limits_positions: Whether positions between the breaks are limited.
         allowed_utilisation: Allowed utilisation of the limits in `POSITIONS_IN_PIECE` that the
             solver has, by name: see `robot_limit_blocks`.
     """
 
     margin: float = SOLVER_MARGIN
-    position: bool = False
+    limits_positions: bool = False
     allowed_utilisation: Mapping[str, FloatArray] = field(default_factory=dict)
 
     @property
-    def equations(self) -> tuple[bool, set[str]]:
+    def kinds_of_limits(self) -> tuple[bool, set[str]]:
         """Kinds of limits that the solver has in addition to those at the breaks."""
-        return self.position, set(self.allowed_utilisation)
+        return self.limits_positions, set(self.allowed_utilisation)
 
 
 def first_tightening(problem: TimingProblem) -> Tightening:
@@ -72,9 +72,9 @@ def tighten(
     Returns:
         The next tightening, or `None` if every limit is kept.
     """
-    beyond = outside(problem, curve)
-    if beyond and not tightening.position:
-        return replace(tightening, position=True)
+    beyond = exceeds_position_limits(problem, curve)
+    if beyond and not tightening.limits_positions:
+        return replace(tightening, limits_positions=True)
     over = None if beyond else exceeded_limit(problem, curve)
     if beyond or (over is not None and over[0] in RATE_QUANTITIES):
         return replace(tightening, margin=10.0 * tightening.margin)
@@ -131,10 +131,10 @@ def exceeded_limit(
 
 def keeps_limits(problem: TimingProblem, curve: PiecewisePolynomial) -> bool:
     """Whether a curve keeps every limit, for any pieces."""
-    return not outside(problem, curve) and exceeded_limit(problem, curve) is None
+    return not exceeds_position_limits(problem, curve) and exceeded_limit(problem, curve) is None
 
 
-def outside(problem: TimingProblem, curve: PiecewisePolynomial) -> bool:
+def exceeds_position_limits(problem: TimingProblem, curve: PiecewisePolynomial) -> bool:
     """Whether a position is outside its limits, by the exact extrema."""
     positions = curve.extrema(0)
     slack = CURVE_SLACK * np.maximum(1.0, np.abs(problem.position).max(axis=0))

@@ -17,7 +17,7 @@ from knotwork.arrays import (
     known_rows,
     number_array,
 )
-from knotwork.errors import InputError, WaypointDataError
+from knotwork.errors import ArrayError, InputError, WaypointDataError
 from knotwork.errors.arguments import require_number
 from knotwork.errors.old_names import OldAttribute
 from knotwork.joint_quantities import JointLimits
@@ -152,15 +152,15 @@ class TimingProblem(ReadOnlyArrays):
             put(name, number_array(values, shape, name, type(default)))
         put("tool_speed", float(number_array(self.tool_speed, (), "tool speed limit")))
         if not self.tool_speed > 0.0:
-            raise WaypointDataError(f"tool speed limit is {self.tool_speed}; give a positive one")
+            raise ArrayError(f"tool speed limit is {self.tool_speed}; give a positive one")
         lower, upper = self.limits.bounds("position")
         if not (lower < upper).all():
-            raise WaypointDataError(
+            raise ArrayError(
                 f"position limits run from {lower.tolist()} to {upper.tolist()}; "
                 "each lower one must be below its upper one"
             )
         if self.limits.velocity.shape != (d,):
-            raise WaypointDataError(
+            raise ArrayError(
                 f"limits are given for {self.limits.velocity.size} joints; there are {d}"
             )
         self._check_dynamics()

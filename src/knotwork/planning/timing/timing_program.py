@@ -239,10 +239,10 @@ class TimingProgram:
         }
         max_velocity = self._max_velocities()
         bounds = {"velocity_points": (-max_velocity, max_velocity), "jerk": (-np.inf, 0.0)}
-        if self.tightening.position:
+        if self.tightening.limits_positions:
             bounds["position_points"] = self._positions_between()
         limits_jerk = bool(np.isfinite(problem.limits.jerk).any())
-        kernel = piece_kernel(layout.joint_count, limits_jerk, self.tightening.position)
+        kernel = piece_kernel(layout.joint_count, limits_jerk, self.tightening.limits_positions)
         return Block(kernel, layout.piece, parameters, bounds)
 
     def typical_cost(self) -> float:

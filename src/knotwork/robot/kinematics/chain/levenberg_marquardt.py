@@ -45,11 +45,13 @@ class SearchBudget(NamedTuple):
         iterations: Maximum number of steps.
         patience: Number of steps in which the error must halve.
         min_factor: Minimum factor of the damping.
+        relaxes_near_pose: Whether `USUAL_BUDGET` takes its place close to the pose.
     """
 
     iterations: int = 80
     patience: int = 12
     min_factor: float = 1e-6
+    relaxes_near_pose: bool = False
 
 
 USUAL_BUDGET = SearchBudget()
@@ -59,7 +61,7 @@ Even at a singularity of a stretched arm, a Newton step reduces the error to a q
 """
 PATIENT_BUDGET = SearchBudget(iterations=400, patience=60)
 """Budget for poses at simultaneous singularities, where convergence takes longer."""
-HASTY_BUDGET = SearchBudget(patience=5, min_factor=1e-2)
+HASTY_BUDGET = SearchBudget(patience=5, min_factor=1e-2, relaxes_near_pose=True)
 """Budget of a search for any solution, which stops earlier and keeps more damping.
 
 Over random poses this takes the smallest total number of steps.
@@ -131,14 +133,10 @@ class PoseSearch:
         """Whether errors of position [m] and orientation [rad] are within the tolerances."""
         return position_error <= self._max_position and orientation_error <= self._max_orientation
 
-    def errors(self, q: FloatArray) -> tuple[float, float]:
+    def distance_and_angle(self, q: FloatArray) -> tuple[float, float]:
         """Distance of the TCP from the pose [m], and angle from it [rad]."""
         _, _, position, orientation = self._error(q)
         return math.sqrt(position), math.sqrt(orientation)
-
-    def error(self, q: FloatArray) -> FloatArray:
-        """Weighted error e, shape (6,)."""
-        return self._error(q)[0]
 
     def value_and_gradient(self, q: FloatArray) -> tuple[float, FloatArray]:
         """|e|²/2 and its gradient −Jᵀe, shape (d,)."""
@@ -147,7 +145,7 @@ class PoseSearch:
 
     def measure(self, q: FloatArray) -> LocalSolution:
         """Measure a configuration, as if it were the end of a search."""
-        errors = self.errors(q)
+        errors = self.distance_and_angle(q)
         return LocalSolution(q, *errors, 0, self.is_within(*errors))
 
     def jacobian(self, q: FloatArray) -> FloatArray:
@@ -207,7 +205,7 @@ class PoseSearch:
         Args:
             start: Joint positions [rad or m], shape (d,); clipped to the limits.
             limits: Joint limits.
-            budget: Maximum effort; close to the pose `HASTY_BUDGET` becomes `USUAL_BUDGET`.
+            budget: Maximum effort.
         """
         # For six numbers the overhead of NumPy dominates, so no array is computed or read twice.
         lower, upper = limits[0].tolist(), limits[1].tolist()
@@ -217,7 +215,7 @@ class PoseSearch:
         e, square, position, orientation = self._error(q)
         if not square < math.inf:
             return LocalSolution(q.copy(), math.inf, math.inf, 0, False)
-        if budget is HASTY_BUDGET and square <= CLOSE_ERROR**2:
+        if budget.relaxes_near_pose and square <= CLOSE_ERROR**2:
             budget = USUAL_BUDGET
         factor = FIRST_FACTOR
         checkpoint = square

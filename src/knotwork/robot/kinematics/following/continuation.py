@@ -148,7 +148,7 @@ def continue_along(
         step: Largest motion of a joint between corrections [rad or m].
     """
     field = JointField(robot, target, path.full_speed)
-    limit = plausible_speeds(robot)
+    plausible = plausible_speeds(robot)
     q = np.array(starts, dtype=float)
     step_index = np.zeros(len(times), dtype=np.intp)
     stops = sort_distinct(times, [t for t in path.breaks if times[0] < t < times[-1]])
@@ -166,7 +166,7 @@ def continue_along(
             stages = Stages.evaluate(field, path, when, inside)
             for k in range(0, 2 * block_steps, 2):
                 alive = np.flatnonzero(np.isfinite(q).all(axis=1))
-                step_end = take_step(field, path, limit, q[alive], v[alive], stages.of_step(k))
+                step_end = take_step(field, path, plausible, q[alive], v[alive], stages.of_step(k))
                 max_move = float(np.nanmax(np.abs(step_end.q - q[alive]), initial=0.0))
                 duration = float(when[k + 2] - when[k])
                 if max_move > REPEAT_FACTOR * step:

@@ -50,8 +50,8 @@ def find_obstruction(
         return singular
     if reached is not None:
         return reached
-    limit = plausible_speeds(robot)
-    fast = _find_first_excess(robot, curve, 1, (-limit, limit), slack * limit)
+    plausible = plausible_speeds(robot)
+    fast = _find_first_excess(robot, curve, 1, (-plausible, plausible), slack * plausible)
     return singular if fast is None and math.isfinite(time) else fast
 
 

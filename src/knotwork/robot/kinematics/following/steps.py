@@ -84,7 +84,7 @@ class StepEnd(NamedTuple):
 def take_step(
     field: JointField,
     path: TimedPath,
-    limit: FloatArray,
+    plausible: FloatArray,
     q: FloatArray,
     v: FloatArray,
     stages: Stages,
@@ -95,7 +95,7 @@ def take_step(
     Args:
         field: Joint velocities along the path.
         path: The path.
-        limit: Highest plausible joint speeds [rad/s or m/s], shape (d,).
+        plausible: Highest plausible joint speeds [rad/s or m/s], shape (d,).
         q: Joint positions at the start [rad or m], shape (n, d).
         v: Joint velocities at the start [rad/s or m/s], shape (n, d).
         stages: Tool motion at the start, the middle and the end.
@@ -105,7 +105,7 @@ def take_step(
     guess, midpoint_gap = _step(field, q, v, stages, end - start)
     end_q, error = field.project(guess, stages.position[2], stages.rotation[2])
     fast = max(1.0, float(np.abs(stages.twist[0]).max()))
-    hopeless = (np.abs(v) > HOPELESS_SPEED_FACTOR * fast * limit).any(axis=1)
+    hopeless = (np.abs(v) > HOPELESS_SPEED_FACTOR * fast * plausible).any(axis=1)
     off_path = ~(error <= PATH_ERROR) | ~(
         np.abs(end_q - guess).max(axis=1, initial=0.0) <= MAX_CORRECTION
     )
@@ -123,7 +123,7 @@ def take_step(
     for a, b in ((start, middle), (middle, end)):
         half = Stages.evaluate(field, path, np.linspace(a, b, 3), middle)
         rates = half.velocities(field, q_retry, 0)
-        part = take_step(field, path, limit, q_retry, rates, half, halvings - 1)
+        part = take_step(field, path, plausible, q_retry, rates, half, halvings - 1)
         result.q[row_retry] = part.q
         result.reached[row_retry] = part.reached
         result.smallest_singular_value[row_retry] = part.smallest_singular_value

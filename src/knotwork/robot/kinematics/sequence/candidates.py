@@ -57,7 +57,7 @@ class Candidates(NamedTuple):
         flags: Configuration flags, shape (m, k).
         unattainable: 0 where the twist is attainable, otherwise 1 + its residual [m/s, rad/s],
             shape (m,).
-        excess: 0 where the joint velocities are within limits, otherwise their ratio to the
+        overspeed: 0 where the joint velocities are within limits, otherwise their ratio to the
             limits, shape (m,).
         weight: Factor on the travel from and to each candidate, shape (m,).
         velocity: Joint velocities for the twist [rad/s or m/s], shape (m, d).
@@ -69,7 +69,7 @@ class Candidates(NamedTuple):
     branch: Any
     flags: FloatArray
     unattainable: FloatArray
-    excess: FloatArray
+    overspeed: FloatArray
     weight: FloatArray
     velocity: FloatArray
     branches: int
@@ -228,7 +228,7 @@ def _evaluate(
     v = solve_velocities(robot, J, twists)
     residual = np.abs(twists - (J @ v[:, :, None])[:, :, 0]).max(axis=1)
     fastest = (np.abs(v) / robot.limits.velocity).max(axis=1)
-    excess = np.where(fastest > OVERSPEED_FACTOR, fastest, 0.0)
+    overspeed = np.where(fastest > OVERSPEED_FACTOR, fastest, 0.0)
     tolerance = TWIST_RESIDUAL * np.maximum(1.0, np.abs(twists).max(axis=1))
     unattainable = np.where(residual > tolerance, 1.0 + residual, 0.0)
     flags, singular = configuration_flags(robot, first), singular_nearness(J)
@@ -243,7 +243,7 @@ def _evaluate(
                 branch=branch,
                 flags=flags[row],
                 unattainable=unattainable[row],
-                excess=excess[row],
+                overspeed=overspeed[row],
                 weight=1.0 + limit_nearness(q, arm_limits(robot)) + singular[row],
                 velocity=v[row],
                 branches=len(solutions),

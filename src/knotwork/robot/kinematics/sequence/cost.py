@@ -29,10 +29,10 @@ class CostLevel(IntEnum):
         IMPOSSIBLE: Sum over waypoints with an unattainable twist of 1 + residual; infinite for a
             forbidden change of branch.
         COLLISIONS: Number of colliding candidates and steps.
-        INFEASIBLE: Sum of the ratios of joint speeds above their limits, on average over an
+        OVERSPEED: Sum of the ratios of joint speeds above their limits, on average over an
             interval or at a waypoint, to the limits.
-        VIOLATION: Mid-interval violations: 2 − 1/u for a cubic at u times a velocity limit
-            halfway, 1 + excess [rad or m] for one beyond a position limit.
+        MIDWAY_EXCESS: Excess of cubics between waypoints: 2 − 1/u for one at u times a velocity
+            limit halfway, 1 + excess [rad or m] for one beyond a position limit.
         CHANGES: Number of avoidable changes of branch.
         DISTANCE: Distance from the preferred configuration [s].
         TRAVEL: Weighted travel [s].
@@ -40,8 +40,8 @@ class CostLevel(IntEnum):
 
     IMPOSSIBLE = 0
     COLLISIONS = 1
-    INFEASIBLE = 2
-    VIOLATION = 3
+    OVERSPEED = 2
+    MIDWAY_EXCESS = 3
     CHANGES = 4
     DISTANCE = 5
     TRAVEL = 6

@@ -170,11 +170,11 @@ def compute_step_costs(
         cost = make_cost(*shape, travel=weight * joints.travel(moves, rules.rest_to_rest))
         if rules.is_timed:
             utilisation = _utilisation(joints, moves / rules.duration)
-            cost[CostLevel.INFEASIBLE] = np.where(utilisation > OVERSPEED_FACTOR, utilisation, 0.0)
-            cost[CostLevel.VIOLATION] = _midpoint_violations(
+            cost[CostLevel.OVERSPEED] = np.where(utilisation > OVERSPEED_FACTOR, utilisation, 0.0)
+            cost[CostLevel.MIDWAY_EXCESS] = _halfway_overspeed(
                 joints, rules.duration, moves, start, end
             )
-            cost[CostLevel.VIOLATION] += _limit_violations(joints, rules.duration, start, end)
+            cost[CostLevel.MIDWAY_EXCESS] += _position_excess(joints, rules.duration, start, end)
         if rules.branch_change != "allowed":
             changed = (start.flags[:, None, :] * end.flags[None, :, :] < 0).any(axis=2)
             if rules.branch_change == "avoided":
@@ -191,7 +191,7 @@ def _utilisation(joints: JointRules, velocity: FloatArray) -> FloatArray:
     return np.asarray((np.abs(velocity) / joints.limit[:, None, None]).max(axis=0))
 
 
-def _midpoint_violations(
+def _halfway_overspeed(
     joints: JointRules, duration: float, moves: FloatArray, start: Layer, end: Layer
 ) -> FloatArray:
     """Cost of cubics that are too fast halfway, shape (l, m)."""
@@ -200,7 +200,7 @@ def _midpoint_violations(
     return np.where(utilisation > OVERSPEED_FACTOR, 2.0 - 1.0 / np.maximum(utilisation, 1.0), 0.0)
 
 
-def _limit_violations(joints: JointRules, duration: float, start: Layer, end: Layer) -> FloatArray:
+def _position_excess(joints: JointRules, duration: float, start: Layer, end: Layer) -> FloatArray:
     """Cost of cubics beyond a position limit between waypoints, shape (l, m)."""
     # a cubic at rest at both ends stays between them
     moving = start.velocity.any(axis=0) | end.velocity.any(axis=0)

@@ -228,7 +228,7 @@ class _NearestSolution:
             q, steps = minimise_by_self_motion(self.search, q, self.goal)
             self.iterations += steps
             self.distance = self._distance_from_goal(q)
-        errors = self.search.errors(q)
+        errors = self.search.distance_and_angle(q)
         q.setflags(write=False)
         return IKSolution(
             q,
