@@ -49,7 +49,7 @@ def _contact_end(
 ) -> float:
     """Find the last contact-free time [s] on the way from such a time to one of contact."""
     while abs(touching - apart) > max(CONTACT_PRECISION, 4.0 * np.spacing(max(apart, touching))):
-        middle = (free + touching) / 2
+        middle = (apart + touching) / 2
         if _is_too_near(model, curve, k, np.array([middle]))[0]:
             touching = middle
         else:
