@@ -18,7 +18,7 @@ All contenders but TOPP-RA meet positions and velocities at the waypoints and ke
 
 Beside these: long motions of six joints, whose time to solve should grow with their length; eight
 waypoints of a UR5 whose limits of torque are lowered until they bind; and the shipped scenarios
-whose times are free, with Ruckig chained at the velocities that were chosen for them, and those
+whose times are chosen, with Ruckig chained at the velocities that were chosen for them, and those
 without tool paths whose times are given, which are freed here.
 
 The peers are no dependencies of Knotwork:
@@ -255,7 +255,7 @@ def torques(seed: int) -> list[dict[str, Any]]:
 
 
 def freed(scenario: Scenario) -> dict[str, Any]:
-    """A scenario with given times as a mapping in which they are free.
+    """A scenario with given times as a mapping in which they are chosen.
 
     Where a joint has no limits to be fast under, the peaks of the motion with given times are all.
     """
@@ -281,7 +281,7 @@ def freed(scenario: Scenario) -> dict[str, Any]:
 
 
 def shipped() -> list[dict[str, Any]]:
-    """The shipped scenarios with free times, and those whose given times can be freed."""
+    """The shipped scenarios with chosen times, and those whose given times can be chosen."""
     rows = []
     for name in resources.names("scenarios"):
         scenario = load_scenario(name)

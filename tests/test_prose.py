@@ -48,5 +48,5 @@ def test_the_changelog_is_short_and_has_each_heading_once() -> None:
     unreleased = text.split("## [Unreleased]")[1].split("## [1.0.0]")[0]
     headings = re.findall(r"^#+ .+$", unreleased, re.MULTILINE)
     assert sorted(set(headings)) == sorted(headings)
-    entries = [entry.split() for entry in re.split(r"^- ", unreleased, flags=re.MULTILINE)[1:]]
+    entries = [entry.split() for entry in re.split(r"^[-|] ", unreleased, flags=re.MULTILINE)[1:]]
     assert [" ".join(words) for words in entries if len(words) > 60] == []

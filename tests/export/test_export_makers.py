@@ -327,7 +327,7 @@ def test_franka_has_limits_of_its_interface(panda_arm: kw.Robot) -> None:
     home = panda_arm.configuration("home").tolist()
     fast = swing(panda_arm.joint_names, home, 0, 2.4, 1.6)
     assert fast.report.ok
-    with pytest.raises(ExportError, match=r"velocity .*'panda_joint1' is 2\.\d+ .* there is 2.175"):
+    with pytest.raises(ExportError, match=r"velocity .*'panda_joint1' is 2\.\d+ .* accepts 2.175"):
         export.to_franka(fast.trajectory, robot=fast.joints.robot)
     with pytest.raises(ExportError, match=r"needs the arm.*--scenario"):
         export.to_franka(fast.trajectory)

@@ -108,7 +108,7 @@ def test_reports_unchecked_pairs_of_surroundings() -> None:
     wall = {"box": [0.02, 0.02, 0.02], "position": [0, 2.2, 0]}
     report = kw.plan(belt(scene={"objects": {"box": BOX, "post": post, "wall": wall}})).report
     messages = [finding.message for finding in report.select(quantity="pairs_not_checked")]
-    because = "not checked, as no joint of the robot moves one of them to the other: "
+    because = "not checked, since no joint of the robot moves one of them to the other: "
     assert f"{because}box and post; box and wall" in messages
 
 

@@ -60,7 +60,7 @@ def test_prefers_stamp_to_reception_time(tmp_path: Path) -> None:
     head, body, _ = rows("PlotJuggler")
     log = read_log(write_rows(tmp_path / "log.csv", head, body), NAMES, UNITS)
     assert log.origin == pytest.approx(START, abs=1e-6)
-    assert log.notes == ("1 rows without time and position of every joint",)
+    assert log.notes == ("rows without the time or a joint's position: 1",)
 
 
 def test_reads_stamp_of_own_topic(tmp_path: Path) -> None:
@@ -95,7 +95,7 @@ def test_sorts_rows_and_averages_equal_times(tmp_path: Path) -> None:
     assert log.time.size == 39
     assert (np.diff(log.time) > 0).all()
     assert log.position[7] == pytest.approx(Q[7:9].mean(axis=0), abs=6e-6)
-    assert log.notes == ("1 rows were not in order of time and 1 rows had the time of another",)
+    assert log.notes == ("rows not in order of time: 1", "rows at the time of another row: 1")
 
 
 HEADINGS = "t,q1,q2,qd1,qd2"

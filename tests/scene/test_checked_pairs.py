@@ -169,8 +169,8 @@ def run(knotwork: Command, folder: Path, objects: str) -> str:
         ("mesh: empty.stl", "line 3: scene.objects.part.mesh: mesh"),
         ("mesh: half.stl", "half.stl can't be read: it is not read whole: its lines 'solid'"),
         ("mesh: open.stl, exact: true", "is not watertight"),
-        ("mesh: small.stl", "plausibly in another unit; a scale 1000 times as large makes it"),
-        ("mesh: large.stl", "plausibly in another unit; a scale 0.001 times as large makes it"),
+        ("mesh: small.stl", "probably in another unit; a scale 1000 times as large makes it"),
+        ("mesh: large.stl", "probably in another unit; a scale 0.001 times as large makes it"),
     ],
 )
 def test_refuses_meshes_that_are_no_solid_or_in_another_unit(
@@ -202,7 +202,7 @@ def test_a_broken_srdf_is_named(knotwork: Command, tmp_path: Path) -> None:
     pairs = pair.format("base_link", "forearm_link") + pair.format("base_link", "elbow_link")
     (tmp_path / "arm.srdf").write_text(f"<robot>{pairs}</robot>")
     ran = knotwork("plan", tmp_path / "task.yaml", "--full")
-    assert "not checked, as the SRDF disables it (never): base_link and forearm_link" in ran.out
+    assert "not checked, since the SRDF disables it (never): base_link and forearm_link" in ran.out
     (tmp_path / "arm.yaml").write_text(
         f"urdf: {robot}\ntool_frame: tool0\ncollision: {{ignore: [[forearm_link, hand]]}}\n"
     )

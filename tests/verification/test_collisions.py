@@ -293,12 +293,12 @@ def test_allowed_and_ignored_pairs_are_not_checked() -> None:
     assert "tool, wall" not in pairs(allowed)
     messages = [one.message for one in allowed.select(quantity="pairs_not_checked")]
     listed = "wrist_2_link and wall; wrist_3_link and wall; ee_link and wall; tool and wall"
-    assert f"not checked, as the scenario allows it: {listed}" in messages
+    assert f"not checked, since the scenario allows it: {listed}" in messages
     ignored = kw.plan({**REACH_OVER, "collisions": {"ignore": [["tool", "wall"]]}}).report
     assert "tool, wall" not in pairs(ignored)
     messages = [one.message for one in ignored.select(quantity="pairs_not_checked")]
-    assert "not checked, as the scenario ignores it: tool and wall" in messages
-    assert any("as a joint joins them: base_link and" in one for one in messages)
+    assert "not checked, since the scenario ignores it: tool and wall" in messages
+    assert any("since a joint joins them: base_link and" in one for one in messages)
     assert not any("move as one" in one for one in messages)
     visual = {**REACH_OVER, "scene": {"objects": {"wall": {**WALL, "visual": True}}}}
     assert not any("wall" in name for name in pairs(kw.plan(visual).report))

@@ -18,7 +18,7 @@ class CollisionFields(StrictModel):
         "Names of the two links of each pair", []
     )
     srdf: Text | None = optional(
-        "Path of an SRDF whose disabled pairs are not checked, as that of the URDF"
+        "Path of an SRDF, given as that of the URDF; its disabled pairs are not checked"
     )
 
 

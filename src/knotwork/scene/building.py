@@ -329,7 +329,7 @@ class _Builder:
             text = shape.units.text
             raise InputError(
                 f"{kind} {shape.path} is {text(size, 'm', '.4g')} across, and the arm reaches "
-                f"{text(reach, 'm', '.2g')}: it is plausibly in another unit; a scale {factor:g} "
+                f"{text(reach, 'm', '.2g')}: it is probably in another unit; a scale {factor:g} "
                 f"times as large makes it {text(size * factor, 'm', '.4g')}"
             )
 

@@ -163,4 +163,6 @@ class CollisionModel:
         for pair in self.ignored:
             if pair.reason not in (MOVE_TOGETHER, NEITHER_MOVES):
                 pairs.setdefault(pair.reason, []).append(f"{pair.first} and {pair.second}")
-        return [f"not checked, as {reason}: {'; '.join(named)}" for reason, named in pairs.items()]
+        return [
+            f"not checked, since {reason}: {'; '.join(named)}" for reason, named in pairs.items()
+        ]

@@ -56,7 +56,9 @@ def load_other_motion(placed: PlacedRobot) -> OtherMotion:
     waiting = _being_planned.get()
     if path in waiting:
         cycle = " needs ".join((*waiting[waiting.index(path) :], path))
-        raise InputError(f"robots need one another: {cycle}; accepted: an independent one")
+        raise InputError(
+            f"robots need one another: {cycle}; accepted: motion: a recorded motion of one of them"
+        )
     files = (Path(placed.scenario), placed.motion) if placed.motion else (Path(placed.scenario),)
     changed = tuple(file.stat().st_mtime_ns for file in files if file.is_file())
     token = _being_planned.set((*waiting, path))

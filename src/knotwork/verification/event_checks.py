@@ -134,7 +134,7 @@ def report_cycles(motion: Motion, scenario: Scenario, joints: ScenarioJoints) ->
         first, last = (scenario.waypoints[i].name for i in (rows[0], rows[-1]))
         text = f"{len(rows)} repetitions, {durations.mean():.4g} s each"
         if np.ptp(durations) > 1e-3:
-            text += f" in the mean, {durations.min():.4g} to {durations.max():.4g} s"
+            text += f" on average, {durations.min():.4g} to {durations.max():.4g} s"
         fact = f"{text}, from {first!r} to {last!r}"
         interval = (float(starts[0]), float(starts[-1]))
         topic = Topic(Group.CYCLES, "cycle", first)

@@ -46,9 +46,9 @@ class ModifiedHermiteSpline(PiecewisePolynomial):
         knots: `"paper"` for Eq. (39); `"balanced"` or a `BalancedKnots` for knots at equal
             distances next to each waypoint; or the m knot times [s] themselves.
         end_acceleration: `None` for the paper's curve, m = 2n - 2 knots, where the accelerations at
-            start and end are free; or the second derivatives at start and end, a pair of scalars or
-            arrays of the trailing shape of `y`, or `"zero"` for both: one more knot in the first
-            and in the last interval, m = 2n.
+            start and end are unknown; or the second derivatives there, a pair of scalars or arrays
+            of the trailing shape of `y`, or `"zero"` for both: one more knot in the first and in
+            the last interval, m = 2n.
         acceleration: Known second derivatives, of the shape of `y`, NaN at waypoints where they are
             unknown. An inner waypoint with known ones ends one section of the curve and begins the
             next one. It is itself a knot, and neither side depends on the other.

@@ -32,12 +32,11 @@ class PlannerOptions:
     Attributes:
         knots: Placement of the rebuilt knots: `"paper"` for Eq. (39), `"balanced"`, a
             `BalancedKnots`, or the knot times [s].
-        end_acceleration: `None` to leave the first and last acceleration to the planner,
-            `"zero"`, or a pair (start, end) of scalars or arrays of shape (d,)
-            [rad/s² or m/s²].
-        accelerations: Accelerations at the waypoints: `None` for the planner's default,
-            `"zero"`, `"estimated"` from the neighbouring waypoints, or an array of shape (n, d)
-            [rad/s² or m/s²].
+        end_acceleration: `None` to leave the first and last acceleration to the planner, `"zero"`,
+            or a pair (start, end) of scalars or arrays of shape (d,) [rad/s² or m/s²].
+        accelerations: Accelerations at the waypoints: `None` for the planner's default, `"zero"`,
+            `"estimated"` from the neighbouring waypoints, or an array of shape (n, d) [rad/s² or
+            m/s²].
         chosen: Sections whose motion was chosen beforehand, in order of time, or `None`.
 
     Raises:

@@ -66,7 +66,7 @@ def plan_353(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePol
     """Make a C2 smooth curve of cubic, quintics and cubic: positions and velocities are met.
 
     The cubics of the first and the last interval determine the accelerations at the second and the
-    last but one waypoint. With four waypoints no acceleration is free. With more, the waypoints in
+    last but one waypoint. With four waypoints these are all. With more, the waypoints in
     the middle need accelerations, and with unsuitable ones the velocity oscillates. Two waypoints
     give one cubic. Three waypoints are refused, because two cubics are the planner `cubic`, whose
     acceleration jumps in the middle.

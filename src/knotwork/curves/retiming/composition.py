@@ -84,8 +84,8 @@ def approximate_by_cubics(
             return PiecewisePolynomial(c, exact.x), deviation
         times = sort_distinct(times, 0.5 * (times[1:] + times[:-1]))
     raise InputError(
-        f"the retimed motion deviates by {deviation.max():.3g} rad or m from the path; accepted: "
-        f"a tolerance of {deviation.max():.3g} or more, now {tolerance:g}"
+        f"the retimed motion deviates by {deviation.max():.3g} rad or m from the path, and the "
+        f"tolerance is {tolerance:g}; accepted: {deviation.max():.3g} or more"
     )
 
 

@@ -31,8 +31,8 @@ RADIUS_TOLERANCE = 1e-6
 class Arc(Curve):
     """A circular arc of any angle, also of more than one turn.
 
-    `Arc.through` a point, `Arc.about` a centre, `Arc.of_radius`, or `Arc` with
-    start, centre, normal and angle.
+    `Arc.through` a point, `Arc.about` a centre, `Arc.of_radius`, or `Arc` with start, centre,
+    normal and angle.
 
     Attributes:
         start, end: End points [m], shape (3,).

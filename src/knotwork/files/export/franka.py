@@ -195,9 +195,9 @@ def _limit_note(
     name, time = motion.joint_names[joint], max(0, row - first) * CYCLE
     if utilisation[row, joint] > 1.0:
         raise ExportError(
-            f"{quantity} of joint {name!r} is {abs(values[row, joint]):.4g} at {time:.3f} s, as "
-            f"Franka's control interface takes differences of rows; its limit there is "
-            f"{limit[row, joint]:.4g}; give the motion more time, or end_acceleration: zero",
+            f"{quantity} of joint {name!r} is {abs(values[row, joint]):.4g} at {time:.3f} s, by "
+            f"differences of rows; Franka's control interface accepts {limit[row, joint]:.4g} "
+            "there; give the motion more time, or end_acceleration: zero",
             joint=name,
             error=float(abs(values[row, joint])),
             time=time,

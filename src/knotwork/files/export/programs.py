@@ -90,8 +90,7 @@ def to_krl(
     Args:
         motion: From rest to rest, of an arm with six revolute axes, base first; sliding joints are
             external axes. Or points of it from `knotwork.files.export.straight_points`.
-        tolerance: Largest error of straight lines between points [rad or m]; by default
-            1e-3.
+        tolerance: Largest error of straight lines between points [rad or m]; by default 1e-3.
         robot: Robot with the revolute external axes, those of tables and positioners.
 
     Raises:

@@ -77,7 +77,7 @@ class MotionTable:
             for i, component in enumerate(components):
                 label = "_".join(part for part in (name, component, unit) if part)
                 if label in columns:
-                    raise InputError(f"a joint's column is named {label!r}, as one of the tool's")
+                    raise InputError(f"a joint and the tool both have a column {label!r}")
                 columns[label] = values[:, i]
         return columns
 

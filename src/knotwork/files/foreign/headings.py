@@ -65,8 +65,8 @@ class Column:
         quantity: `"time"`, one of `QUANTITIES`, or empty for a skipped column.
         joint: Index of the joint, or `None`.
         factor: Factor to SI.
-        clock: Reference of times: `"absolute"`, `"start"` for the start of the
-            task, `"step"` for the previous row.
+        clock: Reference of times: `"absolute"`, `"start"` for the start of the task, `"step"` for
+            the previous row.
     """
 
     quantity: str

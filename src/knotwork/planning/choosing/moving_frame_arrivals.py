@@ -80,9 +80,9 @@ def fix_arrival_times(scenario: Scenario, budget: Budget) -> Scenario:
         chosen_values = _choose(scenario, budget)
     i = max(arrivals, key=lambda k: abs(times[k] - expected[k]))
     raise TimingError(
-        f"{scenario.waypoints[i].name!r} moves, and after {MAX_ARRIVAL_ROUNDS} iterations "
-        f"the arrival at {times[i]:.6g} s is still based on {expected[i]:.6g} s; "
-        "accepted: time or after [s] here and before",
+        f"{scenario.waypoints[i].name!r} is in a moving frame: after {MAX_ARRIVAL_ROUNDS} "
+        f"iterations it is reached at {times[i]:.6g} s where it is at {expected[i]:.6g} s; "
+        "accepted: time or after [s] here and at the waypoints before",
         cause="rounds",
         where=scenario.where("waypoints", scenario.task_index[i]),
     )

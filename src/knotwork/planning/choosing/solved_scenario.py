@@ -99,7 +99,7 @@ class SolvedScenario:
         """Bodies of the robot and the scene that are present from waypoint i to the next one."""
         from knotwork.planning.clear_motions.configuration_space import model_at
 
-        return model_at(self._collision_model, i + 0.5)
+        return model_at(self._collision_model, i + 0.5)  # its times are indices of waypoints
 
     @cached_property
     def _collision_model(self) -> CollisionModel:

@@ -89,8 +89,7 @@ def solve_with_budget(problem: TimingProblem, budget: Budget) -> TimedMotion:
     if motion is None and budget.has_ended:
         message = (
             "no motion that keeps every limit was found within the budget of "
-            f"{budget.seconds:g} s; accepted: a larger budget, or none for no limit of "
-            "time"
+            f"{budget.seconds:g} s; accepted: a larger budget, or none"
         )
         raise TimingError(message, cause="budget")
     if motion is None:

@@ -48,9 +48,9 @@ class TimedMotion(ReadOnlyArrays):
         velocity: Joint velocities at the waypoints, chosen or given, shape (n, d).
         lower_bound: Lower bound on the duration of motions through these waypoints within the
             limits [s].
-        status: `"optimal"`; `"budget"` if the budget ended first, so a better motion may
-            exist; or `"resting"` if the arm comes to rest in each interval, because the solver did
-            not converge or hardly any gain was possible.
+        status: `"optimal"`; `"budget"` if the budget ended first, so a better motion may exist; or
+            `"resting"` if the arm comes to rest in each interval, because the solver did not
+            converge or hardly any gain was possible.
         active_limits: Limits that are active in each interval, the longest first.
         objective_values: Value of each term without its weight, by name: `"time"` [s], and the
             integrals that have a weight.

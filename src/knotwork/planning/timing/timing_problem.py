@@ -173,7 +173,7 @@ class TimingProblem(ReadOnlyArrays):
         needed = np.isfinite(limits.effort).any() or np.isfinite(self.tool_speed)
         if self.dynamics is None and (needed or self.objective.effort):
             raise InputError(
-                "limits of effort or tool speed, and effort to be minimised, need dynamics"
+                "limits of effort or tool speed, and an objective with effort, need dynamics"
             )
         if self.dynamics is not None and self.dynamics.robot.dof != len(self.joint_names):
             raise InputError(

@@ -60,7 +60,7 @@ def _read_ply(path: Path) -> FloatArray:
     except InputError:
         raise
     except Exception as error:  # trimesh raises any exception on unexpected content
-        raise InputError(f"it is no PLY, cut off or damaged ({error})") from error
+        raise InputError(f"it is not a PLY file, cut off or damaged ({error})") from error
     if len(part.triangles):
         raise InputError(
             "it holds triangles, and between their corners there would be gaps; give it as a mesh"

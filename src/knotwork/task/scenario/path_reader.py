@@ -190,7 +190,7 @@ class _PathReader:
                 if before is None:
                     raise self.reading.locations.error(
                         self._location(k, "time"),
-                        "does not give a duration of the path, as the time of the previous "
+                        "does not give a duration of the path, because the time of the previous "
                         "waypoint follows from a speed",
                         "after: its duration [s], or speed",
                     )

@@ -135,11 +135,11 @@ MIN_PATH_TOLERANCE = 1e-9
 class Scenario:
     """A task for a robot arm, in SI except `task`, with poses in the robot's base frame.
 
-    Joint values have units that depend on the robot: `ScenarioJoints` has them in SI.
-    Its waypoints include the start and the ends of waits; "by waypoint" is by their index.
-    The duration to a waypoint is NaN in `durations` if planning chooses it, or the speed along a
-    path to there; all later waypoints are NaN in `times`. `expected_times` has guesses in place of
-    NaN, for moving frames and bodies.
+    Joint values have units that depend on the robot: `ScenarioJoints` has them in SI. Its waypoints
+    include the start and the ends of waits; "by waypoint" is by their index. The duration to a
+    waypoint is NaN in `durations` if planning chooses it, or the speed along a path to there; all
+    later waypoints are NaN in `times`. `expected_times` has guesses in place of NaN, for moving
+    frames and bodies.
 
     Attributes:
         name: Name of the scenario.

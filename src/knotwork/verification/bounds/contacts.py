@@ -38,23 +38,23 @@ def contact_intervals(
     contact[i] = True
     edges = [low] if contact[0] else []
     for before in np.flatnonzero(np.diff(contact)).tolist():
-        free, touching = (before + 1, before) if contact[before] else (before, before + 1)
-        edges.append(_contact_end(model, curve, k, steps[free], steps[touching]))
+        apart, touching = (before + 1, before) if contact[before] else (before, before + 1)
+        edges.append(_contact_end(model, curve, k, steps[apart], steps[touching]))
     edges += [high] if contact[-1] else []
     return tuple(zip(edges[::2], edges[1::2], strict=True))
 
 
 def _contact_end(
-    model: CollisionModel, curve: PiecewisePolynomial, k: int, free: float, touching: float
+    model: CollisionModel, curve: PiecewisePolynomial, k: int, apart: float, touching: float
 ) -> float:
-    """Find the last contact-free time [s] on the way from a free time to a time of contact."""
-    while abs(touching - free) > max(CONTACT_PRECISION, 4.0 * np.spacing(max(free, touching))):
-        middle = (free + touching) / 2
+    """Find the last contact-free time [s] on the way from such a time to one of contact."""
+    while abs(touching - apart) > max(CONTACT_PRECISION, 4.0 * np.spacing(max(apart, touching))):
+        middle = (apart + touching) / 2
         if _is_too_near(model, curve, k, np.array([middle]))[0]:
             touching = middle
         else:
-            free = middle
-    return float(free)
+            apart = middle
+    return float(apart)
 
 
 def _is_too_near(

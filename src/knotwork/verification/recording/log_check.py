@@ -107,9 +107,7 @@ def check_log(
         findings.append(finding)
     if undecided:
         errors = f"{STANDARD_ERRORS:g} standard errors"
-        fact = (
-            f"{undecided} requirements are undecided: their margins are below {errors} of the log"
-        )
+        fact = f"requirements undecided: {undecided}, with margins below {errors} of the log"
         highlight = f"undecided: within {errors} of the limit"
         findings.append(Topic(Group.LOG).finding("undecided", fact, highlight=highlight))
     return replace(report, findings=tuple(findings))

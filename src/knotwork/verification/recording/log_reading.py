@@ -110,7 +110,7 @@ def _to_recording(
     complete = np.isfinite(position).all(axis=1) & np.isfinite(clock).all(axis=1)
     notes = []
     if not complete.all():
-        notes.append(f"{int((~complete).sum())} rows without time and position of every joint")
+        notes.append(f"rows without the time or a joint's position: {(~complete).sum()}")
     if complete.sum() < MIN_SAMPLES:
         message = f"has {int(complete.sum())} rows with the time and a position of every joint"
         raise rows.error(None, None, message, f"at least {MIN_SAMPLES}")
@@ -118,12 +118,10 @@ def _to_recording(
     _refuse_degrees(rows, columns, position, names, units)
     since, origin = _seconds(clock[complete], [factor for _, factor in columns.clock])
     time, order = np.unique(since, return_inverse=True)
-    sorting = []
-    if (np.diff(since) < 0.0).any():
-        sorting.append(f"{int((np.diff(since) < 0.0).sum())} rows were not in order of time")
+    if late := np.count_nonzero(np.diff(since) < 0.0):
+        notes.append(f"rows not in order of time: {late}")
     if time.size < since.size:
-        sorting.append(f"{since.size - time.size} rows had the time of another")
-    notes += [" and ".join(sorting)] if sorting else []
+        notes.append(f"rows at the time of another row: {since.size - time.size}")
     if time.size < MIN_SAMPLES:
         message = f"has samples at {time.size} times"
         raise rows.error(None, None, message, f"at least {MIN_SAMPLES}")

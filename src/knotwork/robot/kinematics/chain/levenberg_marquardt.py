@@ -184,7 +184,7 @@ class PoseSearch:
     def _step(
         self, J: FloatArray, gradient: FloatArray, blocked: Any, damping: float
     ) -> FloatArray:
-        """The step of the free joints, (JᵀJ + λ² I)⁻¹ Jᵀe, shortened to `MAX_STEP`."""
+        """The step of unblocked joints, (JᵀJ + λ² I)⁻¹ Jᵀe, shortened to `MAX_STEP`."""
         H = self._H
         J.T.dot(J, out=H)
         for i in blocked:
