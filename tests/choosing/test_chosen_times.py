@@ -340,3 +340,14 @@ def test_plans_stored_run() -> None:
     plan = kw.plan({"waypoints": waypoints, "chosen": [run]})
     plan.report.raise_if_failed()
     assert plan.trajectory.breaks.tolist() == [0, 0.2, 0.8, 1]
+
+
+def test_tries_other_solutions_where_given_times_are_too_short() -> None:
+    task = kw.Task.load("panda_pick_place_fastest")
+    for after in (0.4, 0.42):  # the best solutions for chosen times take 0.46 s
+        waypoints = [*task.waypoints]
+        waypoints[2] = waypoints[2].replace(after=after)
+        kw.plan(task.replace(waypoints=waypoints)).report.raise_if_failed()
+    waypoints[2] = waypoints[2].replace(after=0.3)
+    with pytest.raises(kw.errors.TimingError, match=r"best of 4 sequences of solutions tried$"):
+        kw.plan(task.replace(waypoints=waypoints))

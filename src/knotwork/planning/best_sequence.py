@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from knotwork.errors import InputError, NoWayFoundError
+from knotwork.errors import InputError, NoWayFoundError, TimingError
 from knotwork.planning.avoidable_collisions import find_avoidable_ends
 from knotwork.planning.planned_motion import Plan
 from knotwork.planning.sequence_planner import SequencePlanner
@@ -44,23 +44,27 @@ def best_of_sequences(sequence_planner: SequencePlanner) -> Plan:
     """Plan the best sequence of solutions whose motion is collision-free.
 
     Sequences are planned, the best first, each without the steps that were blocked before, until
-    one is clear. Of these plans, the one with the fewest colliding pairs is kept. If it collides,
-    motions with chosen times are planned again with `way: clear`, and replace it if fewer pairs
-    collide then. The report lists these attempts.
+    one is clear and within the limits. Of these plans, the one with the fewest colliding pairs is
+    kept. If it collides, motions with chosen times are planned again with `way: clear`, and replace
+    it if fewer pairs collide then. The report lists these attempts.
 
     Raises:
-        NoWayFoundError: For the best sequence, if no motion is found for any of them.
+        NoWayFoundError, TimingError: For the best sequence, if none of them has a motion.
         InputError: The task is wrong.
     """
-    attempts = [_attempt(sequence_planner, sequence_planner.solve())]
-    while (solution := _next_sequence(sequence_planner, attempts)) is not None:
+    first = sequence_planner.solve()
+    attempts = [_attempt(sequence_planner, first)]
+    while (solution := _next_sequence(sequence_planner, first, attempts)) is not None:
         try:
             attempts.append(_attempt(sequence_planner, solution))
         except InputError as error:
             attempts.append(SequenceAttempt(None, (), error))
     plans = [attempt.plan for attempt in attempts if attempt.plan is not None]
     if not plans:
-        raise next(attempt.error for attempt in attempts if attempt.error is not None)
+        reason = next(attempt.error for attempt in attempts if attempt.error is not None)
+        if isinstance(reason, TimingError) and len(attempts) > 1:
+            reason.hint = f"this is the best of {len(attempts)} sequences of solutions tried"
+        raise reason
     best = min(plans, key=_rank)
     if failed_pairs(best.report.findings):
         return _around_obstacles(sequence_planner, best, attempts)
@@ -68,8 +72,8 @@ def best_of_sequences(sequence_planner: SequencePlanner) -> Plan:
         return best
     return _with_finding(
         best,
-        f"the best sequence of solutions has no clear motion; of {len(attempts)} sequences tried "
-        "this is the first that has one",
+        "the best sequence of solutions has no clear motion within the limits; of "
+        f"{len(attempts)} sequences tried this is the first that has one",
     )
 
 
@@ -84,19 +88,24 @@ def _attempt(sequence_planner: SequencePlanner, solution: TaskSolution) -> Seque
     except NoWayFoundError as error:
         if error.between is None:
             return SequenceAttempt(None, (), error)
-        intervals = range(*error.between)
-        return SequenceAttempt(None, _steps(solution, intervals), error)
-    return SequenceAttempt(plan, _steps(plan.solution, _colliding_intervals(plan)))
+        return SequenceAttempt(None, _steps(solution, range(*error.between)), error)
+    except TimingError as error:
+        indices = [fault.waypoint_index for fault in (error, *error.others) if fault.in_interval]
+        return SequenceAttempt(None, _steps(solution, [i for i in indices if i is not None]), error)
+    solution = plan.solution or solution
+    return SequenceAttempt(
+        plan, [] if solution.collisions else _steps(solution, _colliding_intervals(plan))
+    )
 
 
-def _steps(solution: TaskSolution | None, intervals: Iterable[int]) -> list[SequenceStep]:
+def _steps(solution: TaskSolution, intervals: Iterable[int]) -> list[SequenceStep]:
     """Steps of a solution in some intervals; none if no other sequence is worth planning."""
-    q = None if solution is None else solution.sequence
+    q = solution.sequence
     return [] if q is None else [(i, q[i], q[i + 1]) for i in intervals]
 
 
 def _next_sequence(
-    sequence_planner: SequencePlanner, attempts: Sequence[SequenceAttempt]
+    sequence_planner: SequencePlanner, first: TaskSolution, attempts: Sequence[SequenceAttempt]
 ) -> TaskSolution | None:
     """The best sequence without blocked steps, or `None` if no other one is to be planned."""
     has_unknowns = sequence_planner.scenario.unknowns is not None
@@ -105,7 +114,8 @@ def _next_sequence(
     if is_last or not attempts[-1].blocked:
         return None
     following = sequence_planner.solve([step for attempt in attempts for step in attempt.blocked])
-    return None if following.sequence is None else following
+    takes_blocked_step = following.collisions > first.collisions
+    return None if following.sequence is None or takes_blocked_step else following
 
 
 def _colliding_intervals(plan: Plan) -> list[int]:

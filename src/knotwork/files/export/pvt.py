@@ -72,18 +72,23 @@ def to_pvt(
         velocity = knots.velocity[:, i] * drive_units_per_si
         if not np.isfinite([position, velocity]).all():
             raise InputError(f"scale of joint {name!r} is {factor!r}, which is too large")
-        is_drive = factor != 1.0 or shift != 0.0
-        label = "drive" if is_drive else unit
+        label = unit if (factor, shift) == (1.0, 0.0) else "drive"
         columns[f"{name}.position_{label}"] = position
         columns[f"{name}.velocity_{label}_per_s"] = velocity
-        if is_drive:
-            position_text = f"{factor!r} * q + {shift!r}".replace("+ -", "- ")
-            units = f"in drive units: {position_text} and {factor!r} * v, for q in {unit}"
-        else:
-            units = f"in {unit} and {unit}/s"
         numbers = f"Columns {2 * i + 2}, {2 * i + 3}"
-        about.append(f"{numbers}: position and velocity of joint {name!r} {units}.")
+        about.append(
+            f"{numbers}: position and velocity of joint {name!r} in "
+            f"{_units_text(unit, factor, shift)}."
+        )
     return "".join(f"# {line}\n" for line in about) + csv_text(columns)
+
+
+def _units_text(unit: str, factor: float, shift: float) -> str:
+    """Units of a joint's two columns; those of a drive by their formulas."""
+    if (factor, shift) == (1.0, 0.0):
+        return f"{unit} and {unit}/s"
+    position = f"{factor!r} * q + {shift!r}".replace("+ -", "- ")
+    return f"drive units: {position} and {factor!r} * v, for q in {unit}"
 
 
 def increments(time: FloatArray) -> FloatArray:

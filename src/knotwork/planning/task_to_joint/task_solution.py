@@ -64,8 +64,8 @@ class TaskSolution:
             solutions.
         choices: The solutions chosen at the waypoints given by poses, in order.
         sequence: Joint positions at the scenario's waypoints [rad or m], with the virtual joints of
-            its poses, shape (n, d). It is `None` if no other sequence may be feasible and
-            collision-free.
+            its poses, shape (n, d). It is `None` if no other sequence is better.
+        collisions: Number of solutions and steps in it that collide, or are to be avoided.
         starts: Starts of tool paths that begin at a pose, by index of their first waypoint.
     """
 
@@ -73,6 +73,7 @@ class TaskSolution:
     infeasibilities: tuple[Finding, ...] = ()
     choices: tuple[Choice, ...] = ()
     sequence: FloatArray | None = None
+    collisions: float = 0.0
     starts: Mapping[int, PathStart] = field(default_factory=dict, repr=False)
 
     def to_dict(self) -> dict[str, Any]:

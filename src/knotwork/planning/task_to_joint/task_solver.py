@@ -44,7 +44,7 @@ def solve_task(
         scenario: The scenario.
         joints: The joints and the robot.
         knots: Knot placement of the motion along tool paths: see `ModifiedHermiteSpline`.
-        avoided: Steps that count as collisions, because a motion with them collided.
+        avoided: Steps that count as collisions, because no motion with them was clear or possible.
 
     Raises:
         UnreachablePoseError: No configuration reaches a pose.
@@ -94,15 +94,14 @@ def _solve_poses(
     search = SequenceSearch(scenario, extended, chains, avoided)
     chosen = search.solve()
     infeasibilities = find_infeasibilities(search, chosen)
-    # every other sequence is too fast, collides at a waypoint or takes a step that collided
-    hopeless = bool(infeasibilities) or chosen.cost[CostLevel.COLLISIONS] > 0.0
     solution = TaskSolution(
         complete_waypoints(
             scenario, extended, chosen.positions, chosen.velocities, knots, chosen.tracks
         ),
         infeasibilities=infeasibilities,
         choices=describe_choices(search, chosen),
-        sequence=None if hopeless else chosen.positions,
+        sequence=None if infeasibilities else chosen.positions,  # all others are too fast as well
+        collisions=float(chosen.cost[CostLevel.COLLISIONS]),
         starts={t.path.first: t.start(chosen.positions[t.path.first]) for t in chosen.tracks},
     )
     return _with_chosen_velocities(without_virtual_joints(solution, joints), joints)
