@@ -1,7 +1,9 @@
 """Calls in child processes, with time limits. The parent survives their crashes.
 
-The processes of loky, unlike those of `multiprocessing`, do not import the user's script. Each
-child has its own executor, because an executor ends all its processes when one ends.
+The processes of loky, unlike those of `multiprocessing` and Dask, do not import the user's script.
+Dask's workers have no time limit for a task, and a crash there ends other tasks, so they have these
+children as well. Each child has its own executor, because an executor ends all its processes when
+one ends.
 """
 
 from __future__ import annotations

@@ -181,7 +181,7 @@ class GroupSolver:
             best,
             f"the path from {begin.name!r} can't be followed: with {solution} at "
             f"{self.scenario.waypoints[path.first].name!r},",
-            f"Move the path, turn the tool, or {remedy}",
+            f"move the path, turn the tool, or {remedy}",
             since=begin.time,
             units=self.scenario.units,
             waypoint=end.name,
