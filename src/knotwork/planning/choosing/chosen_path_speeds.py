@@ -63,7 +63,7 @@ class AllPathSpeeds:
         for path_speeds in self.by_path:
             for stretch, (_, bound) in path_speeds.by_stretch.items():
                 i = path_speeds.problem.path.first + stretch
-                subject, quantity = ("", bound.value) if isinstance(bound, Reason) else bound[:2]
+                subject, quantity = ("", bound) if isinstance(bound, Reason) else bound
                 limits.append(ActiveLimit(names[i], names[i + 1], subject, quantity, None))
         return tuple(limits)
 

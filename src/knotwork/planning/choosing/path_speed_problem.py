@@ -49,7 +49,7 @@ MAX_SPEED_FACTOR = 0.995
 """Maximum factor on a speed that is lowered in one step."""
 
 
-class Reason(Enum):
+class Reason(str, Enum):
     """A bound of a speed along a path other than the limits of joints and of the tool.
 
     Attributes:
@@ -65,6 +65,8 @@ class Reason(Enum):
     TOLERANCES = "path tolerance"
     ADJACENT_MOTION = "adjacent motion"
     NOTHING = "nothing"
+
+    __str__ = str.__str__
 
 
 SpeedBound: TypeAlias = LimitedQuantity | Reason

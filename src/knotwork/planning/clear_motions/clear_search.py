@@ -11,6 +11,7 @@ import numpy as np
 
 from knotwork.arrays import FloatArray, IndexArray
 from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.retiming import stop_on_path
 from knotwork.curves.retiming.stops import stop_joints
 from knotwork.planning.clear_motions.clear_motion_problem import (
     ClearMotion,
@@ -57,6 +58,9 @@ CLEARANCE_SHARES = (1.0, 0.5, 0.25)
 
 BRAKING_SHARES = (1.0, 0.5, 0.25)
 """Candidate fractions of the limits of acceleration and jerk for stops, in order."""
+
+STOP_TOLERANCE = 1e-6
+"""Largest deviation of a joint from its path during a stop [rad or m]."""
 
 POLYLINE_SEEDS = 3
 """Number of polylines in each stage."""
@@ -185,8 +189,9 @@ class _ClearSearch:
         def candidates() -> Iterator[PiecewisePolynomial | None]:
             for share in BRAKING_SHARES:
                 yield stop_joints(q, v, a, limits.scaled(share))
-            if end == 0 and (stop := problem.stop()) is not None:
-                yield stop
+            if end == 0 and (curve := problem.continued) is not None:
+                stopped = stop_on_path(curve, 0.0, limits, STOP_TOLERANCE)
+                yield curve if stopped is None else stopped[1]  # or it stops at its end
 
         for motion in candidates():
             if motion is None:
