@@ -9,7 +9,6 @@ import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.errors import InputError, NoWayFoundError
 from knotwork.planning.choosing.timing_sections import TimingSection
 from knotwork.planning.clear_motions.clear_motion_problem import (
@@ -61,7 +60,7 @@ def plan_clear_section(
         arm_model=robot.model,
         collision_model=_bodies(section),
         resolution=solved.scenario.scene.collisions.resolution,
-        continued=_continued_curve(section, problem.joint_names),
+        continued=_continued_motion(section, problem.joint_names),
     )
     try:
         motion = find_clear_motion(
@@ -89,20 +88,16 @@ def _lower_bound(clear_problem: ClearMotionProblem) -> float:
     )
 
 
-def _continued_curve(
+def _continued_motion(
     section: TimingSection, joint_names: Sequence[str]
-) -> PiecewisePolynomial | None:
-    """The motion that the task continues, from the start of the section, or `None`."""
+) -> tuple[PiecewisePolynomial, float] | None:
+    """The motion that the task continues, and the start of the section in it [s], or `None`."""
     continued = section.solved.scenario.continued_motion
     if continued is None or section.indices[0]:
         return None
-    motion, start_time = continued
-    curve = motion.polynomial
+    motion, at = continued
     columns = [motion.joint_names.index(name) for name in joint_names]
-    curve = cut_curve(
-        PiecewisePolynomial(curve.c[:, :, columns], curve.x), start_time, float(curve.x[-1])
-    )
-    return PiecewisePolynomial(curve.c, curve.x - start_time)
+    return PiecewisePolynomial(motion.polynomial.c[:, :, columns], motion.polynomial.x), at
 
 
 def _bodies(section: TimingSection) -> CollisionModel:

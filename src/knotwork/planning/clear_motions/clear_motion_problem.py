@@ -56,8 +56,8 @@ class ClearMotionProblem:
         arm_model: Pinocchio model of the arm.
         collision_model: Bodies and their pairs.
         resolution: Gap below which a clearance may count as a violation [m].
-        continued: A motion through the first state at time 0, on whose path the arm stops if
-            independent stops of the joints collide; `None` without one.
+        continued: A motion through the first state, and its time there [s], or `None`. The arm
+            stops on its path if independent stops of the joints collide.
     """
 
     timing: TimingProblem
@@ -66,7 +66,7 @@ class ClearMotionProblem:
     arm_model: Any
     collision_model: CollisionModel
     resolution: float = 1e-4
-    continued: PiecewisePolynomial | None = None
+    continued: tuple[PiecewisePolynomial, float] | None = None
 
     @property
     def loaded_arm_model(self) -> Any:

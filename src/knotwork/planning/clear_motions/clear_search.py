@@ -189,9 +189,10 @@ class _ClearSearch:
         def candidates() -> Iterator[PiecewisePolynomial | None]:
             for share in BRAKING_SHARES:
                 yield stop_joints(q, v, a, limits.scaled(share))
-            if end == 0 and (curve := problem.continued) is not None:
-                stopped = stop_on_path(curve, 0.0, limits, STOP_TOLERANCE)
-                yield curve if stopped is None else stopped[1]  # or it stops at its end
+            if end == 0 and problem.continued is not None:
+                stop = stop_on_path(*problem.continued, limits, STOP_TOLERANCE)
+                if stop is not None:
+                    yield stop[1]
 
         for motion in candidates():
             if motion is None:
