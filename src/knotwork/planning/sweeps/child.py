@@ -86,8 +86,8 @@ class Child:
                 return call.result()
         except BrokenProcessPool as error:
             self.close()
-            found = re.search(r"exit codes of the workers are {(.*?)}", str(error))
-            code = found[1] if found else ""
+            match = re.search(r"exit codes of the workers are {(.*?)}", str(error))
+            code = match[1] if match else ""
             message = f"its process ended with {code or 'an unknown code'}"
             raise PlanningCrashError(message, exit_code=code) from error
         self.close()
