@@ -13,6 +13,7 @@ import pytest
 from tasks import LIFT, without_time
 
 import knotwork as kw
+from knotwork.errors import PlanningCrashError, PlanningTimeoutError
 from knotwork.verification import CHECKS
 from texts import written
 
@@ -234,6 +235,9 @@ def test_rows_hang_or_crash_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert messages[2] == "took longer than 20 s"
     assert "EXIT(7)" in messages[4]
     assert (tmp_path / "ended").exists()
+    (crashed,) = kw.plan_many([study.scenario(4)], workers=1)
+    assert isinstance(crashed, PlanningCrashError)
+    assert crashed.exit_code == "EXIT(7)"
 
 
 def test_faults_in_planning_are_a_row(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -260,6 +264,9 @@ def test_plans_of_many() -> None:
     assert not first.report.ok
     assert last.report.ok
     assert first.report.findings == kw.plan(LIFT).report.findings
+    (slow,) = kw.plan_many([LIFT], workers=1, time_limit=1e-9)
+    assert isinstance(slow, PlanningTimeoutError)
+    assert slow.time_limit == 1e-9
     with pytest.raises(kw.InputError, match="workers is 0"):
         kw.plan_many(tasks, workers=0)
     with pytest.raises(kw.InputError, match=r"scenarios\[1\] is 5; accepted: a name"):
