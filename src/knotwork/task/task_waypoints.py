@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
@@ -29,7 +29,7 @@ KINDS = {"along": "PathWaypoint", "pose": "PoseWaypoint", "joints": "JointWaypoi
 
 
 class _Waypoint(TaskPart):
-    ALTERNATIVES = (("time", "after"),)
+    ALTERNATIVES: ClassVar[tuple[tuple[str, ...], ...]] = (("time", "after"),)
 
     name: Text | None = optional("Unique name, for messages and reports; left out: its number")
     time: Number | None = optional("Time since the start", unit="s")
