@@ -216,15 +216,15 @@ def _moving_base_error(scenario: Scenario, robot: Robot) -> InputError:
 def _check_limits(scenario: Scenario, joints: ScenarioJoints, limits: JointLimits) -> None:
     """Refuse a joint with unbounded acceleration."""
     bounded = np.isfinite(limits.acceleration)
-    reason, values = "no acceleration limit is given", ""
+    quantity, values = "acceleration", ""
     if joints.robot is not None:
         bounded |= np.isfinite(limits.effort)
-        reason = "neither a limit of acceleration nor one of effort is known"
+        quantity = "acceleration or effort"
         values = ", with values for this robot"
     unbounded = np.array(joints.joint_names)[~bounded]
     if unbounded.size:
         raise InputError(
-            f"times are chosen, but no limit bounds the acceleration of {', '.join(unbounded)}: "
-            f"{reason}; accepted: acceleration: {{joint: value, …}}{values}",
+            f"times are chosen, so each joint needs a limit of {quantity}, but none is known for "
+            f"{', '.join(unbounded)}; accepted: acceleration: {{joint: value, …}}{values}",
             where=scenario.where("limits"),
         )
