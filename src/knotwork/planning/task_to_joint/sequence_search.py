@@ -251,7 +251,7 @@ def velocity_at(
     if track is not None:
         self_motion_target = track.self_motion_target(waypoint.time, q)
         return chain.scatter(
-            velocity_on_path(robot, track.path.motion, q, waypoint.time, self_motion_target)
+            velocity_on_path(robot, track.path.timed_path, q, waypoint.time, self_motion_target)
         )
 
     def solve(preferred: FloatArray | None) -> FloatArray:
