@@ -72,11 +72,10 @@ def test_waypoints_and_paths_move_with_frame() -> None:
         assert abs(pin.log3(pose.rotation.T @ pin.rpy.rpyToMatrix(np.pi, 0, 0))).max() < 1e-7
         assert moving == pytest.approx(np.array(velocity, dtype=float), abs=1e-5)
     path = plan.scenario.paths[0].timed_path
-    start, end = path.start_time, path.end_time
-    for t in np.linspace(start + 1e-4, end - 1e-4, 60).tolist():
+    for t in np.linspace(path.start_time + 1e-4, path.end_time - 1e-4, 60).tolist():
         pose, moving = in_tray(plan, t)
         assert np.hypot(pose.translation[1], pose.translation[2] - 0.1) < 1e-4
-        if start + 0.1 < t < end - 0.1:
+        if path.start_time + 0.1 < t < path.end_time - 0.1:
             assert moving[0] == pytest.approx(0.05, rel=0.01)
     (speed,) = plan.report.select(quantity="path_speed")
     assert speed.proof == "bounded"

@@ -100,7 +100,7 @@ class SequenceSearch:
         check_branch(scenario, robot)
         waypoint_unknowns = scenario.unknowns.waypoints if scenario.unknowns is not None else ()
         self.unknown_speeds = frozenset(
-            i for i, waypoint in enumerate(waypoint_unknowns) if waypoint.speed_kind != "given"
+            i for i, waypoint in enumerate(waypoint_unknowns) if waypoint.velocity_kind != "given"
         )
         self.joint_rules = joint_rules(robot)
         self.steps = step_rules(scenario, chains, joints.targets, self.unknown_speeds, avoided)
