@@ -99,7 +99,9 @@ def test_tool_follows_seam_plus_weave(name: str) -> None:
         (row,) = plan.report.select(quantity=quantity)
         assert row.ok
         assert row.proof == "bounded"
-    assert "leaves the woven line by" in str(plan.report.select(quantity="path_deviation")[0])
+    assert " from the woven line, tolerance" in str(
+        plan.report.select(quantity="path_deviation")[0]
+    )
 
 
 EDGES = [("triangle", 0.0, TOLERANCE), ("triangle", 0.1, 4e-4), ("sine", 0.1, 0.0)]

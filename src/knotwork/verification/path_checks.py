@@ -247,9 +247,9 @@ def _error_text(
         for number in (abs(bound.value), bound.limit, max(bound.value, 0.0))
     )
     if quantity == "path_deviation":
-        return f"the tool leaves the {stretch.kind} by {value}, tolerance {limit}"
+        return f"the tool is up to {value} from the {stretch.kind}, tolerance {limit}"
     if quantity == "path_orientation":
-        return f"the orientation of the tool is off by {value}, tolerance {limit}"
+        return f"the orientation error of the tool is up to {value}, tolerance {limit}"
     if quantity == "path_turn" and path.freedom is not None:
         side = "outside" if bound.value > 0.0 else "inside"
         ranges = _angle_ranges_text(path.freedom, units)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
 
 from knotwork.arrays import FloatArray
-from knotwork.errors import InputError, TimingError, merge_errors
+from knotwork.errors import TimingError, merge_errors
 from knotwork.planning.choosing.clear_sections import plan_clear_section
 from knotwork.planning.choosing.solved_scenario import SolvedScenario
 from knotwork.planning.choosing.timing_sections import TimingSection
@@ -33,21 +33,13 @@ class SectionsUnsolvedError(Exception):
     """Limits leave no motion for some sections.
 
     Attributes:
-        errors: Reasons, by section.
+        sections: These sections.
+        error: The reasons, merged into one error.
     """
 
-    def __init__(self, errors: dict[TimingSection, TimingError]) -> None:
+    def __init__(self, sections: Collection[TimingSection], error: TimingError) -> None:
         super().__init__()
-        self.errors = errors
-
-    def combined_error(self) -> InputError:
-        """The combined error of all sections."""
-        causes: list[InputError] = []
-        for section, error in self.errors.items():
-            of_section = (error, *error.others)
-            section.add_locations(of_section)
-            causes += of_section
-        return merge_errors(causes)
+        self.sections, self.error = sections, error
 
 
 def solve_sections(
@@ -85,9 +77,8 @@ def solve_sections(
     try:
         return _solve_each(sections, objective, budget, totals)
     except SectionsUnsolvedError as failure:
-        error = failure.combined_error()
-        error.hint = f"the shortest motion found lasts {rounded_up(shortest):.6g} s"
-        raise error from None
+        failure.error.hint = f"the shortest motion found lasts {rounded_up(shortest):.6g} s"
+        raise failure.error from None
 
 
 def _solve_each(
@@ -98,7 +89,8 @@ def _solve_each(
 ) -> dict[TimingSection, TimedMotion]:
     """Solve sections one by one, some of them with a total duration [s]."""
     motions: dict[TimingSection, TimedMotion] = {}
-    errors: dict[TimingSection, TimingError] = {}
+    unsolved: list[TimingSection] = []
+    errors: list[TimingError] = []
     ends: dict[int, FloatArray] = {}  # of collision-free motions, which choose their solutions
     for section in sections:
         problem = section.timing_problem(objective, totals.get(section))
@@ -113,9 +105,10 @@ def _solve_each(
                 motion = plan_clear_section(section, problem, budget, ends.get(first))
                 motions[section], ends[last] = motion, motion.trajectory.position(motion.duration)
         except TimingError as error:
-            errors[section] = error
+            unsolved.append(section)
+            errors += section.located([error, *error.others])
     if errors:
-        raise SectionsUnsolvedError(errors)
+        raise SectionsUnsolvedError(unsolved, merge_errors(errors))
     return motions
 
 
