@@ -54,6 +54,7 @@ def check_tool_paths(motion: Motion, scenario: Scenario, joints: ScenarioJoints)
             ends = (scenario.waypoints[i].name for i in (path.first, path.last))
             begin, end = map(quoted_waypoint, ends)
             kind = "in a moving frame" if path.timed_path.frame.is_moving else "woven"
+            fact = f"the tool path from {begin} to {end} is {kind} and is not checked"
             yield Topic(Group.WARNINGS).finding("path", fact, "warning")
         compared = [path for path in group if path not in skipped]
         for followed in _follow_paths(motion, scenario, joints.robot, compared):
