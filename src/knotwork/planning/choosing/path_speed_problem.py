@@ -31,7 +31,7 @@ SPEED_DIGITS = 4
 """Number of digits to which speeds are rounded down."""
 
 MIN_SPEED = 1e-3
-"""Speed that no speed is lowered below to keep a limit [m/s]."""
+"""Lowest speed that a limit may require [m/s]."""
 
 MAX_EXPECTED_UTILISATION = 0.998
 """Maximum expected utilisation of each limit."""

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
+import numpy as np
+
 from knotwork.arrays import FloatArray
 from knotwork.errors import InputError, TimingError, merge_errors
 from knotwork.planning.choosing.clear_sections import plan_clear_section
@@ -72,10 +74,8 @@ def solve_sections(
     if unknowns.total_duration is None:
         return _solve_each(sections, objective, budget)
     fastest = _solve_each(with_unknown_times, Objective(), budget)
-    durations = solved.scenario.durations
-    for section in with_unknown_times:
-        durations[section.indices[:-1]] = 0.0
-    outside = float(durations.sum())
+    chosen = [i for section in with_unknown_times for i in section.indices[:-1]]
+    outside = float(np.delete(solved.scenario.durations, chosen).sum())
     shortest = outside + sum(motion.duration for motion in fastest.values())
     if unknowns.total_duration < shortest:
         budget_ended = any(motion.status == "budget" for motion in fastest.values())

@@ -73,7 +73,7 @@ class TaskSolution:
     infeasibilities: tuple[Finding, ...] = ()
     choices: tuple[Choice, ...] = ()
     sequence: FloatArray | None = None
-    collisions: float = 0.0
+    collisions: int = 0
     starts: Mapping[int, PathStart] = field(default_factory=dict, repr=False)
 
     def to_dict(self) -> dict[str, Any]:
