@@ -152,7 +152,7 @@ def _limits_by_interval(chosen_values: ChosenValues) -> dict[tuple[str, str], _S
 def _quantity_text(quantity: str, scenario: Scenario) -> str:
     """A limited quantity, or another bound of a speed along a path."""
     if quantity is Reason.PATH_ACCELERATION:
-        path = next(path for path in scenario.paths if not path.motion.is_wait)
+        path = next(path for path in scenario.paths if not path.timed_path.is_wait)
         return f"path.acceleration, {scenario.units.text(path.requested.acceleration, 'm/s²')}"
     return REASON_TEXTS.get(quantity, quantity.replace("_", " "))
 

@@ -72,7 +72,7 @@ def planned_utilisation(
     )
     curve = ModifiedHermiteSpline(time, q, v, knots=knots_of(solved.scenario), acceleration=a)
     t = _sample_points(curve)
-    ends = path.motion.start_time + _parts(path.motion.timing)
+    ends = path.timed_path.start_time + _parts(path.timed_path.timing)
     return _largest_by_part(limits.utilisation(curve, t), t, ends)
 
 
@@ -123,7 +123,7 @@ class PathUtilisation:
         lengths = path.requested.lengths
         # at 1 m/s time is the arc length
         timing = speed_profile(lengths, np.ones(len(lengths)), acceleration=1.0)
-        at_unit_speed = TimedPath(path.motion.path, timing)
+        at_unit_speed = TimedPath(path.timed_path.tool_path, timing)
         robot, start, target = solved.solution.starts[path.first]
         curve = JointsOnPath(robot, at_unit_speed, start, target).curve
         joint_count = len(limits.joint_names)

@@ -142,7 +142,7 @@ def _insert_waypoints(
     continuation = track.continuation_from(begin.q)
     try:
         joints_on_path = JointsOnPath(
-            begin.robot, path.motion, begin.q, begin.self_motion_target, continuation
+            begin.robot, path.timed_path, begin.q, begin.self_motion_target, continuation
         )
         followed = insert_path_waypoints(joints_on_path, tolerances, times=path.times, knots=knots)
     except PathError as error:
@@ -151,7 +151,7 @@ def _insert_waypoints(
         raise
     requested = np.isin(followed.time, followed.time[np.searchsorted(followed.time, path.times)])
     scale, unit = scenario.units.per_metre, scenario.units.length
-    along = scale * path.motion.arc_length(followed.time)
+    along = scale * path.timed_path.arc_length(followed.time)
     names, k = np.empty(len(along), dtype=object), path.first - 1
     for row, is_requested in enumerate(requested):
         if is_requested:

@@ -121,7 +121,7 @@ class GroupSolver:
         """
         from knotwork.robot.kinematics.following.ladder import Ladder
 
-        moving = [track for track in tracks if not track.path.motion.is_wait]
+        moving = [track for track in tracks if not track.path.timed_path.is_wait]
         if self.scenario.task.pull_to_middle or len({track.path.freedom for track in moving}) != 1:
             return
         chain = moving[0].chain
@@ -129,12 +129,12 @@ class GroupSolver:
             return
         branches, rows = np.unique(first.branch, return_index=True)
         is_clear = None if self.collisions is None else self.collisions.are_clear
-        paths = [track.path.motion for track in moving]
+        paths = [track.path.timed_path for track in moving]
         ladder = Ladder(chain.robot, paths, first.q[rows][:, chain.columns], is_clear)
         for start, curves in ladder.find_guided_starts(MAX_GUIDED):
             guides = iter(curves)
             guided = [
-                track if track.path.motion.is_wait else track._replace(guide=next(guides))
+                track if track.path.timed_path.is_wait else track._replace(guide=next(guides))
                 for track in tracks
             ]
             yield first.select(first.branch == branches[start]), guided
@@ -177,7 +177,7 @@ class GroupSolver:
             solution += " in the requested branch"
             remedy = "try branch: free"
         error = make_following_error(
-            path.motion,
+            path.timed_path,
             best,
             f"the path from {begin.name!r} can't be followed: with {solution} at "
             f"{self.scenario.waypoints[path.first].name!r},",

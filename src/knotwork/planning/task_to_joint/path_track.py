@@ -54,14 +54,14 @@ class PathTrack(NamedTuple):
         """Target of the self-motion at joint positions (d,) of the chain at a time [s]."""
         if self.guide is None:
             return self.rate_to_middle
-        s = self.path.motion.arc_length(time)
+        s = self.path.timed_path.arc_length(time)
         return self.guide.offset(whole_turns(q - self.guide.posture(s)))
 
     def start(self, q: FloatArray) -> PathStart:
         """Start of the path, from the positions of all joints [rad or m]."""
         start = q[self.chain.columns]
         return PathStart(
-            self.chain.robot, start, self.self_motion_target(self.path.motion.start_time, start)
+            self.chain.robot, start, self.self_motion_target(self.path.timed_path.start_time, start)
         )
 
     def continuation_from(self, start: FloatArray) -> Continuation | None:
@@ -114,7 +114,7 @@ class CandidateMotions:
         _, firsts, branch = np.unique(start.branch, return_index=True, return_inverse=True)
         target = track.self_motion_target(float(times[0]), q[firsts[0]])
         continuation = continue_along(
-            track.chain.robot, track.path.motion, q[firsts], times, target=target
+            track.chain.robot, track.path.timed_path, q[firsts], times, target=target
         )
         return cls(track, start, continuation, branch, q - q[firsts][branch], collisions)
 
