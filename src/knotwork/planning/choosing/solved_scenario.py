@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knotwork.arrays import IndexArray
-from knotwork.planning.task_to_joint import TaskSolution, knots_of, solve_task
+from knotwork.planning.task_to_joint import TaskSolution, solve_task
 from knotwork.task import Weights
 from knotwork.task.scenario import Scenario, ScenarioUnknowns, WaypointUnknowns
 from knotwork.task.scenario.scenario_joints import ScenarioJoints, read_scenario_joints
@@ -32,19 +32,20 @@ class SolvedScenario:
         scenario: The scenario.
         joints: Its joints.
         solution: Its waypoints at the joints, unknown times as expected.
-        requested: The scenario before any value was chosen.
+        original_scenario: The scenario before any value was chosen.
     """
 
     scenario: Scenario
     joints: ScenarioJoints
     solution: TaskSolution
-    requested: Scenario
+    original_scenario: Scenario
 
     @classmethod
     def solve(cls, scenario: Scenario) -> SolvedScenario:
         """A scenario with its joints and the best solutions of its poses."""
         joints = read_scenario_joints(scenario)
-        return cls(scenario, joints, solve_task(scenario, joints, knots_of(scenario)), scenario)
+        solution = solve_task(scenario, joints, scenario.knot_placement)
+        return cls(scenario, joints, solution, scenario)
 
     @property
     def unknowns(self) -> ScenarioUnknowns:
