@@ -24,13 +24,11 @@ class Pairing:
         robot: The robot.
         tree: Its joints, followed by those of known motions.
         scene: The surroundings, and the rules of the check.
-        by_scenario: Pairs that the scenario excludes, by the identities of the two bodies.
+        excluded: Pairs that the scenario excludes, by the identities of the two bodies.
     """
 
-    def __init__(
-        self, robot: Robot, tree: JointTree, scene: Scene, by_scenario: Exclusions
-    ) -> None:
-        self.scene, self.by_scenario = scene, by_scenario
+    def __init__(self, robot: Robot, tree: JointTree, scene: Scene, excluded: Exclusions) -> None:
+        self.scene, self.by_scenario = scene, excluded
         self.srdf_reasons = _read_srdf(robot)
         self.by_files = dict.fromkeys(self.srdf_reasons, Exclusion.BY_SRDF)
         self.by_files |= {frozenset(pair): Exclusion.BY_ROBOT for pair in robot.ignored_pairs}

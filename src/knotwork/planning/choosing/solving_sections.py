@@ -70,8 +70,7 @@ def solve_sections(
     outside = float(np.delete(solved.scenario.durations, chosen).sum())
     shortest = outside + sum(motion.duration for motion in fastest.values())
     if unknowns.total_duration < shortest:
-        budget_ended = any(motion.status == "budget" for motion in fastest.values())
-        raise _total_too_short(solved, shortest, budget_ended=budget_ended)
+        raise _total_too_short(solved, shortest, fastest.values())
     factor = (unknowns.total_duration - outside) / (shortest - outside)
     totals = {section: factor * motion.duration for section, motion in fastest.items()}
     try:
@@ -112,17 +111,26 @@ def _solve_each(
     return motions
 
 
-def _total_too_short(solved: SolvedScenario, shortest: float, *, budget_ended: bool) -> TimingError:
-    """The error for a duration below that of the shortest motion found [s].
+def _total_too_short(
+    solved: SolvedScenario, shortest: float, fastest: Collection[TimedMotion]
+) -> TimingError:
+    """The error for a duration below that of the shortest motion found.
 
     Args:
         solved: The scenario and its IK solutions.
         shortest: Duration of that motion [s].
-        budget_ended: Whether the budget ended before a shorter one could be found.
+        fastest: Its sections.
     """
+    limits = [limit for motion in fastest for limit in motion.active_limits]
+    longest = max(limits, key=lambda limit: limit.share or 0.0, default=None)
+    limited = ""
+    if longest is not None:
+        of_subject = f" of {longest.subject!r}" if longest.subject else ""
+        limited = f", which {longest.quantity.replace('_', ' ')}{of_subject} limits most"
+    budget_ended = any(motion.status == "budget" for motion in fastest)
     return TimingError(
         f"{solved.unknowns.total_duration:g} s is shorter than the minimum time found within "
-        f"the limits, {rounded_up(shortest):.6g} s; accepted: "
+        f"the limits, {rounded_up(shortest):.6g} s{limited}; accepted: "
         f"{sufficient_duration(shortest):.6g} s or more"
         f"{', or a larger budget' if budget_ended else ''}",
         cause="budget" if budget_ended else "duration",

@@ -59,9 +59,6 @@ CLEARANCE_SHARES = (1.0, 0.5, 0.25)
 BRAKING_SHARES = (1.0, 0.5, 0.25)
 """Candidate fractions of the limits of acceleration and jerk for stops, in order."""
 
-STOP_TOLERANCE = 1e-6
-"""Largest deviation of a joint from its path during a stop [rad or m]."""
-
 POLYLINE_SEEDS = 3
 """Number of polylines in each stage."""
 
@@ -190,7 +187,7 @@ class _ClearSearch:
             for share in BRAKING_SHARES:
                 yield stop_joints(q, v, a, limits.scaled(share))
             if end == 0 and problem.continued is not None:
-                stop = stop_on_path(*problem.continued, limits, STOP_TOLERANCE)
+                stop = stop_on_path(*problem.continued, limits)
                 if stop is not None:
                     yield stop[1]
 

@@ -7,13 +7,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from knotwork.errors import (
-    InputError,
-    KnotworkError,
-    PlanningCrashError,
-    PlanningTimeoutError,
-    format_value,
-)
+from knotwork.errors import InputError, KnotworkError, PlanningCrashError, format_value
 from knotwork.errors.arguments import require_count, require_number, require_type
 from knotwork.planning import Plan, plan
 from knotwork.planning.sweeps.child import Child, map_in_children, refuse_changed_checks
@@ -61,18 +55,11 @@ def plan_many(
 
     def plan_in(child: Child, i: int) -> tuple[int, Plan | KnotworkError]:
         try:
-            return i, child.call(_plan_or_error, tasks[i], limit=limit)
-        except (PlanningTimeoutError, PlanningCrashError) as error:
+            return i, child.call(plan, tasks[i], limit=limit)
+        except KnotworkError as error:
             return i, error
         except Exception as error:  # a fault in one scenario does not stop the others
             return i, PlanningCrashError(f"internal error: {type(error).__name__}: {error}")
 
     plans = dict(map_in_children(plan_in, range(len(tasks)), min(count, max(1, len(tasks)))))
     return [plans[i] for i in range(len(tasks))]
-
-
-def _plan_or_error(scenario: Any) -> Plan | KnotworkError:
-    try:
-        return plan(scenario)
-    except KnotworkError as error:
-        return error
