@@ -12,6 +12,7 @@ from rich.table import Table
 from knotwork.cli.short_report import describe_left_out
 from knotwork.cli.tables import console, plain_table, print_entry, print_table, print_wrapped
 from knotwork.cli.terminal import cell
+from knotwork.planning.task_to_joint import knots_of
 from knotwork.task.scenario import Scenario
 from knotwork.units import Units
 from knotwork.verification import Finding, Report
@@ -37,7 +38,7 @@ def print_plan(plan: Plan) -> None:
     origin = trajectory.origin
     if plan.unsupported_options:
         origin += f" ({describe_left_out(plan)})"
-    if isinstance(knots := scenario.knot_placement, str):
+    if isinstance(knots := knots_of(scenario), str):
         origin += f", knots {knots}"
     counts = f"{len(scenario.waypoints)} waypoints, {len(trajectory.breaks)} breaks"
     origin += f": {counts}, {trajectory.duration:g} s"

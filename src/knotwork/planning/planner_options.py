@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from knotwork.curves.interpolation import PLANNER_SPECS, PlannerOptions, planner_and_rule
 from knotwork.errors import InputError
+from knotwork.planning.task_to_joint import knots_of
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.scenario_joints import ScenarioJoints
 
@@ -19,7 +20,7 @@ def planner_options(scenario: Scenario, joints: ScenarioJoints) -> PlannerOption
     ends = scenario.task.end_acceleration
     _refuse_values_by_waypoint(scenario, joints)
     return PlannerOptions(
-        knots=scenario.knot_placement,
+        knots=knots_of(scenario),
         end_acceleration=ends if isinstance(ends, str) else joints.end_acceleration,
         chosen=joints.chosen_sections,
         accelerations=joints.accelerations,
@@ -31,7 +32,7 @@ def _refuse_values_by_waypoint(scenario: Scenario, joints: ScenarioJoints) -> No
     if not scenario.paths:
         return
     text = "given one by one, but waypoints are inserted along the path"
-    if isinstance(scenario.knot_placement, tuple):
+    if isinstance(knots_of(scenario), tuple):
         message = f"times are {text}; accepted: paper, balanced or {{balanced: a constant}}"
         raise InputError(message, where=scenario.where("knots"))
     if joints.accelerations is not None and not isinstance(joints.accelerations, str):

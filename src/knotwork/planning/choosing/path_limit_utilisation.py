@@ -20,6 +20,7 @@ from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.tool_paths import TimedPath, Timing, speed_profile
 from knotwork.joint_quantities import MOTION_QUANTITIES
 from knotwork.planning.choosing.solved_scenario import SolvedScenario
+from knotwork.planning.task_to_joint import knots_of
 from knotwork.planning.timing.state_limits import TOOL_SPEED, LimitedQuantity, StateLimits
 from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
 from knotwork.task.scenario import ScenarioPath
@@ -69,7 +70,7 @@ def planned_utilisation(
         np.asarray(values)[inserted]
         for values in (points.time, points.position, points.velocity, points.acceleration)
     )
-    curve = ModifiedHermiteSpline(time, q, v, knots=solved.scenario.knot_placement, acceleration=a)
+    curve = ModifiedHermiteSpline(time, q, v, knots=knots_of(solved.scenario), acceleration=a)
     t = _sample_points(curve)
     ends = path.timed_path.start_time + _parts(path.timed_path.timing)
     return _largest_by_part(limits.utilisation(curve, t), t, ends)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knotwork.arrays import IndexArray
-from knotwork.planning.task_to_joint import TaskSolution, solve_task
+from knotwork.planning.task_to_joint import TaskSolution, knots_of, solve_task
 from knotwork.task import Weights
 from knotwork.task.scenario import Scenario, ScenarioUnknowns, WaypointUnknowns
 from knotwork.task.scenario.scenario_joints import ScenarioJoints, read_scenario_joints
@@ -44,8 +44,7 @@ class SolvedScenario:
     def solve(cls, scenario: Scenario) -> SolvedScenario:
         """A scenario with its joints and the best solutions of its poses."""
         joints = read_scenario_joints(scenario)
-        solution = solve_task(scenario, joints, scenario.knot_placement)
-        return cls(scenario, joints, solution, scenario)
+        return cls(scenario, joints, solve_task(scenario, joints, knots_of(scenario)), scenario)
 
     @property
     def unknowns(self) -> ScenarioUnknowns:

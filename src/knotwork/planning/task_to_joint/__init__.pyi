@@ -1,3 +1,4 @@
+from .complete_waypoints import knots_of as knots_of
 from .task_solution import Choice as Choice
 from .task_solution import PathStart as PathStart
 from .task_solution import SequenceStep as SequenceStep

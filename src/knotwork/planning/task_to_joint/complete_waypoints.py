@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotwork.arrays import BoolArray, FloatArray
+from knotwork.curves.interpolation import BalancedKnots
 from knotwork.errors import PathError
+from knotwork.task import Balanced
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.scenario_joints import ScenarioJoints
 from knotwork.waypoints import CartesianWaypoint, JointWaypoints
@@ -40,6 +42,17 @@ class JointRows(NamedTuple):
         """The rows from `start` up to `stop`."""
         columns: Any = (column[start:stop] for column in self)
         return JointRows(*columns)
+
+
+def knots_of(scenario: Scenario) -> str | BalancedKnots | Sequence[float]:
+    """Knot placement of the motion: see `ModifiedHermiteSpline`.
+
+    With `knots: optimal` it is `"paper"`: knots are chosen only outside tool paths.
+    """
+    knots = scenario.task.knots
+    if isinstance(knots, Balanced):
+        return BalancedKnots(knots.balanced)
+    return "paper" if knots == "optimal" else knots
 
 
 def complete_waypoints(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
@@ -10,13 +9,12 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from knotwork.arrays import FloatArray
-from knotwork.curves.interpolation import BalancedKnots
 from knotwork.curves.trajectory.motion_events import Event
 from knotwork.errors.old_names import OldAttribute
 from knotwork.files.documents import Locations
 from knotwork.task.scenario.scene_model import Scene
 from knotwork.task.scenario.unknowns_reader import ScenarioUnknowns
-from knotwork.task.task_options import Balanced, ToolTolerances
+from knotwork.task.task_options import ToolTolerances
 from knotwork.task.tool_and_limits import MotionLimits
 from knotwork.units import Units
 from knotwork.waypoints import CartesianWaypoint, PoseFreedom
@@ -210,17 +208,6 @@ class Scenario:
         if isinstance(branch, str):
             return branch
         return {part: word for part, word in branch if word is not None}
-
-    @property
-    def knot_placement(self) -> str | BalancedKnots | Sequence[float]:
-        """Placement of the knots: see `ModifiedHermiteSpline`.
-
-        With `knots: optimal` it is `"paper"`: knots are chosen only outside tool paths.
-        """
-        knots = self.task.knots
-        if isinstance(knots, Balanced):
-            return BalancedKnots(knots.balanced)
-        return "paper" if knots == "optimal" else knots
 
     @property
     def frame_placements(self) -> dict[str, pin.SE3]:
