@@ -30,7 +30,7 @@ CRITERION_UNITS = {
     "path_ramp": "m/s",
 }
 """SI unit of each criterion."""
-LENGTH_DIGITS = 9
+PATH_LENGTH_DECIMALS = 9
 """Decimals of lengths along a path in texts [m]."""
 POSE_TOLERANCE = 1e-9
 """Difference below which poses are equal, relative to their numbers."""
@@ -260,7 +260,7 @@ def _error_text(
     if quantity == "path_progress":
         progress = bounds.progress
         start, end, total, backward = (
-            units.text(round(length, LENGTH_DIGITS), "m")
+            units.text(round(length, PATH_LENGTH_DECIMALS), "m")
             for length in (progress.start, progress.end, progress.length, progress.back)
         )
         return (

@@ -68,12 +68,12 @@ class PathTrack(NamedTuple):
         """The continuation from joint positions (d,) of the chain, if it is known."""
         if self.continuation is None:
             return None
-        gaps = start - self.continuation.position[0]
-        distance = np.abs(gaps - whole_turns(gaps)).max(axis=1)
+        offsets = start - self.continuation.position[0]
+        distance = np.abs(offsets - whole_turns(offsets)).max(axis=1)
         row = int(distance.argmin())
         if distance[row] > SAME_START_DISTANCE:
             return None
-        return self.continuation.select(row, whole_turns(gaps[row]))
+        return self.continuation.select(row, whole_turns(offsets[row]))
 
 
 def track_of(tracks: Collection[PathTrack], index: int) -> PathTrack | None:
