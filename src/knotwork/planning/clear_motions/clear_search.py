@@ -295,15 +295,13 @@ class _ClearSearch:
         if motion is None:
             return None
         ends = self._timing_problem(line[passed], moving=True)
-        unproved_pairs = self.problem.unproved_pairs
-        if unproved_pairs(motion.curve) or not keeps_limits(ends, motion.curve):
+        unproved = self.problem.unproved_pairs
+        if unproved(motion.curve) or not keeps_limits(ends, motion.curve):
             return None
         if best is None:
             self._report(number, motion)
         pieces = min(max(PIECES_AN_EDGE * max(edges), MIN_PIECES), MAX_PIECES)
-        exchange = ExchangeSearch(
-            self.space, ends, motion.curve, motion.time, pieces, unproved_pairs
-        )
+        exchange = ExchangeSearch(self.space, ends, motion.curve, motion.time, pieces, unproved)
         faster = exchange.run(self.budget, np.inf if best is None else best.duration)
         if faster is motion.curve:
             return motion
@@ -312,8 +310,7 @@ class _ClearSearch:
     def _first_motion(self, line: FloatArray, passed: IndexArray) -> ClearMotion | None:
         """A motion that rests at the corners of a line, of which some are waypoints, or `None`."""
         before, after = self.stops
-        middle = None
-        times = np.zeros(len(passed))
+        middle, times = None, np.zeros(len(passed))
         if len(line) > 1:  # otherwise both ends have the same configuration at rest
             rests = resting_motion(self._timing_problem(line, moving=False), "resting")
             if rests is None:
