@@ -79,7 +79,7 @@ def _overloads(problem: TimingProblem, *, certain: bool) -> Iterator[TimingError
 
     Args:
         problem: The timing problem.
-        certain: Whether to report only what is proved. An arm with an unknown acceleration may fall
+        certain: Whether to report proofs of infeasibility only. An arm with an unknown acceleration may fall
             through a waypoint, and one with an unknown velocity may not stop there.
     """
     limits = problem.limits
