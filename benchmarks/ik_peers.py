@@ -114,7 +114,7 @@ def pink(robot: Robot) -> Solver:
     return solve
 
 
-def tuned_loop(robot: Robot) -> Solver:
+def tuned_loop(robot: Robot) -> Solver:  # noqa: C901 (calls of functions would cost time)
     """A tuned Levenberg–Marquardt loop on Pinocchio: what one would write for speed alone.
 
     LAPACK's `posv` directly, joints at a limit taken out and steps clipped only where a joint is

@@ -102,7 +102,7 @@ def dome(folder: Path, *, free: bool) -> Scenario:
         return shipped
     given = yaml.safe_load(shipped.source.read_text(encoding="utf-8"))
     del given["tool"]["free"]
-    path = shipped.paths[0].motion.path
+    path = shipped.paths[0].timed_path.tool_path
     frame = shipped.frame_placements["top"]
     s = np.linspace(0.0, path.length, 500)
     turns = [pin.Quaternion(frame.rotation.T @ R).coeffs() for R in path.rotation(s)]
@@ -130,7 +130,7 @@ def measured(case: str, task: Scenario | dict[str, Any]) -> dict[str, Any]:
         )
         for quantity in ("path_deviation", "path_orientation")
     }
-    first, last = plan.scenario.paths[0].motion, plan.scenario.paths[-1].motion
+    first, last = plan.scenario.paths[0].timed_path, plan.scenario.paths[-1].timed_path
     times = np.linspace(first.start_time, last.end_time, 4000)
     q, v = plan.trajectory.position(times)[:, -1], plan.trajectory.velocity(times)[:, -1]
     return {

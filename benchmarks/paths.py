@@ -82,8 +82,8 @@ def deviation(arm: kw.Robot, motion: TimedPath, curve: Callable[..., np.ndarray]
     """Largest distance from the path at many times [m]."""
     times = np.linspace(0.0, motion.end_time, SAMPLES)
     points = np.array([arm.forward(q).translation for q in curve(times)])
-    near = motion.path.nearest(points, motion.arc_length(times))
-    return float(np.linalg.norm(points - motion.path.position(near), axis=1).max())
+    near = motion.tool_path.nearest(points, motion.arc_length(times))
+    return float(np.linalg.norm(points - motion.tool_path.position(near), axis=1).max())
 
 
 def compared(case: str, arm: kw.Robot, start: np.ndarray, motion: TimedPath) -> list[Any]:
@@ -109,7 +109,8 @@ def proved(
     case: str, arm: kw.Robot, start: np.ndarray, motion: TimedPath, speed: float, tolerance: float
 ) -> dict[str, Any]:
     """What `kw.follow_path` makes of a path, with proved bounds."""
-    curve = kw.follow_path(arm, motion.path, speed, tolerance, start=start, speed_tolerance=1e-3)
+    path = motion.tool_path
+    curve = kw.follow_path(arm, path, speed, tolerance, start=start, speed_tolerance=1e-3)
     whole = motion.start_time, motion.end_time
     limits = PathLimits(tolerance, np.radians(0.1), SpeedLimit(speed, 1e-3 * speed, whole))
     bounds = path_bounds(arm, curve.polynomial, motion, whole, limits)

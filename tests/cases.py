@@ -18,4 +18,4 @@ def cases(test: str | Path, **names: object) -> Any:
     text = Path(test).with_suffix(".yaml").read_text(encoding="utf-8")
     for word, meant in names.items():
         text = text.replace(word, str(meant))
-    return yaml.safe_load(text)
+    return yaml.load(text, yaml.CSafeLoader)  # many times as fast

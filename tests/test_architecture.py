@@ -64,9 +64,10 @@ def imports(tree: ast.AST) -> Iterator[str]:
 
 
 def own_parts(path: Path) -> set[str]:
-    """Parts of Knotwork that a file imports."""
+    """Parts of Knotwork that a file imports; with the whole package all of them."""
     names = [name.split(".") for name in imports(tree_of(path))]
-    return {part_named(name[1:]) for name in names if name[0] == "knotwork" and len(name) > 1}
+    parts = {part_named(name[1:]) for name in names if name[0] == "knotwork" and len(name) > 1}
+    return {*parts, *TABLE} if ["knotwork"] in names else parts
 
 
 def packages(tree: ast.AST) -> set[str]:

@@ -67,7 +67,7 @@ def test_free_turn_spares_last_joint_and_keeps_axis() -> None:
         assert names == kw.load_robot("ur5").joint_names
     failed = {f.quantity for f in checked(free.trajectory, with_stops(arch("none"))).failures}
     assert {"orientation", "path_orientation"} & failed
-    path = free.scenario.paths[0].motion
+    path = free.scenario.paths[0].timed_path
     times = np.linspace(path.start_time, path.end_time, 300)
     required, _, _, _ = path.state(times)
     poses = tool_poses(free, times)
@@ -75,7 +75,7 @@ def test_free_turn_spares_last_joint_and_keeps_axis() -> None:
     # behind or ahead of its time, but on the path
     assert np.linalg.norm(off, axis=1).max() < 1.1e-3
     axes = np.array([pose.rotation[:, 2] for pose in poses])
-    wanted = path.path.rotation(path.arc_length(times))[:, :, 2]
+    wanted = path.tool_path.rotation(path.arc_length(times))[:, :, 2]
     assert np.degrees(np.arccos(np.clip((axes * wanted).sum(axis=1), -1, 1))).max() < 0.1
 
 
@@ -154,8 +154,8 @@ def test_bounded_turn_along_path_is_checked_at_all_times() -> None:
     plan = kw.plan(task)
     assert plan.report.ok
     path = plan.scenario.paths[0]
-    times = np.linspace(path.motion.start_time, path.motion.end_time, 4000)
-    required = path.motion.path.rotation(path.motion.arc_length(times))
+    times = np.linspace(path.timed_path.start_time, path.timed_path.end_time, 4000)
+    required = path.timed_path.tool_path.rotation(path.timed_path.arc_length(times))
     turns = []
     for R, pose in zip(required, tool_poses(plan, times), strict=True):
         x = R.T @ pose.rotation[:, 0]  # the axes agree within a tenth of a degree
@@ -238,7 +238,7 @@ def test_normals_go_on_from_line(tmp_path: Path) -> None:
 def test_normals_give_axis_and_free_turn(tmp_path: Path) -> None:
     plan = kw.plan(written(tmp_path / "task.yaml", dome(tmp_path)))
     assert plan.report.ok
-    motion = plan.scenario.paths[0].motion
+    motion = plan.scenario.paths[0].timed_path
     times = np.linspace(motion.start_time, motion.end_time, 400)
     for pose in tool_poses(plan, times):
         out = pose.translation - np.array([0.45, 0.0, -0.1])
@@ -349,7 +349,7 @@ def test_freedom_of_each_pose_and_path(pick: Any, seam: Any, robot: str) -> None
     """By plain Pinocchio: a path with nothing free keeps its orientation."""
     plan = kw.plan(pick_then_seam(pick, seam, robot))
     assert plan.report.ok, plan.report
-    path = plan.scenario.paths[0].motion
+    path = plan.scenario.paths[0].timed_path
     times = np.linspace(path.start_time, path.end_time, 60)
     required = path.state(times)[0]
     turned = []
@@ -381,7 +381,7 @@ def test_path_begins_at_pose_of_narrower_freedom(begin: Any, seam: Any, wait: fl
     task["waypoints"][3]["pose"] = {"position": [300, 300, 250]}
     plan = kw.plan(task)
     assert plan.report.ok, plan.report
-    start = plan.scenario.paths[0].motion.start_time
+    start = plan.scenario.paths[0].timed_path.start_time
     R = pin.rpy.rpyToMatrix(np.pi, 0, 0).T @ tool_poses(plan, np.array([start]))[0].rotation
     turn, tilt = np.degrees([np.arctan2(R[1, 0], R[0, 0]), np.arccos(min(R[2, 2], 1.0))])
     assert abs(turn) < max(begin.get("turn", [0, 0])) + 1e-3
@@ -413,9 +413,9 @@ def test_tilt_keeps_fixed_turn(free: Any, most: float) -> None:
     """By plain Pinocchio: roll, pitch and yaw from what the path asks for."""
     plan = kw.plan(with_stops(arch(free)))
     assert plan.report.ok, plan.report
-    path = plan.scenario.paths[0].motion
+    path = plan.scenario.paths[0].timed_path
     times = np.linspace(path.start_time, path.end_time, 200)
-    required = path.path.rotation(path.arc_length(times))
+    required = path.tool_path.rotation(path.arc_length(times))
     pairs = zip(required, tool_poses(plan, times), strict=True)
     angles = np.degrees([pin.rpy.matrixToRpy(R.T @ pose.rotation) for R, pose in pairs])
     assert 1.0 < np.abs(angles[:, :2]).max() < free["tilt"] + 0.1

@@ -191,7 +191,7 @@ def test_the_worst_of_many_failures_is_shown(task: Path, knotwork: Command, tmp_
     ran = knotwork("check", tmp_path / "out", "--scenario", task)
     assert ran.code == 1
     text = " ".join(ran.out.split())
-    assert "FAIL waypoint 'w123' at 123 s: joint position is off by" in text
+    assert "FAIL waypoint 'w123' at 123 s: error of the joint position " in text
     assert "(and 2 more like it)" in text
     # on a page each is a line of its own, which goes there, the worst first
     page = tmp_path / "page.html"

@@ -307,12 +307,10 @@ def test_reports_assumed_jerk_limit() -> None:
 def given_beside_free(seconds: float, **keys: Any) -> dict[str, Any]:
     """A move in given time, a wait, and a move whose time is free."""
     ends = [{"x": 0, "y": 0}, {"x": 1, "y": -1}, {"x": 2, "y": 0.5}]
-    waypoints: list[dict[str, Any]] = [
-        {"name": name, "joints": joints} for name, joints in zip("abc", ends, strict=True)
-    ]
+    names = zip("abc", ends, strict=True)
+    waypoints: list[dict[str, Any]] = [{"name": name, "joints": q} for name, q in names]
     waypoints[1] |= {"after": seconds, "wait": 0.5}
-    limits = {"velocity": 2, "acceleration": 4, "jerk": 40}
-    return {"times": "fastest", "limits": limits, "waypoints": waypoints, **keys}
+    return {"times": "fastest", "limits": SMOOTH, "waypoints": waypoints, **keys}
 
 
 def test_given_time_next_to_free_time_keeps_limits() -> None:
@@ -343,11 +341,10 @@ def test_plans_stored_run() -> None:
 
 
 def test_tries_other_solutions_where_given_times_are_too_short() -> None:
+    """The best solutions for chosen times take 0.46 s."""
     task = kw.Task.load("panda_pick_place_fastest")
-    for after in (0.4, 0.42):  # the best solutions for chosen times take 0.46 s
-        waypoints = [*task.waypoints]
-        waypoints[2] = waypoints[2].replace(after=after)
-        kw.plan(task.replace(waypoints=waypoints)).report.raise_if_failed()
-    waypoints[2] = waypoints[2].replace(after=0.3)
+    quick, hasty = (task.waypoints[2].replace(after=after) for after in (0.42, 0.3))
+    first, second, _, last = task.waypoints
+    kw.plan(task.replace(waypoints=[first, second, quick, last])).report.raise_if_failed()
     with pytest.raises(kw.errors.TimingError, match=r"best of 4 sequences of solutions tried$"):
-        kw.plan(task.replace(waypoints=waypoints))
+        kw.plan(task.replace(waypoints=[first, second, hasty, last]))

@@ -71,11 +71,11 @@ def test_waypoints_and_paths_move_with_frame() -> None:
         assert pose.translation == pytest.approx(np.array(position, dtype=float), abs=1e-8)
         assert abs(pin.log3(pose.rotation.T @ pin.rpy.rpyToMatrix(np.pi, 0, 0))).max() < 1e-7
         assert moving == pytest.approx(np.array(velocity, dtype=float), abs=1e-5)
-    start, end = plan.scenario.paths[0].motion.start_time, plan.scenario.paths[0].motion.end_time
-    for t in np.linspace(start + 1e-4, end - 1e-4, 60).tolist():
+    path = plan.scenario.paths[0].timed_path
+    for t in np.linspace(path.start_time + 1e-4, path.end_time - 1e-4, 60).tolist():
         pose, moving = in_tray(plan, t)
         assert np.hypot(pose.translation[1], pose.translation[2] - 0.1) < 1e-4
-        if start + 0.1 < t < end - 0.1:
+        if path.start_time + 0.1 < t < path.end_time - 0.1:
             assert moving[0] == pytest.approx(0.05, rel=0.01)
     (speed,) = plan.report.select(quantity="path_speed")
     assert speed.proof == "bounded"
@@ -227,7 +227,7 @@ def _middle(thing: dict[str, Any], places: list[pin.SE3]) -> Any:
 def test_draws_scene_relative_to_moving_frame() -> None:
     """Speeds on the path, the given path, frames and labels, against plain Pinocchio."""
     plan = kw.plan(belt(scene={"objects": {"box": BOX}}))
-    scene, motion = scene_of(plan), plan.scenario.paths[0].motion
+    scene, motion = scene_of(plan), plan.scenario.paths[0].timed_path
     time, speed = times(scene), drawn.numbers(scene["arm"]["speed"], "<f4", 1)[:, 0]
     on = np.flatnonzero((time > motion.start_time) & (time < motion.end_time))
     for k in [*on[::40].tolist(), 20, len(time) - 20]:

@@ -92,7 +92,7 @@ def test_poses_velocities_and_paths_are_relative_to_part(knotwork: Command, tmp_
     moved = np.ptp([plan.trajectory.position(t) for t in np.linspace(0, 3, 20)], axis=0)
     assert moved[:2].min() > 0.01
     axes = plan.report.select(quantity="external_axes")
-    motion = plan.scenario.paths[0].motion
+    motion = plan.scenario.paths[0].timed_path
     q = plan.trajectory.position(np.linspace(motion.start_time, motion.end_time, 2000))
     travel = np.abs(np.diff(q, axis=0)).sum(axis=0)[:2]
     assert {axis.name for axis in axes} == {"plate", "tilt"}

@@ -74,8 +74,8 @@ def test_missed_path_fails(
 ) -> None:
     """The first joint is off by an offset [rad] at all times."""
 
-    def shifted(*args: Any) -> Any:
-        motion, gap = approximate_by_cubics(*args)
+    def shifted(*args: Any, **through: Any) -> Any:
+        motion, gap = approximate_by_cubics(*args, **through)
         c = np.array(motion.c)
         c[-1, :, 0] += offset
         return PiecewisePolynomial(c, motion.x), gap

@@ -64,7 +64,7 @@ def test_stop_of_three_joints_is_shortest(seed: int) -> None:
     peaks = [np.abs(curve(np.linspace(at, 4, 200), nu)).max(axis=0) for nu in (2, 3)]
     acceleration = 0.1 + peaks[0] * rng.uniform(1, 3, 3)
     jerk = peaks[1] * rng.uniform(1, 4, 3) + acceleration * rng.uniform(1, 8)
-    found = stop_on_path(curve, at, JointLimits([np.inf] * 3, acceleration, jerk), 1e-6)
+    found = stop_on_path(curve, at, JointLimits([np.inf] * 3, acceleration, jerk))
     _, motion = found
     shortest = by_collocation(c, at, acceleration, jerk, float(motion.x[-1]))
     assert 0.995 * shortest <= motion.x[-1] <= 1.02 * shortest

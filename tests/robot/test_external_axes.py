@@ -61,7 +61,7 @@ def test_weights_decide_which_joints_move() -> None:
 def test_light_rail_moves_and_arm_keeps_posture() -> None:
     task = kw.Task.load("ur5_rail_bead")
     plain, follows = (kw.plan(task.replace(prefer=p)) for p in ("travel", {"rail": 0.02}))
-    motion = plain.scenario.paths[0].motion
+    motion = plain.scenario.paths[0].timed_path
     moved = {}
     for plan in (plain, follows):
         assert plan.report.ok, plan.report
@@ -70,7 +70,7 @@ def test_light_rail_moves_and_arm_keeps_posture() -> None:
         moved[plan] = np.ptp(q, axis=0)
     assert moved[plain][1:].max() > 0.3
     assert moved[follows][1:].max() < 0.02
-    assert moved[follows][0] == pytest.approx(motion.path.length, abs=0.01)
+    assert moved[follows][0] == pytest.approx(motion.tool_path.length, abs=0.01)
     (row,) = follows.report.select(group="Freedom")
     assert row.value == pytest.approx(moved[follows][0], abs=1e-3)
     assert "bead start to bead end: rail 1" in row.highlight

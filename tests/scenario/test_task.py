@@ -207,7 +207,7 @@ def test_files_are_found_wherever_a_task_is_saved(tmp_path: Path) -> None:
     second = kw.Task.load(first).save(tmp_path / "two" / "task.yaml")
     for file in (first, second):
         (path,) = kw.load_scenario(file).paths
-        assert path.motion.path.length == pytest.approx(0.1)
+        assert path.timed_path.tool_path.length == pytest.approx(0.1)
 
 
 def test_a_wrong_part_is_refused_where_it_is_made() -> None:

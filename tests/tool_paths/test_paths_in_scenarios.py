@@ -50,7 +50,7 @@ def test_blend_stays_within_its_distance() -> None:
     end = {**LINE, "pose": {"position": [530, 50, 60]}}
     plan = kw.plan(task(FIRST, corner, end, UP))
     assert plan.report.ok
-    path = plan.scenario.paths[0].motion
+    path = plan.scenario.paths[0].timed_path
     position, _, speed = tool(plan, np.linspace(path.start_time, path.end_time, 3001))
     assert np.abs(speed / 60 - 1).max() < 0.011
     near = np.linalg.norm(position - [450, 50, 60], axis=1)

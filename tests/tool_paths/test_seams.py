@@ -87,7 +87,7 @@ SHAPES = {
 def test_tool_follows_seam_plus_weave(name: str) -> None:
     plan, shape = planned(name), SHAPES[name][1]
     assert plan.report.ok, plan.report
-    motion = plan.scenario.paths[0].motion
+    motion = plan.scenario.paths[0].timed_path
     t = np.linspace(0.0, motion.end_time - motion.start_time, 1501)
     added = ramp(t, t[-1])[:, None] * shape(t)
     off = tool(plan, motion.start_time + t) - START - added
@@ -99,7 +99,9 @@ def test_tool_follows_seam_plus_weave(name: str) -> None:
         (row,) = plan.report.select(quantity=quantity)
         assert row.ok
         assert row.proof == "bounded"
-    assert "leaves the woven line by" in str(plan.report.select(quantity="path_deviation")[0])
+    assert " from the woven line, tolerance" in str(
+        plan.report.select(quantity="path_deviation")[0]
+    )
 
 
 EDGES = [("triangle", 0.0, TOLERANCE), ("triangle", 0.1, 4e-4), ("sine", 0.1, 0.0)]
@@ -110,7 +112,7 @@ def test_weave_reaches_and_holds_edges(shape: str, dwell: float, rounding: float
     numbers = {"dwell": dwell, "rounding": rounding}
     plan = kw.plan(seam({"shape": shape} | {key: one for key, one in numbers.items() if one}))
     assert plan.report.ok, plan.report
-    motion = plan.scenario.paths[0].motion
+    motion = plan.scenario.paths[0].timed_path
     t = np.linspace(0.0, motion.end_time - motion.start_time, 4001)
     across = tool(plan, motion.start_time + t)[:, 1] - START[1]
     full = (t > 1 / RATE) & (t < t[-1] - 1 / RATE)
@@ -156,7 +158,7 @@ def test_weave_on_belt() -> None:
     plan = kw.plan(task)
     assert "given path" in plan.view().html
     assert plan.report.ok, plan.report
-    motion = plan.scenario.paths[0].motion
+    motion = plan.scenario.paths[0].timed_path
     t = np.linspace(motion.start_time, motion.end_time, 301)
     local = t - t[0]
     added = ramp(local, local[-1])[:, None] * SHAPES["circle"][1](local)
@@ -272,7 +274,7 @@ def test_normals_of_points_lean_torch(tmp_path: Path, orientation: dict[str, Any
     (path,) = plan.scenario.paths
     assert path.freedom is None
     wanted = orientation.get("work_angle", 0.0), orientation.get("travel_angle", 0.0)
-    for t in np.linspace(path.motion.start_time, path.motion.end_time, 9):
+    for t in np.linspace(path.timed_path.start_time, path.timed_path.end_time, 9):
         (pose,) = tool_poses(plan, [t])
         normal = (pose.translation - axis) * [0, 1, 1] / radius
         seam = np.array([0.06, 0.0, 0.0]) + radius * whole * np.cross([-1, 0, 0], normal)
@@ -296,7 +298,7 @@ WIDE = {"work_angle": [0.2, 0.5], "travel_angle": [-0.3, 0.0]}
 def test_free_torch_angles_stay_in_ranges(turn: dict[str, Any]) -> None:
     plan, fixed = kw.plan(free_angles({**WIDE, **turn})), kw.plan(free_angles(None))
     assert plan.report.ok, plan.report
-    motion = plan.scenario.paths[0].motion
+    motion = plan.scenario.paths[0].timed_path
     corner = plan.scenario.paths[0].stretches[0].end
     worst, works = [], []
     for t in np.linspace(motion.start_time, motion.end_time, 60):

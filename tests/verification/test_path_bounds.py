@@ -58,20 +58,20 @@ def test_path_bounds_stay_above_dense_samples(along: Any, tolerance: float, tilt
     assert plan.report.ok
     assert judged(plan, given) == []
     assert all(one.proof == "bounded" for one in found.values())
-    motion, path = plan.trajectory, plan.scenario.paths[0].motion
+    motion, path = plan.trajectory, plan.scenario.paths[0].timed_path
     times = np.random.default_rng(0).uniform(path.start_time, path.end_time, 4000)
     poses = [plan.joints.robot.forward(q) for q in motion.position(times)]
     points = np.array([pose.translation for pose in poses])
-    s = np.linspace(0, path.path.length, 4001)
-    near = path.path.nearest(points, path.arc_length(times))
-    off = np.linalg.norm(points - path.path.position(near), axis=1).max()
-    coarse = np.linalg.norm(points[:50, None] - path.path.position(s)[None], axis=2).min(axis=1)
-    assert (coarse >= np.linalg.norm(points - path.path.position(near), axis=1)[:50] - 1e-6).all()
+    s = np.linspace(0, path.tool_path.length, 4001)
+    near = path.tool_path.nearest(points, path.arc_length(times))
+    off = np.linalg.norm(points - path.tool_path.position(near), axis=1)
+    coarse = np.linalg.norm(points[:50, None] - path.tool_path.position(s), axis=2).min(axis=1)
+    assert (coarse >= off[:50] - 1e-6).all()
     turned = max(
         np.linalg.norm(pin.log3(R.T @ pose.rotation))
-        for R, pose in zip(path.path.rotation(near), poses, strict=True)
+        for R, pose in zip(path.tool_path.rotation(near), poses, strict=True)
     )
-    for quantity, value in (("path_deviation", off), ("path_orientation", turned)):
+    for quantity, value in (("path_deviation", off.max()), ("path_orientation", turned)):
         one = found[quantity]
         assert value <= one.value + one.proof_gap <= one.limit
 
@@ -123,7 +123,7 @@ def test_tolerance_equal_to_deviation_stays_unproved(line: kw.Plan) -> None:
         speed = SpeedLimit(stretch.speed, 0.01, stretch.full_speed_interval)
         limits = PathLimits(tolerance, 0.01, speed)
         interval, robot = (stretch.start, stretch.end), arm(line)
-        found = path_bounds(robot, line.trajectory.polynomial, path.motion, interval, limits)
+        found = path_bounds(robot, line.trajectory.polynomial, path.timed_path, interval, limits)
         return found.worst_errors["path_deviation"]
 
     tolerance = bound(1e-4).value
@@ -191,7 +191,7 @@ def checked(motion: kw.JointTrajectory, task: dict[str, Any], free: Any) -> kw.v
 def turns(plan: kw.Plan) -> np.ndarray:
     """Of the tool's x axis against the direction about the rim's centre [rad], whole turns too."""
     robot = arm(plan)
-    first, last = plan.scenario.paths[0].motion, plan.scenario.paths[-1].motion
+    first, last = plan.scenario.paths[0].timed_path, plan.scenario.paths[-1].timed_path
     poses = [
         robot.forward(q)
         for q in plan.trajectory.position(np.linspace(first.start_time, last.end_time, 2000))
@@ -263,7 +263,7 @@ def test_turn_may_wind_across_whole_range(axis: int) -> None:
 def test_turn_does_not_wrap_at_joints(at_ends: dict[str, Any], more: dict[str, Any]) -> None:
     """Half a turn each, both within the range if the second began anew at its other end."""
     plan = kw.plan(rim(parts=2, at_ends=at_ends))
-    first, last = (one.motion for one in plan.scenario.paths)
+    first, last = (one.timed_path for one in plan.scenario.paths)
     part = (first.end_time - first.start_time) / (last.end_time - first.start_time)
     found = turns(plan)
     halfway = float(np.interp(part, np.linspace(0, 1, len(found)), found))

@@ -165,7 +165,10 @@ def collisions_to_dict(robot: Robot, model: CollisionModel) -> dict[str, Any]:
         "name": robot.name,
         "links": {body.name: len(body.solids) for body in model.bodies},
         "checked": [[names[pair.first], names[pair.second]] for pair in model.pairs],
-        "ignored": [pair._asdict() for pair in model.ignored],
+        "ignored": [
+            {"first": pair.first, "second": pair.second, "reason": pair.reason}
+            for pair in model.ignored
+        ],
         "missing": list(model.missing_shapes_notes),
         "without_shapes": list(model.bare),
     }

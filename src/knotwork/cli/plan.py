@@ -85,11 +85,12 @@ def plan(
         return code
     for _, result, written in results:
         print_plan(result, written, full)
-    if len(results) == 1 and not full and isinstance(result, Plan):
+    (_, first, _), *others = results
+    if not others and not full and isinstance(first, Plan):
         words = [*scenarios, *(["--planner", planner] if planner else [])]
         words += ["--budget", f"{budget:g}s"] if budget else []
-        print_next(words, with_robot=result.report.robot is not None)
-    if len(results) > 1:
+        print_next(words, with_robot=first.report.robot is not None)
+    if others:
         echo("\nScenarios")
         for name, result, _ in results:
             word = ("passed", "FAILED", "wrong input")[_exit_code(result)]

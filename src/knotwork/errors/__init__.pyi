@@ -21,6 +21,8 @@ from .path_errors import FollowingObstruction as FollowingObstruction
 from .path_errors import PathError as PathError
 from .path_errors import RampError as RampError
 from .path_errors import StretchTimeError as StretchTimeError
+from .processes import PlanningCrashError as PlanningCrashError
+from .processes import PlanningTimeoutError as PlanningTimeoutError
 from .tasks import BranchError as BranchError
 from .tasks import FastJoint as FastJoint
 from .tasks import NoWayFoundError as NoWayFoundError

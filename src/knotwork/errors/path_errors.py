@@ -9,7 +9,7 @@ from typing import Any, Literal, NamedTuple
 
 from knotwork.errors.base import InputError
 from knotwork.errors.tasks import TaskError
-from knotwork.units import SI, Units
+from knotwork.units import SI, Units, rounded_down
 
 ObstructionCause = Literal["joint limit", "velocity limit", "collision", "singularity"]
 
@@ -127,7 +127,10 @@ class FollowingObstruction(NamedTuple):
             return f"{self.joint} reaches its limit {limit}; it would have to move to {value}"
         is_near = self.smallest_singular_value < NEARLY_SINGULAR
         near = f" (close to a singularity, {smallest})" if is_near else ""
-        return f"{self.joint} would have to move at {value}, and its limit is {limit}{near}"
+        return (
+            f"{self.joint} would have to move at {value}, and its limit is {limit}{near}, which it "
+            f"keeps at {rounded_down(self.limit / self.value, 3):g} times the speed of the tool"
+        )
 
 
 class FollowingError(TaskError):

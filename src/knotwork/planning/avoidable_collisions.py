@@ -55,6 +55,6 @@ def _ends_of_motions(plan: Plan, unknowns: ScenarioUnknowns | None) -> Iterator[
     """For each motion between stops, the waypoints passed at unknown velocity, and its end."""
     last, first = len(plan.scenario.waypoints) - 1, 1
     for i in range(1, last + 1):
-        if unknowns is None or unknowns.waypoints[i].speed_kind != "unknown" or i == last:
+        if unknowns is None or unknowns.waypoints[i].velocity_kind != "unknown" or i == last:
             yield range(first, i + 1)
             first = i + 1

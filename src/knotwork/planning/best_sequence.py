@@ -167,7 +167,7 @@ def _advice(scenario: Scenario, untried: Sequence[int]) -> str:
     unknowns = scenario.unknowns
     end_unknowns = [unknowns.waypoints[i] for i in untried] if unknowns else []
     # motions joined at an unknown velocity are one motion, which takes no times
-    is_joined = any(end.speed_kind == "unknown" for end in end_unknowns)
+    is_joined = any(end.velocity_kind == "unknown" for end in end_unknowns)
     has_times = not all(end.duration_is_unknown for end in end_unknowns)
     condition = " without times" if is_joined and has_times else ""
     collisions = "the collision" if len(untried) == 1 else "the collisions"

@@ -23,7 +23,7 @@ from knotwork.planning.replanning import (
     task_with_scene_from,
     waypoint_at_state,
 )
-from knotwork.planning.speed_override import PATH_TOLERANCE, change_speed
+from knotwork.planning.speed_override import change_speed
 from knotwork.task import Task
 from knotwork.task.scenario import JointTarget, Scenario, resolve_task
 from knotwork.task.scenario.event_reader import action_of
@@ -94,7 +94,7 @@ def stopped_motion(plan: MotionT, at: float, *, on_path: bool) -> MotionT:
             )
     warnings: list[Finding] = []
     if on_path:
-        stop = stop_on_path(planned.polynomial, at, joints.limits, PATH_TOLERANCE)
+        stop = stop_on_path(planned.polynomial, at, joints.limits)
         if stop is None:
             raise InputError(
                 f"{name}: no stop on the path from {at:g} s keeps the limits "

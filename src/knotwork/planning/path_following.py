@@ -151,7 +151,7 @@ def _timed_path(path: ToolPath, speed: float, acceleration: float | None) -> Tim
 
 def _check_start(robot: Robot, motion: TimedPath, start: FloatArray) -> None:
     """Raise an error if the tool is not at the start of the path."""
-    wanted, actual = motion.path.pose(0.0), robot.forward(start)
+    wanted, actual = motion.tool_path.pose(0.0), robot.forward(start)
     distance = float(np.linalg.norm(actual.translation - wanted.translation))
     angle = float(np.linalg.norm(pin.log3(wanted.rotation.T @ actual.rotation)))
     if max(distance, angle) > START_POSE_TOLERANCE:

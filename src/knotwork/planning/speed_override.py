@@ -22,9 +22,6 @@ from knotwork.joint_quantities import JointLimits
 from knotwork.verification import Finding
 from knotwork.verification.finding import Group, Topic
 
-PATH_TOLERANCE = 1e-6
-"""Largest deviation of a joint from the planned path [rad or m]."""
-
 ATTEMPTS = (
     *((1.0, 1.5), (0.97, 1.0), (0.97, 2.5), (0.9, 1.0)),
     *((0.97, 5.0), (0.8, 2.5), (0.8, 10.0), (0.5, 5.0)),
@@ -62,7 +59,7 @@ def change_speed(
         first, last = clock(clock.x[[0, -1]])
         passed = times[(times >= first - TIME_TOLERANCE) & (times <= last + TIME_TOLERANCE)]
         reached = first_times(clock, passed).tolist()
-        return approximate_by_cubics(compose(curve, clock), PATH_TOLERANCE, reached)[0], clock
+        return approximate_by_cubics(compose(curve, clock), through=reached)[0], clock
 
     motion, clock = execute(requested)
     if requested.rates.max() > 1.0 or keeps_joint_limits(motion, curve, limits):

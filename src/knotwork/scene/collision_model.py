@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from enum import Enum
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,11 +19,23 @@ from knotwork.scene.bodies import Body
 
 TOOL_BODY = "tool"
 
-MOVE_TOGETHER = "they move as one"
-NEITHER_MOVES = "neither moves"
-
 LAST_MOMENT = 1e-6
 """Time before the end [s] from which an object that appears at the last waypoint is checked."""
+
+
+class Exclusion(Enum):
+    """Reasons of the exclusion of a pair, as clauses of a message."""
+
+    MOVE_TOGETHER = "they move as one"
+    NEITHER_MOVES = "neither moves"
+    NOT_MOVED_BY_ROBOT = "no joint of the robot moves one of them to the other"
+    ADJACENT = "a joint joins them"
+    CARRIED = "the tool carries it"
+    BY_ROBOT = "the robot's file ignores it"
+    BY_SRDF = "the SRDF disables it"
+    ALLOWED = "the scenario allows it"
+    IGNORED = "the scenario ignores it"
+    SELF_CHECK_OFF = "the scenario says `self: false`"
 
 
 class IgnoredPair(NamedTuple):
@@ -30,12 +43,19 @@ class IgnoredPair(NamedTuple):
 
     Attributes:
         first, second: Names of the bodies.
-        reason: Reason of the exclusion.
+        exclusion: Reason of the exclusion.
+        srdf_reason: Reason that the SRDF gives, if it excludes them; else empty.
     """
 
     first: str
     second: str
-    reason: str
+    exclusion: Exclusion
+    srdf_reason: str = ""
+
+    @property
+    def reason(self) -> str:
+        """Reason of the exclusion, as a clause."""
+        return f"{self.exclusion.value}{self.srdf_reason and f' ({self.srdf_reason})'}"
 
 
 class Pair(NamedTuple):
@@ -161,7 +181,7 @@ class CollisionModel:
         """A sentence for each reason why pairs that move relative to each other are excluded."""
         pairs: dict[str, list[str]] = {}
         for pair in self.ignored:
-            if pair.reason not in (MOVE_TOGETHER, NEITHER_MOVES):
+            if pair.exclusion not in (Exclusion.MOVE_TOGETHER, Exclusion.NEITHER_MOVES):
                 pairs.setdefault(pair.reason, []).append(f"{pair.first} and {pair.second}")
         return [
             f"not checked, since {reason}: {'; '.join(named)}" for reason, named in pairs.items()

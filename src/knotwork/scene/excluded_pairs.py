@@ -8,25 +8,22 @@ from knotwork.errors import UnknownNameError
 from knotwork.files.documents import Location, Locations
 from knotwork.robot import Robot
 from knotwork.scene.bodies import Body
-from knotwork.scene.collision_model import TOOL_BODY
+from knotwork.scene.collision_model import TOOL_BODY, Exclusion
 from knotwork.task.scenario import Scene
 
-ALLOWED = "the scenario allows it"
-IGNORED = "the scenario ignores it"
-
-Reasons = dict[frozenset[str], str]
+Exclusions = dict[frozenset[str], Exclusion]
 
 
 def resolve_rules(
     scene: Scene, robot: Robot, bodies: Sequence[Body], locations: Locations
-) -> Reasons:
-    """Find the pairs that `allow` and `ignore` exclude, each with its reason.
+) -> Exclusions:
+    """Find the pairs that `allow` and `ignore` exclude, each with the reason.
 
     Raises:
         InputError: A name is unknown or ambiguous, or an object has the name of a link.
     """
     names = _Names(robot, bodies, locations)
-    reasons: Reasons = {}
+    exclusions: Exclusions = {}
     items = [(("scene", "objects", item.name), item.name, item.allow) for item in scene.objects]
     items += [(("tool", "holds", held.name), held.name, held.allow) for held in scene.held]
     for location, name, allowed in items:
@@ -39,15 +36,15 @@ def resolve_rules(
                 raise locations.error(
                     (*location, "allow"), fault, "names of bodies that may touch it"
                 )
-            reasons[frozenset((identity, other))] = ALLOWED
+            exclusions[frozenset((identity, other))] = Exclusion.ALLOWED
     for i, pair in enumerate(scene.collisions.ignore):
         at = ("collisions", "ignore", i)
         identities = names.identities(pair, at)
         if pair[0] == pair[1] or len(identities) != len(set(identities)):
             raise locations.error(at, f"names {pair[0]!r} twice", "two names")
         if len(identities) == len(pair):
-            reasons[frozenset(identities)] = IGNORED
-    return reasons
+            exclusions[frozenset(identities)] = Exclusion.IGNORED
+    return exclusions
 
 
 class _Names:

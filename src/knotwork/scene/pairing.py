@@ -12,15 +12,9 @@ from knotwork.robot.joint_tree import JointTree
 from knotwork.robot.urdf import MAX_URDF_BYTES, parse_root
 from knotwork.robot.urdf_rules import child_elements
 from knotwork.scene.bodies import Body
-from knotwork.scene.collision_model import MOVE_TOGETHER, NEITHER_MOVES, IgnoredPair, Pair
-from knotwork.scene.excluded_pairs import ALLOWED, Reasons
+from knotwork.scene.collision_model import Exclusion, IgnoredPair, Pair
+from knotwork.scene.excluded_pairs import Exclusions
 from knotwork.task.scenario import Scene
-
-ADJACENT = "a joint joins them"
-CARRIED = "the tool carries it"
-BY_ROBOT = "the robot's file ignores it"
-SELF_CHECK_OFF = "the scenario says `self: false`"
-NOT_MOVED_BY_ROBOT = "no joint of the robot moves one of them to the other"
 
 
 class Pairing:
@@ -30,12 +24,14 @@ class Pairing:
         robot: The robot.
         tree: Its joints, followed by those of known motions.
         scene: The surroundings, and the rules of the check.
-        by_scenario: Reasons that the scenario gives, by the identities of the two bodies.
+        excluded: Pairs that the scenario excludes, by the identities of the two bodies.
     """
 
-    def __init__(self, robot: Robot, tree: JointTree, scene: Scene, by_scenario: Reasons) -> None:
-        self.scene, self.by_scenario = scene, by_scenario
-        self.by_files = _read_reasons(robot)
+    def __init__(self, robot: Robot, tree: JointTree, scene: Scene, excluded: Exclusions) -> None:
+        self.scene, self.by_scenario = scene, excluded
+        self.srdf_reasons = _read_srdf(robot)
+        self.by_files = dict.fromkeys(self.srdf_reasons, Exclusion.BY_SRDF)
+        self.by_files |= {frozenset(pair): Exclusion.BY_ROBOT for pair in robot.ignored_pairs}
         self.own_carriers = tree.carriers[:, : robot.model.njoints]
         self.joined = robot.joined_links
         self.held = {item.name for item in scene.held}
@@ -48,11 +44,11 @@ class Pairing:
                 continue
             if first.joint == second.joint and first.kind == second.kind:
                 continue  # they are one rigid body
-            reason = self._reason(first, second)
-            if reason is not None:
-                ignored.append(
-                    IgnoredPair(self._reported_name(first), self._reported_name(second), reason)
-                )
+            if exclusion := self._exclusion(first, second):
+                by_srdf = exclusion is Exclusion.BY_SRDF
+                reason = self.srdf_reasons[frozenset((first.link, second.link))] if by_srdf else ""
+                names = self._reported_name(first), self._reported_name(second)
+                ignored.append(IgnoredPair(*names, exclusion, reason))
                 continue
             involves_scene = "object" in (first.kind, second.kind)
             second_moves = second.kind != "object" if involves_scene else bool(second.joint)
@@ -67,36 +63,36 @@ class Pairing:
         )
         return next(robots, body.name) if body.kind == "object" else body.name
 
-    def _reason(self, first: Body, second: Body) -> str | None:
+    def _exclusion(self, first: Body, second: Body) -> Exclusion | None:
         """Reason why a pair of bodies is excluded, or `None` if it is checked."""
         if first.joint == second.joint:
-            return MOVE_TOGETHER if first.joint else NEITHER_MOVES
+            return Exclusion.MOVE_TOGETHER if first.joint else Exclusion.NEITHER_MOVES
         kinds = {first.kind, second.kind}
         if kinds <= {"link", "tool"} and not self.scene.collisions.itself:
-            return SELF_CHECK_OFF
-        reason = self.by_scenario.get(frozenset((first.identity, second.identity)))
+            return Exclusion.SELF_CHECK_OFF
+        exclusion = self.by_scenario.get(frozenset((first.identity, second.identity)))
         keeps_clear = first.tool_keeps_clear or second.tool_keeps_clear
-        if reason is not None and not (reason == ALLOWED and keeps_clear):
-            return reason  # only the gripper may touch an object, and only during this time
+        if exclusion is not None and not (exclusion is Exclusion.ALLOWED and keeps_clear):
+            return exclusion  # only the gripper may touch an object, and only during this time
         carriers, other_carriers = self.own_carriers[[first.joint, second.joint]]
         if kinds == {"object"} and (carriers == other_carriers).all():
-            return NOT_MOVED_BY_ROBOT
+            return Exclusion.NOT_MOVED_BY_ROBOT
         if kinds == {"link"}:
             links = frozenset((first.link, second.link))
-            return self.by_files.get(links) or (ADJACENT if links in self.joined else None)
+            by_joint = Exclusion.ADJACENT if links in self.joined else None
+            return self.by_files.get(links, by_joint)
         carried = "tool" in kinds and "link" not in kinds and {first.name, second.name} & self.held
-        return CARRIED if carried and not keeps_clear else None
+        return Exclusion.CARRIED if carried and not keeps_clear else None
 
 
-def _read_reasons(robot: Robot) -> Reasons:
-    """Read the reasons that the robot's file and its SRDF give, by the names of two links.
+def _read_srdf(robot: Robot) -> dict[frozenset[str], str]:
+    """Read the pairs of links that the robot's SRDF excludes, and the reasons that it gives.
 
     Raises:
         InputError: The SRDF can't be read, or is not one.
     """
-    reasons: Reasons = {frozenset(pair): BY_ROBOT for pair in robot.ignored_pairs}
     if robot.srdf is None:
-        return reasons
+        return {}
     text = read_text(robot.srdf, max_bytes=MAX_URDF_BYTES)
     try:
         root = parse_root(text)
@@ -104,8 +100,8 @@ def _read_reasons(robot: Robot) -> Reasons:
         raise InputError(f"{robot.srdf} is not an SRDF: {error}") from error
     if root is None or root.tagName != "robot":
         raise InputError(f"{robot.srdf} is not an SRDF: its outermost element is not <robot>")
+    reasons: dict[frozenset[str], str] = {}
     for element in child_elements(root, "disable_collisions"):
         links = frozenset(element.getAttribute(end) for end in ("link1", "link2"))
-        why = element.getAttribute("reason").lower()
-        reasons.setdefault(links, f"the SRDF disables it{f' ({why})' if why else ''}")
+        reasons.setdefault(links, element.getAttribute("reason").lower())
     return reasons

@@ -24,7 +24,7 @@ from knotwork.task.task_part import TaskPart
 
 
 class Fastest(TaskPart):
-    """A unknown duration: the minimum within the limits is chosen."""
+    """An unknown duration: the minimum within the limits is chosen."""
 
     fastest: Literal[True] = required("The minimum time that the limits allow")
     at_least: Positive | None = optional("Lower bound", unit="s")

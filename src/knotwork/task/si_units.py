@@ -15,8 +15,11 @@ from knotwork.files.documents.values import unit_of
 from knotwork.task.task import Task, TaskUnits
 from knotwork.task.task_part import PartT, TaskPart
 
-_RATE_SUFFIX = re.compile(r"/s²?$")
-"""Removed from length/s², to get its factor. Other units with it depend on the joint: no factor."""
+_RATE_SUFFIX = re.compile(r"/s[²³⁴]?$")
+"""End of the units of rates: the factor of `length/s²` is that of `length`.
+
+Units with `or` depend on the joint and have no factor.
+"""
 
 
 def unit_at(data: Any, location: Location, joints: Mapping[str, str] | None = None) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
@@ -29,6 +29,8 @@ KINDS = {"along": "PathWaypoint", "pose": "PoseWaypoint", "joints": "JointWaypoi
 
 
 class _Waypoint(TaskPart):
+    ALTERNATIVES: ClassVar[tuple[tuple[str, ...], ...]] = (("time", "after"),)
+
     name: Text | None = optional("Unique name, for messages and reports; left out: its number")
     time: Number | None = optional("Time since the start", unit="s")
     after: After | None = optional(
@@ -92,7 +94,7 @@ class PoseWaypoint(_Posed):
     """A waypoint given by the pose of the tool."""
 
     ALTERNATIVES = (
-        ("time", "after"),
+        *_Waypoint.ALTERNATIVES,
         ("velocity", "speed", "stop"),
         ("velocity", "wait"),
         ("speed", "wait"),
@@ -303,7 +305,7 @@ class PathWaypoint(_Posed):
 class JointWaypoint(_Waypoint):
     """A waypoint given by joint values."""
 
-    ALTERNATIVES = (("time", "after"), ("velocity", "stop"), ("velocity", "wait"))
+    ALTERNATIVES = (*_Waypoint.ALTERNATIVES, ("velocity", "stop"), ("velocity", "wait"))
 
     joints: JointsOrName = required(
         "A configuration of the robot by name, or every joint", unit="angle or length"

@@ -81,7 +81,7 @@ _SHIPPED = dict(CHECKS)
 
 
 def changed_checks() -> list[str]:
-    """Names of checks that were added, replaced or removed in this process, unlike in others.
+    """Names of checks that were added, replaced or removed in this process only.
 
     >>> changed_checks()
     []

@@ -46,8 +46,9 @@ def check_continuity(motion: Motion, scenario: Scenario, joints: ScenarioJoints)
             time = float(motion.curve.x[min(worst + 1, len(motion.curve.x) - 1)])
             value, limit = float(sizes[worst, joint]), float(allowed[worst, joint])
             unit = rate_unit(joints.joint_units[joint], order)
-            jump = scenario.units.text(value, unit, ".3g")
-            fact = f"joint {names[joint]!r}: {quantity} jumps by {jump} at {time:.6g} s"
+            jump, tolerance = (scenario.units.text(x, unit, ".3g") for x in (value, limit))
+            fact = f"joint {names[joint]!r}: largest jump of {quantity} {jump} at {time:.6g} s"
+            fact += f", tolerance {tolerance}" if required else ""
             yield Topic(Group.CONTINUITY, "joint", names[joint]).at_most(
                 f"{quantity}_jump", fact, value, limit, unit, required=required, time=time
             )

@@ -101,10 +101,10 @@ def _compare_on_path(
         raise TypeError("an event on a path needs a robot")
     time = np.clip([event.time], motion.start_time, motion.end_time)
     pose = joints.robot.forward(motion.curve(time[0]))
-    reached, _, _ = path.motion.woven_frame.relative_motion(
+    reached, _, _ = path.timed_path.woven_frame.relative_motion(
         time, pose.translation[None], pose.rotation[None], np.zeros((1, 3))
     )
-    requested = path.motion.path.position(np.array([request.arc_length]))
+    requested = path.timed_path.tool_path.position(np.array([request.arc_length]))
     miss = float(np.linalg.norm(reached - requested))
     tolerance = scenario.tolerances.path
     shown, allowed = (scenario.units.text(length, "m", ".3g") for length in (miss, tolerance))

@@ -53,7 +53,7 @@ def sample_freedoms(motion: Motion, scenario: Scenario, robot: Robot) -> Iterato
             times = _path_times(path)
             if path.freedom is not None and _covers(motion, times):
                 poses = [robot.forward(q) for q in motion.curve(times)]
-                requested = path.motion.state(times)[:2]
+                requested = path.timed_path.state(times)[:2]
                 name = _path_name(path, scenario)
                 uses.append(_freedom_use("path", name, path.freedom, times, requested, poses))
         yield from _continue_turn(uses)
@@ -73,7 +73,7 @@ def sample_freedoms(motion: Motion, scenario: Scenario, robot: Robot) -> Iterato
 
 
 def _path_times(path: ScenarioPath) -> FloatArray:
-    return np.linspace(path.motion.start_time, path.motion.end_time, PATH_TIMES)
+    return np.linspace(path.timed_path.start_time, path.timed_path.end_time, PATH_TIMES)
 
 
 def _path_name(path: ScenarioPath, scenario: Scenario) -> str:

@@ -59,7 +59,7 @@ def explain_excess(finding: Finding, order: int | None, scenario: Scenario) -> F
     utilisation = finding.utilisation
     if finding.ok or finding.time is None:
         return finding
-    fact = f"{finding.fact}, exceeded most {describe_time(scenario, finding.time)}"
+    fact = f"{finding.fact}; the excess is largest {describe_time(scenario, finding.time)}"
     if not order or utilisation is None or np.isinf(utilisation):
         return replace(finding, fact=fact)
     paths = ", and needs lower speeds along tool paths" if scenario.paths else ""
@@ -167,7 +167,8 @@ def compare_text(worst: LimitedValue, unit: str, units: Units) -> str:
         unit: Its SI unit.
         units: Units of the text.
     """
-    allowed = f"limit {units.text(worst.limit, unit)}"
+    has_limit = np.isfinite(worst.limit)
+    allowed = f"limit {units.text(worst.limit, unit)}" if has_limit else "no limit is given"
     if worst.limit and 1.0 < worst.value / worst.limit < np.inf:
         percent = 100.0 * worst.value / worst.limit
         allowed += f" ({percent:.0f} %)" if percent >= 101.0 else ""
@@ -202,7 +203,7 @@ def limit_finding(
         ok: Whether the limit is kept, by default within rounding.
     """
     required = bool(np.isfinite(worst.limit))
-    text = compare_text(worst, unit, units) if required else "has no limit given"
+    text = compare_text(worst, unit, units)
     ok = keeps_limit(worst.margin, worst.limit) if ok is None else ok
     verdict = verdict_on(ok, required=required)
     return topic.finding(quantity, f"{label} {text}", verdict, unit=unit, **worst.numbers)

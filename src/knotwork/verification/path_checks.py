@@ -48,10 +48,10 @@ def check_tool_paths(motion: Motion, scenario: Scenario, joints: ScenarioJoints)
     if joints.robot is None:
         return
     for group in group_paths_by_turn(scenario):
-        skipped = [path for path in group if path.clock is not None and path.motion.has_own_clock]
+        skipped = [path for path in group if path.clock and path.timed_path.has_own_clock]
         for path in skipped:
             begin, end = (scenario.waypoints[i].name for i in (path.first, path.last))
-            kind = "in a moving frame" if path.motion.frame.is_moving else "woven"
+            kind = "in a moving frame" if path.timed_path.frame.is_moving else "woven"
             fact = f"the tool path from {begin!r} to {end!r} is {kind} and is not checked"
             yield Topic(Group.WARNINGS).finding("path", fact, "warning")
         compared = [path for path in group if path not in skipped]
@@ -68,7 +68,7 @@ def check_curve_between_points(
     """
     for path in scenario.paths:
         last = scenario.waypoints[path.last]
-        for curve in path.motion.path.curves:
+        for curve in path.timed_path.tool_path.curves:
             chords, bulges = curve.chords_and_bulges()
             if (bulges > MAX_BULGE * chords).any():
                 i = int((bulges / chords).argmax())
@@ -178,6 +178,7 @@ def _follow_stretches(
     allowed = scenario.tolerances
     stretches = []
     for path in paths:
+        timed_path = path.timed_path
         for i, stretch in enumerate(path.stretches, path.first):
             interval = stretch.start, stretch.end
             if max(stretch.start, motion.start_time) >= min(stretch.end, motion.end_time):
@@ -186,7 +187,7 @@ def _follow_stretches(
             if path.clock is not None:
                 limits = limits._replace(speed=None)
             bounds = path_bounds(
-                robot, motion.curve, path.motion, interval, limits, path.freedom, turn, path.clock
+                robot, motion.curve, timed_path, interval, limits, path.freedom, turn, path.clock
             )
             turn = bounds.errors.turns[1]
             ends = scenario.waypoints[i].name, scenario.waypoints[i + 1].name
@@ -246,9 +247,9 @@ def _error_text(
         for number in (abs(bound.value), bound.limit, max(bound.value, 0.0))
     )
     if quantity == "path_deviation":
-        return f"the tool leaves the {stretch.kind} by {value}, tolerance {limit}"
+        return f"the tool is up to {value} from the {stretch.kind}, tolerance {limit}"
     if quantity == "path_orientation":
-        return f"the orientation of the tool is off by {value}, tolerance {limit}"
+        return f"the orientation error of the tool is up to {value}, tolerance {limit}"
     if quantity == "path_turn" and path.freedom is not None:
         side = "outside" if bound.value > 0.0 else "inside"
         ranges = _angle_ranges_text(path.freedom, units)

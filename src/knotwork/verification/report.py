@@ -129,7 +129,8 @@ class Report:
         """The verdict and the findings nearest to limits, in about 15 lines of 80 characters."""
         return "\n".join(self.brief())
 
-    __repr__ = __str__
+    def __repr__(self) -> str:
+        return f"<Report {self.scenario!r}: {self.counts_text}>"
 
     def _repr_html_(self) -> str:
         import html

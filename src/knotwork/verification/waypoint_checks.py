@@ -44,8 +44,8 @@ class _ComparedValue(NamedTuple):
         error = units.text(self.error, self.unit, ".3g")
         tolerance = units.text(self.tolerance, self.unit, ".3g")
         fact = (
-            f"{waypoint_text(topic.name)} at {time:g} s: {self.quantity.replace('_', ' ')} is off "
-            f"by {error}, tolerance {tolerance}"
+            f"{waypoint_text(topic.name)} at {time:g} s: error of the "
+            f"{self.quantity.replace('_', ' ')} {error}, tolerance {tolerance}"
         )
         finding = topic.at_most(
             self.quantity, fact, self.error, self.tolerance, self.unit, time=time
@@ -232,9 +232,9 @@ def check_waits(motion: Motion, scenario: Scenario, joints: ScenarioJoints) -> F
         distance, tolerance = float(extrema.peak[worst]), float(tolerances[worst])
         unit = joints.joint_units[worst]
         fact = (
-            f"{waypoint_text(waypoint.name)}: the arm must be at rest from {start:.3f} s to "
-            f"{end:.3f} s, but {joints.joint_names[worst]} moves by up to "
-            f"{scenario.units.text(distance, unit, '.3g')}, tolerance "
+            f"{waypoint_text(waypoint.name)}: largest movement in the wait from {start:.3f} s to "
+            f"{end:.3f} s {scenario.units.text(distance, unit, '.3g')}, of "
+            f"{joints.joint_names[worst]}, tolerance "
             f"{scenario.units.text(tolerance, unit, '.3g')}"
         )
         time = float(extrema.peak_time[worst])

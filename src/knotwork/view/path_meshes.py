@@ -97,7 +97,7 @@ def draw_paths(
         "exceeded": bool(trace.exceeded.any()),
         "way": clear is not None,
         "path": bool(paths),
-        "moving": any(path.motion.frame.is_moving for path in paths),
+        "moving": any(path.timed_path.frame.is_moving for path in paths),
     }
 
 
@@ -151,8 +151,8 @@ def given_path_points(
         of the URDF's root, if no joint does or `at_rest` is true.
     """
     for path in shown.scenario.paths:
-        curve, dashes = path.motion.path, []
-        carrier, base = shown.root_carrier if at_rest else shown.carrier_of(path.motion.frame)
+        curve, dashes = path.timed_path.tool_path, []
+        carrier, base = shown.root_carrier if at_rest else shown.carrier_of(path.timed_path.frame)
         count = int(min(max(np.ceil(curve.length / (2 * DASH * size)), 4), MAX_DASHES))
         starts = np.linspace(0.0, curve.length, 2 * count)  # dash, gap, dash, …, dash
         for low, far in zip(starts[:-1:2], starts[1::2], strict=True):

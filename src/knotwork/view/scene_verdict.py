@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from knotwork.errors.plain_text import waypoint_text
@@ -53,11 +54,10 @@ def failures(report: Report, scenario: Scenario) -> list[dict[str, Any]]:
 
 
 def _failure(finding: Finding, units: Units, scenario: Scenario) -> dict[str, Any]:
-    line = failure_text(finding, units)
-    at = finding.shown_time
-    if finding.subject == "waypoint" and line.startswith(finding.name):
-        line = waypoint_text(finding.name) + line.removeprefix(finding.name)
-    elif at is not None and (finding.short_fact or finding.value is not None):
+    of_waypoint = finding.subject == "waypoint"
+    named = replace(finding, name=waypoint_text(finding.name)) if of_waypoint else finding
+    line, at = failure_text(named, units), finding.shown_time
+    if not of_waypoint and at is not None and (finding.short_fact or finding.value is not None):
         middle = sum(finding.interval) / 2 if finding.interval else at
         time = at if finding.time is not None else middle
         line += f", {describe_time(scenario, time)}"

@@ -109,7 +109,7 @@ def _follow(
     for path, stretch, start, end in parts:
         time = times_along(motion.curve, start, end)
         ends = stretch.start, stretch.end
-        followed = PathStretch(motion.robot, motion.curve, path.motion, *ends, path.freedom)
+        followed = PathStretch(motion.robot, motion.curve, path.timed_path, *ends, path.freedom)
         yield stretch, time, followed.sample(time)
 
 

@@ -100,7 +100,7 @@ def _draw_panel(
     if row.given == "linear":
         part = scenario.tolerances.path_speed
         for path, stretch, start, end in full_speeds(first):
-            if path.motion.has_own_clock:
+            if path.timed_path.has_own_clock:
                 continue  # its speed is relative to a moving frame
             low, high = (factor * stretch.speed * (1.0 + side * part) for side in (-1.0, 1.0))
             axes.fill_between([start, end], low, high, gid="band", **MARK_LOOKS["band"])

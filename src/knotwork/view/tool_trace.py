@@ -74,7 +74,7 @@ def tool_speeds(shown: ShownMotion, time: FloatArray) -> FloatArray:
     q, v = curve(time), curve(time, 1)
     velocity = np.array([robot.jacobian(a)[:3] @ b for a, b in zip(q, v, strict=True)])
     speed = np.linalg.norm(velocity, axis=1)
-    for motion in (path.motion for path in paths if path.motion.has_own_clock):
+    for motion in (path.timed_path for path in paths if path.timed_path.has_own_clock):
         on = (time >= motion.start_time) & (time <= motion.end_time)
         poses = [robot.forward(row) for row in q[on]]
         place = np.array([pose.translation for pose in poses]).reshape(-1, 3)

@@ -20,6 +20,9 @@ MAX_STEP_HALVINGS = 8
 BREAK_TOLERANCE = 1e-9
 """Difference relative to the duration within which breaks are equal."""
 
+PATH_TOLERANCE = 1e-6
+"""Largest deviation of a joint from its path [rad or m]."""
+
 
 def compose(curve: PiecewisePolynomial, clock: PiecewisePolynomial) -> PiecewisePolynomial:
     """Compose a curve q and a clock τ exactly to q(τ(t)), which is as smooth as both.
@@ -51,7 +54,7 @@ def compose(curve: PiecewisePolynomial, clock: PiecewisePolynomial) -> Piecewise
 
 
 def approximate_by_cubics(
-    curve: PiecewisePolynomial, tolerance: float, through: Sequence[float] = ()
+    curve: PiecewisePolynomial, tolerance: float = PATH_TOLERANCE, through: Sequence[float] = ()
 ) -> tuple[PiecewisePolynomial, FloatArray]:
     """Approximate a C2 smooth curve by cubics (C2 smooth), to within a tolerance.
 

@@ -80,7 +80,6 @@ def stop_on_path(
     curve: PiecewisePolynomial,
     at: float,
     limits: JointLimits,
-    tolerance: float,
 ) -> tuple[PiecewisePolynomial, PiecewisePolynomial] | None:
     """Find the shortest stop on the path (C2 smooth, cubics), with an override of at most 1.
 
@@ -90,7 +89,6 @@ def stop_on_path(
         curve: Positions over time, trailing shape (d,).
         at: Start time of the stop [s]; the curve is not at rest.
         limits: Limits; those of acceleration and jerk are kept.
-        tolerance: Maximum deviation of a joint from the path [rad or m].
 
     Returns:
         The clock and the motion; `None` if no such stop keeps the limits before the curve ends. The
@@ -110,7 +108,7 @@ def stop_on_path(
             if clock is None or begin - at + clock.x[-1] >= best:
                 break
             clock = _start_earlier(clock, at, begin)
-            motion, _ = approximate_by_cubics(compose(curve, clock), tolerance)
+            motion, _ = approximate_by_cubics(compose(curve, clock))
             if keeps_joint_limits(motion, curve, limits):
                 return clock, motion
     if rest_time is None:

@@ -12,6 +12,7 @@ from knotwork.curves.tool_paths.task_frame import BASE_FRAME, TaskFrame, ToolMot
 from knotwork.curves.tool_paths.timing_profile import Timing
 from knotwork.curves.tool_paths.tool_path import LENGTH_MISMATCH, ToolPath
 from knotwork.errors import PathError, TimeRangeError
+from knotwork.errors.old_names import OldAttribute
 
 STOP_SPEED_SHARE = 1e-6
 """Maximum speed at a stop, relative to the path's mean speed."""
@@ -29,8 +30,9 @@ class TimedPath:
         breaks: Breaks of the weave, as times since the start [s].
 
     Attributes:
-        path, timing, start_time, frame: The arguments; the path is given with the frame at rest.
-        woven_frame: The frame with the weave added. The tool follows `path` in it.
+        tool_path: The path, with the frame at rest.
+        timing, start_time, frame: The other arguments.
+        woven_frame: The frame with the weave added. The tool follows the path in it.
         end_time: End time [s].
         breaks: Times of the breaks of curves, orientation, ramps and weave, and both ends [s].
         full_speed: Maximum speed along the path [m/s].
@@ -48,6 +50,8 @@ class TimedPath:
     (6.0, array([0.5, 0. , 0. ]))
     """
 
+    path = OldAttribute("tool_path")
+
     def __init__(
         self,
         path: ToolPath,
@@ -57,7 +61,7 @@ class TimedPath:
         weave: ExtendedCurve | None = None,
         breaks: ArrayLike = (),
     ) -> None:
-        self.path, self.timing, self.start_time = path, timing, float(start_time)
+        self.tool_path, self.timing, self.start_time = path, timing, float(start_time)
         self.frame = frame
         self.woven_frame = frame if weave is None else add_weave(frame, weave)
         self.end_time = self.start_time + timing.duration
@@ -90,7 +94,7 @@ class TimedPath:
     def _check_stop(self, curve: int, s: float) -> None:
         t = self.timing.time_of(np.array([s]))
         speed = float(np.abs(self.timing(t, 1))[0])
-        if speed > STOP_SPEED_SHARE * self.path.length / self.timing.duration:
+        if speed > STOP_SPEED_SHARE * self.tool_path.length / self.timing.duration:
             raise PathError(
                 f"the path needs a stop after curve {curve + 1}, at arc length {s:.6g} m, but the "
                 f"timing goes on at {speed:.6g} m/s there; name it in the timing's stops"
@@ -141,7 +145,7 @@ class TimedPath:
         middle, along = self._middle[index], self._along[index]
         s, ds, dds = (self.timing(local, order, middle) for order in range(3))
         ds, dds = ds[:, None], dds[:, None]
-        path = self.path
+        path = self.tool_path
         position, tangent, bend = path.derivatives(s, 2, along)
         rotation, rate, change = path.orientation.states(s, along)
         twist = np.hstack((tangent * ds, rate * ds))

@@ -126,7 +126,9 @@ def optional(
         names_waypoint: Whether it is the name of a waypoint, to which repeats add their number.
         needs_robot: Whether a value other than the default needs a robot.
         defines_motion: Whether the field defines the motion, its times or its signals. A motion
-            that is executed, or read from a file, has its own; it keeps all other fields.
+            that is executed, or read from a file, has its own; it keeps all other fields. In
+            waypoints, only fields that joint waypoints share need the mark; their `time`, `joints`
+            and `velocity` are replaced without it.
         si_default: Default in SI, whatever the units of the file. The schema has no default then,
             but the description states it.
     """

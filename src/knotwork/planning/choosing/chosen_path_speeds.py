@@ -63,7 +63,7 @@ class AllPathSpeeds:
         for path_speeds in self.by_path:
             for stretch, (_, bound) in path_speeds.by_stretch.items():
                 i = path_speeds.problem.path.first + stretch
-                subject, quantity = ("", bound.value) if isinstance(bound, Reason) else bound[:2]
+                subject, quantity = ("", bound) if isinstance(bound, Reason) else bound
                 limits.append(ActiveLimit(names[i], names[i + 1], subject, quantity, None))
         return tuple(limits)
 
@@ -204,7 +204,7 @@ def path_speed_error(
     if requested.max_speeds and duration:  # the stretches still have the nominal speed
         given = requested.lengths[stretch] / duration
     speed = "no speed keeps the limits" if is_chosen else f"at {text(given, 'm/s')}"
-    if path.motion.has_own_clock:
+    if path.timed_path.has_own_clock:
         weave = path.stretches[stretch].weave
         accepted = "a slower frame" if weave is None else "a narrower weave, a lower frequency"
     elif is_chosen:

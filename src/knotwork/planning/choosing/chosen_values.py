@@ -155,10 +155,10 @@ def _values_at_maximum_speeds(
             return speeds, _values_at_speeds(speeds, budget)
         except SectionsUnsolvedError as error:
             unsolved = error
-        problems = speeds.slower_problems(unsolved.errors)
+        problems = speeds.slower_problems(unsolved.sections)
         if not problems:
             break
-    raise unsolved.combined_error()
+    raise unsolved.error
 
 
 def _values_at_speeds(speeds: AllPathSpeeds, budget: Budget) -> ChosenValues:
@@ -194,8 +194,6 @@ def _check_given(speeds: AllPathSpeeds, sections: Sequence[TimingSection]) -> No
         raise merge_errors(errors)
     for section in sections:
         problem = section.timing_problem(Objective())
-        infeasible = infeasible_values(problem, direct=section.way is None)
-        section.add_locations(infeasible)
-        errors += infeasible
+        errors += section.located(infeasible_values(problem, direct=section.way is None))
     if errors:
         raise merge_errors(errors)

@@ -24,13 +24,12 @@ from knotwork.verification.finding import Group, Topic, Verdict
 SHOWN_CLEARANCE_PRECISION = 1e-5
 """Precision of the minimum clearance [m]."""
 
-REASON_TEXTS = {
-    Reason.AT_MOST.value: "at_most",
-    Reason.PATH_ACCELERATION.value: "path.acceleration, {}",
-    Reason.ADJACENT_MOTION.value: "the motion before or after",
-    Reason.TOLERANCES.value: "the tolerance of the path",
+REASON_TEXTS: dict[str, str] = {
+    Reason.AT_MOST: "at_most",
+    Reason.ADJACENT_MOTION: "the motion before or after",
+    Reason.TOLERANCES: "the tolerance of the path",
 }
-"""Texts of reasons that bound a speed along a path, by the quantity of the active limit."""
+"""Texts of reasons without a value."""
 
 _Shares = list[tuple[str, float | None]]
 """Texts of active limits, each with its share of the time."""
@@ -141,18 +140,21 @@ def _limits_by_interval(chosen_values: ChosenValues) -> dict[tuple[str, str], _S
     """Active limits by interval, each with its share of the time."""
     limits: defaultdict[tuple[str, str], _Shares] = defaultdict(list)
     for limit in chosen_values.active_limits:
-        quantity = REASON_TEXTS.get(limit.quantity, limit.quantity.replace("_", " "))
-        text = f"{quantity} of {limit.subject!r}" if limit.subject else quantity
+        text = _quantity_text(limit.quantity, chosen_values.scenario)
+        if limit.subject:
+            text += f" of {limit.subject!r}"
         if limit.quantity == "jerk" and limit.subject in chosen_values.assumed_jerk:
             text += " (assumed)"
-        if limit.quantity == Reason.PATH_ACCELERATION.value:
-            paths = chosen_values.scenario.paths
-            path = next(path for path in paths if not path.motion.is_wait)
-            text = text.format(
-                chosen_values.scenario.units.text(path.requested.acceleration, "m/s²")
-            )
         limits[limit.start, limit.end].append((text, limit.share))
     return limits
+
+
+def _quantity_text(quantity: str, scenario: Scenario) -> str:
+    """A limited quantity, or another bound of a speed along a path."""
+    if quantity is Reason.PATH_ACCELERATION:
+        path = next(path for path in scenario.paths if not path.timed_path.is_wait)
+        return f"path.acceleration, {scenario.units.text(path.requested.acceleration, 'm/s²')}"
+    return REASON_TEXTS.get(quantity, quantity.replace("_", " "))
 
 
 def _longest(limits: _Shares) -> str:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
-from knotwork.curves.polynomial.splitting import cut_curve
-from knotwork.curves.retiming import stop_on_path
 from knotwork.errors import InputError, NoWayFoundError
 from knotwork.planning.choosing.timing_sections import TimingSection
 from knotwork.planning.clear_motions.clear_motion_problem import (
@@ -30,9 +29,6 @@ from knotwork.waypoints import CartesianWaypoint
 
 MAX_SOLUTIONS = 12
 """Maximum number of solutions of a pose at either end of a motion."""
-
-STOP_TOLERANCE = 1e-6
-"""Largest deviation of a joint from its path during a stop [rad or m]."""
 
 
 def plan_clear_section(
@@ -64,7 +60,7 @@ def plan_clear_section(
         arm_model=robot.model,
         collision_model=_bodies(section),
         resolution=solved.scenario.scene.collisions.resolution,
-        stop=lambda: _stop(section, problem),
+        continued=_continued_motion(section, problem.joint_names),
     )
     try:
         motion = find_clear_motion(
@@ -92,20 +88,16 @@ def _lower_bound(clear_problem: ClearMotionProblem) -> float:
     )
 
 
-def _stop(section: TimingSection, problem: TimingProblem) -> PiecewisePolynomial | None:
-    """The motion that the task continues, stopped on its path or at its end; `None` without one."""
+def _continued_motion(
+    section: TimingSection, joint_names: Sequence[str]
+) -> tuple[PiecewisePolynomial, float] | None:
+    """The motion that the task continues, and the start of the section in it [s], or `None`."""
     continued = section.solved.scenario.continued_motion
     if continued is None or section.indices[0]:
         return None
-    motion, start_time = continued
-    curve, limits = motion.polynomial, problem.limits
-    columns = [motion.joint_names.index(name) for name in problem.joint_names]
-    curve = cut_curve(
-        PiecewisePolynomial(curve.c[:, :, columns], curve.x), start_time, float(curve.x[-1])
-    )
-    curve = PiecewisePolynomial(curve.c, curve.x - start_time)
-    stopped = stop_on_path(curve, 0.0, limits, STOP_TOLERANCE)
-    return curve if stopped is None else stopped[1]
+    motion, at = continued
+    columns = [motion.joint_names.index(name) for name in joint_names]
+    return PiecewisePolynomial(motion.polynomial.c[:, :, columns], motion.polynomial.x), at
 
 
 def _bodies(section: TimingSection) -> CollisionModel:

@@ -90,7 +90,7 @@ def solutions_near(
 
 def _chosen_speed(solved: SolvedScenario, i: int, q: FloatArray, v: FloatArray) -> dict[str, Any]:
     """Keys for the speed or velocity of a waypoint where it is chosen."""
-    kind, robot = solved.unknowns.waypoints[i].speed_kind, solved.joints.robot
+    kind, robot = solved.unknowns.waypoints[i].velocity_kind, solved.joints.robot
     waypoint = solved.scenario.waypoints[i]
     units = solved.scenario.task.units
     length, angle = units.in_si
@@ -131,7 +131,7 @@ def _chosen_section(
     velocities = {
         timed.waypoints[i].name: to_file_units(joints, motion.velocity[k], units)
         for k, i in enumerate(section.indices)
-        if section.waypoint_unknowns[k].speed_kind != "given"
+        if section.waypoint_unknowns[k].velocity_kind != "given"
     }
     extra: dict[str, Any] = {"velocities": velocities, "tries": motion.tries}
     if motion.extra_clearance is not None:

@@ -74,7 +74,7 @@ def planned_utilisation(
     )
     curve = ModifiedHermiteSpline(time, q, v, knots=knots_of(solved.scenario), acceleration=a)
     t = _sample_points(curve)
-    ends = path.motion.start_time + _parts(path.motion.timing)
+    ends = path.timed_path.start_time + _parts(path.timed_path.timing)
     return _largest_by_part(limits.utilisation(curve, t), t, ends)
 
 
@@ -126,7 +126,7 @@ class PathUtilisation:
         # at 1 m/s time is the arc length
         timing = speed_profile(lengths, np.ones(len(lengths)), acceleration=1.0)
         followed = cast(JointsOnPath, solved.solution.tracks[path.first].followed)
-        curve = followed.with_timing(TimedPath(path.motion.path, timing)).curve
+        curve = followed.with_timing(TimedPath(path.timed_path.tool_path, timing)).curve
         joint_count = len(limits.joint_names)
         self._s = _sample_points(curve)  # shape (k,)
         orders = range(len(MOTION_QUANTITIES))

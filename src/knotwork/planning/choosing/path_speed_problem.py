@@ -31,7 +31,7 @@ SPEED_DIGITS = 4
 """Number of digits to which speeds are rounded down."""
 
 MIN_SPEED = 1e-3
-"""Speed that no speed is lowered below to keep a limit [m/s]."""
+"""Lowest speed that a limit may require [m/s]."""
 
 MAX_EXPECTED_UTILISATION = 0.998
 """Maximum expected utilisation of each limit."""
@@ -49,7 +49,7 @@ MAX_SPEED_FACTOR = 0.995
 """Maximum factor on a speed that is lowered in one step."""
 
 
-class Reason(Enum):
+class Reason(str, Enum):
     """A bound of a speed along a path other than the limits of joints and of the tool.
 
     Attributes:
@@ -65,6 +65,8 @@ class Reason(Enum):
     TOLERANCES = "path tolerance"
     ADJACENT_MOTION = "adjacent motion"
     NOTHING = "nothing"
+
+    __str__ = str.__str__
 
 
 SpeedBound: TypeAlias = LimitedQuantity | Reason

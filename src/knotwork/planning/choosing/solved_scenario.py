@@ -90,7 +90,7 @@ class SolvedScenario:
             if waypoint.way
             for i in (end - 1, end)
             if not (
-                waypoints[i].speed_kind == "unknown"
+                waypoints[i].velocity_kind == "unknown"
                 and waypoints[i].way == waypoints[i + 1].way
                 and all(w.duration_is_unknown and not w.min_duration for w in waypoints[i : i + 2])
             )

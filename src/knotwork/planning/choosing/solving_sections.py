@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
+import numpy as np
+
 from knotwork.arrays import FloatArray
-from knotwork.errors import InputError, TimingError, merge_errors
+from knotwork.errors import TimingError, merge_errors
 from knotwork.planning.choosing.clear_sections import plan_clear_section
 from knotwork.planning.choosing.solved_scenario import SolvedScenario
 from knotwork.planning.choosing.timing_sections import TimingSection
@@ -31,21 +33,13 @@ class SectionsUnsolvedError(Exception):
     """Limits leave no motion for some sections.
 
     Attributes:
-        errors: Reasons, by section.
+        sections: These sections.
+        error: The reasons, merged into one error.
     """
 
-    def __init__(self, errors: dict[TimingSection, TimingError]) -> None:
+    def __init__(self, sections: Collection[TimingSection], error: TimingError) -> None:
         super().__init__()
-        self.errors = errors
-
-    def combined_error(self) -> InputError:
-        """The combined error of all sections."""
-        causes: list[InputError] = []
-        for section, error in self.errors.items():
-            of_section = (error, *error.others)
-            section.add_locations(of_section)
-            causes += of_section
-        return merge_errors(causes)
+        self.sections, self.error = sections, error
 
 
 def solve_sections(
@@ -72,22 +66,18 @@ def solve_sections(
     if unknowns.total_duration is None:
         return _solve_each(sections, objective, budget)
     fastest = _solve_each(with_unknown_times, Objective(), budget)
-    durations = solved.scenario.durations
-    for section in with_unknown_times:
-        durations[section.indices[:-1]] = 0.0
-    outside = float(durations.sum())
+    chosen = [i for section in with_unknown_times for i in section.indices[:-1]]
+    outside = float(np.delete(solved.scenario.durations, chosen).sum())
     shortest = outside + sum(motion.duration for motion in fastest.values())
     if unknowns.total_duration < shortest:
-        budget_ended = any(motion.status == "budget" for motion in fastest.values())
-        raise _total_too_short(solved, shortest, budget_ended=budget_ended)
+        raise _total_too_short(solved, shortest, fastest.values())
     factor = (unknowns.total_duration - outside) / (shortest - outside)
     totals = {section: factor * motion.duration for section, motion in fastest.items()}
     try:
         return _solve_each(sections, objective, budget, totals)
     except SectionsUnsolvedError as failure:
-        error = failure.combined_error()
-        error.hint = f"the shortest motion found lasts {rounded_up(shortest):.6g} s"
-        raise error from None
+        failure.error.hint = f"the shortest motion found lasts {rounded_up(shortest):.6g} s"
+        raise failure.error from None
 
 
 def _solve_each(
@@ -98,7 +88,8 @@ def _solve_each(
 ) -> dict[TimingSection, TimedMotion]:
     """Solve sections one by one, some of them with a total duration [s]."""
     motions: dict[TimingSection, TimedMotion] = {}
-    errors: dict[TimingSection, TimingError] = {}
+    unsolved: list[TimingSection] = []
+    errors: list[TimingError] = []
     ends: dict[int, FloatArray] = {}  # of collision-free motions, which choose their solutions
     for section in sections:
         problem = section.timing_problem(objective, totals.get(section))
@@ -113,23 +104,33 @@ def _solve_each(
                 motion = plan_clear_section(section, problem, budget, ends.get(first))
                 motions[section], ends[last] = motion, motion.trajectory.position(motion.duration)
         except TimingError as error:
-            errors[section] = error
+            unsolved.append(section)
+            errors += section.located([error, *error.others])
     if errors:
-        raise SectionsUnsolvedError(errors)
+        raise SectionsUnsolvedError(unsolved, merge_errors(errors))
     return motions
 
 
-def _total_too_short(solved: SolvedScenario, shortest: float, *, budget_ended: bool) -> TimingError:
-    """The error for a duration below that of the shortest motion found [s].
+def _total_too_short(
+    solved: SolvedScenario, shortest: float, fastest: Collection[TimedMotion]
+) -> TimingError:
+    """The error for a duration below that of the shortest motion found.
 
     Args:
         solved: The scenario and its IK solutions.
         shortest: Duration of that motion [s].
-        budget_ended: Whether the budget ended before a shorter one could be found.
+        fastest: Its sections.
     """
+    limits = [limit for motion in fastest for limit in motion.active_limits]
+    longest = max(limits, key=lambda limit: limit.share or 0.0, default=None)
+    limited = ""
+    if longest is not None:
+        of_subject = f" of {longest.subject!r}" if longest.subject else ""
+        limited = f", which {longest.quantity.replace('_', ' ')}{of_subject} limits most"
+    budget_ended = any(motion.status == "budget" for motion in fastest)
     return TimingError(
         f"{solved.unknowns.total_duration:g} s is shorter than the minimum time found within "
-        f"the limits, {rounded_up(shortest):.6g} s; accepted: "
+        f"the limits, {rounded_up(shortest):.6g} s{limited}; accepted: "
         f"{sufficient_duration(shortest):.6g} s or more"
         f"{', or a larger budget' if budget_ended else ''}",
         cause="budget" if budget_ended else "duration",

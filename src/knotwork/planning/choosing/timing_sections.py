@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -69,11 +68,11 @@ class TimingSection:
             self.solved.zero_acceleration_points.keys() & ends
             or self.solved.unknowns.knots_are_unknown
             or self.has_unknown_durations
-            or any(waypoint.speed_kind != "given" for waypoint in self.waypoint_unknowns)
+            or any(waypoint.velocity_kind != "given" for waypoint in self.waypoint_unknowns)
         )
 
-    def add_locations(self, errors: Iterable[TimingError]) -> None:
-        """Add locations in the file, and indices in the scenario, to errors of timing."""
+    def located(self, errors: list[TimingError]) -> list[TimingError]:
+        """Give errors of timing their locations in the file, and indices in the scenario."""
         for error in errors:
             error.where = self.solved.scenario.name
             if error.waypoint_index is not None:
@@ -81,6 +80,7 @@ class TimingSection:
                 # an interval is described in the file at the waypoint where it ends
                 end = error.waypoint_index + (1 if error.in_interval else 0)
                 error.where = self.solved.where(end)
+        return errors
 
     def timing_problem(self, objective: Objective, total: float | None = None) -> TimingProblem:
         """Make the timing problem from given values and unknowns.
@@ -96,7 +96,7 @@ class TimingSection:
         joints, waypoints, scenario = solved.joints, solved.joint_waypoints, solved.scenario
         velocity = waypoints.velocity[self.rows].copy()
         unknowns = self.waypoint_unknowns
-        velocity[[waypoint.speed_kind == "unknown" for waypoint in unknowns]] = np.nan
+        velocity[[waypoint.velocity_kind == "unknown" for waypoint in unknowns]] = np.nan
         limits = replace(joints.limits, jerk=jerk_limits(joints))
         if joints.robot is None:  # no dynamics are known
             limits = replace(limits, effort=np.full(len(joints.joint_names), np.inf))
@@ -115,7 +115,7 @@ class TimingSection:
             limits,
             names=tuple(waypoints.names[row] for row in self.rows),
             joint_units=joints.joint_units,
-            is_direction=np.array([waypoint.speed_kind == "direction" for waypoint in unknowns]),
+            is_direction=np.array([waypoint.velocity_kind == "direction" for waypoint in unknowns]),
             max_factor=np.array([waypoint.max_speed for waypoint in unknowns]),
             acceleration=self._accelerations(),
             duration=scenario.durations[self.indices[:-1]],
@@ -169,7 +169,7 @@ def find_sections(solved: SolvedScenario) -> list[TimingSection]:
             )
     ends = solved.zero_acceleration_points
     for i, why in ends.items():
-        if waypoint_unknowns[i].speed_kind != "given":
+        if waypoint_unknowns[i].velocity_kind != "given":
             accepted = "stop, or a velocity"
             if [bool(end.way) for end in waypoint_unknowns[i : i + 2]] == [True, True]:
                 accepted += ", or velocity: free between ways of equal options without times"
@@ -216,15 +216,15 @@ def _moving_base_error(scenario: Scenario, robot: Robot) -> InputError:
 def _check_limits(scenario: Scenario, joints: ScenarioJoints, limits: JointLimits) -> None:
     """Refuse a joint with unbounded acceleration."""
     bounded = np.isfinite(limits.acceleration)
-    reason, values = "no acceleration limit is given", ""
+    quantity, values = "acceleration", ""
     if joints.robot is not None:
         bounded |= np.isfinite(limits.effort)
-        reason = "neither a limit of acceleration nor one of effort is known"
+        quantity = "acceleration or effort"
         values = ", with values for this robot"
     unbounded = np.array(joints.joint_names)[~bounded]
     if unbounded.size:
         raise InputError(
-            f"times are chosen, but no limit bounds the acceleration of {', '.join(unbounded)}: "
-            f"{reason}; accepted: acceleration: {{joint: value, …}}{values}",
+            f"times are chosen, so each joint needs a limit of {quantity}, but none is known for "
+            f"{', '.join(unbounded)}; accepted: acceleration: {{joint: value, …}}{values}",
             where=scenario.where("limits"),
         )

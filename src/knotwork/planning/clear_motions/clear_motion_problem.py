@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -56,8 +56,8 @@ class ClearMotionProblem:
         arm_model: Pinocchio model of the arm.
         collision_model: Bodies and their pairs.
         resolution: Gap below which a clearance may count as a violation [m].
-        stop: Makes a motion from the first state to rest, or `None`. It is used if independent
-            stops of the joints collide.
+        continued: A motion through the first state, and its time there [s], or `None`. The arm
+            stops on its path if independent stops of the joints collide.
     """
 
     timing: TimingProblem
@@ -66,7 +66,7 @@ class ClearMotionProblem:
     arm_model: Any
     collision_model: CollisionModel
     resolution: float = 1e-4
-    stop: Callable[[], PiecewisePolynomial | None] = lambda: None
+    continued: tuple[PiecewisePolynomial, float] | None = None
 
     @property
     def loaded_arm_model(self) -> Any:

@@ -11,6 +11,7 @@ import numpy as np
 
 from knotwork.arrays import FloatArray, IndexArray
 from knotwork.curves.polynomial import PiecewisePolynomial
+from knotwork.curves.retiming import stop_on_path
 from knotwork.curves.retiming.stops import stop_joints
 from knotwork.planning.clear_motions.clear_motion_problem import (
     ClearMotion,
@@ -185,8 +186,10 @@ class _ClearSearch:
         def candidates() -> Iterator[PiecewisePolynomial | None]:
             for share in BRAKING_SHARES:
                 yield stop_joints(q, v, a, limits.scaled(share))
-            if end == 0 and (stop := problem.stop()) is not None:
-                yield stop
+            if end == 0 and problem.continued is not None:
+                stop = stop_on_path(*problem.continued, limits)
+                if stop is not None:
+                    yield stop[1]
 
         for motion in candidates():
             if motion is None:

@@ -1,7 +1,9 @@
 """Calls in child processes, with time limits. The parent survives their crashes.
 
-The processes of loky, unlike those of `multiprocessing`, do not import the user's script. Each
-child has its own executor, because an executor ends all its processes when one ends.
+The processes of loky, unlike those of `multiprocessing` and Dask, do not import the user's script.
+Dask's workers have no time limit for a task, and a crash there ends other tasks, so they have these
+children as well. Each child has its own executor, because an executor ends all its processes when
+one ends.
 """
 
 from __future__ import annotations
@@ -17,7 +19,7 @@ from contextlib import contextmanager
 from itertools import islice
 from typing import Any, TypeVar
 
-from knotwork.errors import InputError
+from knotwork.errors import InputError, PlanningCrashError, PlanningTimeoutError
 from knotwork.verification.checks import changed_checks
 
 MAX_TIME_LIMIT = 1e6
@@ -29,14 +31,6 @@ _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM
 
 Item = TypeVar("Item")
 Answer = TypeVar("Answer")
-
-
-class ChildTimeoutError(Exception):
-    """A call took longer than its limit."""
-
-
-class ChildCrashedError(Exception):
-    """The child process ended during a call, for the reason in the message."""
 
 
 def refuse_changed_checks(instead: str) -> None:
@@ -69,12 +63,12 @@ class Child:
             limit: Time limit [s].
 
         Raises:
-            ChildTimeoutError: The call took longer.
-            ChildCrashedError: The process ended twice.
+            PlanningTimeoutError: The call took longer.
+            PlanningCrashError: The process ended twice.
         """
         try:
             return self._call_once(function, arguments, limit)
-        except ChildCrashedError:
+        except PlanningCrashError:
             return self._call_once(function, arguments, limit)
 
     def _call_once(self, function: Callable[..., Any], arguments: Any, limit: float) -> Any:
@@ -92,12 +86,12 @@ class Child:
                 return call.result()
         except BrokenProcessPool as error:
             self.close()
-            code = re.search(r"exit codes of the workers are {(.*?)}", str(error))
-            raise ChildCrashedError(
-                f"its process ended with {code[1] if code else 'an unknown code'}"
-            ) from error
+            match = re.search(r"exit codes of the workers are {(.*?)}", str(error))
+            code = match[1] if match else ""
+            message = f"its process ended with {code or 'an unknown code'}"
+            raise PlanningCrashError(message, exit_code=code) from error
         self.close()
-        raise ChildTimeoutError(f"took longer than {limit:g} s")
+        raise PlanningTimeoutError(f"took longer than {limit:g} s", time_limit=limit)
 
     def close(self) -> None:
         """End the process at once."""

@@ -10,15 +10,10 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import Any
 
-from knotwork.errors import InputError
+from knotwork.errors import InputError, PlanningCrashError, PlanningTimeoutError
 from knotwork.files.documents import Document, Edits
 from knotwork.files.export.packages import import_package
-from knotwork.planning.sweeps.child import (
-    Child,
-    ChildCrashedError,
-    ChildTimeoutError,
-    map_in_children,
-)
+from knotwork.planning.sweeps.child import Child, map_in_children
 from knotwork.planning.sweeps.folder import RESUME_ADVICE, own_version
 from knotwork.planning.sweeps.outcome import ROW_CRASHED, ROW_TIME_LIMIT, Outcome, outcome_of
 from knotwork.planning.sweeps.spec import StudySpec
@@ -64,8 +59,8 @@ def _plan_in_child(
     begin = time.perf_counter()
     try:
         return row, child.call(outcome_of, document, edits, limit=time_limit)
-    except (ChildTimeoutError, ChildCrashedError) as error:
-        verdict = ROW_TIME_LIMIT if isinstance(error, ChildTimeoutError) else ROW_CRASHED
+    except (PlanningTimeoutError, PlanningCrashError) as error:
+        verdict = ROW_TIME_LIMIT if isinstance(error, PlanningTimeoutError) else ROW_CRASHED
         plan_time = time.perf_counter() - begin
         return row, Outcome(verdict, verdict, str(error), plan_time=plan_time)
 

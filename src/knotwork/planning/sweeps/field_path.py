@@ -1,4 +1,8 @@
-"""Values of a scenario by their path, for example `frames.block.position[0]`."""
+"""Values of a scenario by their path, for example `frames.block.position[0]`.
+
+They are set in the plain data of a file, since a path may name a key that is left out, and a value
+may decide what kind of waypoint or shape it belongs to. Each row is validated once.
+"""
 
 from __future__ import annotations
 

@@ -7,16 +7,10 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from knotwork.errors import InputError, KnotworkError, format_value
+from knotwork.errors import InputError, KnotworkError, PlanningCrashError, format_value
 from knotwork.errors.arguments import require_count, require_number, require_type
 from knotwork.planning import Plan, plan
-from knotwork.planning.sweeps.child import (
-    Child,
-    ChildCrashedError,
-    ChildTimeoutError,
-    map_in_children,
-    refuse_changed_checks,
-)
+from knotwork.planning.sweeps.child import Child, map_in_children, refuse_changed_checks
 from knotwork.planning.sweeps.run import DEFAULT_TIME_LIMIT
 from knotwork.task import Task
 from knotwork.task.scenario import Scenario
@@ -36,7 +30,8 @@ def plan_many(
         time_limit: Time limit of one scenario [s].
 
     Returns:
-        For each scenario its plan, or the error of `knotwork.plan`, of a timeout or of a crash.
+        For each scenario its plan, or the error of `knotwork.plan`, or a `PlanningTimeoutError` or
+            `PlanningCrashError` of `knotwork.errors`.
 
     Raises:
         InputError: You have checks of your own, or the number of workers, the time limit or the
@@ -60,18 +55,11 @@ def plan_many(
 
     def plan_in(child: Child, i: int) -> tuple[int, Plan | KnotworkError]:
         try:
-            return i, child.call(_plan_or_error, tasks[i], limit=limit)
-        except (ChildTimeoutError, ChildCrashedError) as error:
-            return i, KnotworkError(str(error))
+            return i, child.call(plan, tasks[i], limit=limit)
+        except KnotworkError as error:
+            return i, error
         except Exception as error:  # a fault in one scenario does not stop the others
-            return i, KnotworkError(f"internal error: {type(error).__name__}: {error}")
+            return i, PlanningCrashError(f"internal error: {type(error).__name__}: {error}")
 
     plans = dict(map_in_children(plan_in, range(len(tasks)), min(count, max(1, len(tasks)))))
     return [plans[i] for i in range(len(tasks))]
-
-
-def _plan_or_error(scenario: Any) -> Plan | KnotworkError:
-    try:
-        return plan(scenario)
-    except KnotworkError as error:
-        return error

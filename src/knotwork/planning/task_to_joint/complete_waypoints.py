@@ -146,7 +146,7 @@ def _insert_waypoints(
         raise
     requested = np.isin(followed.time, followed.time[np.searchsorted(followed.time, path.times)])
     scale, unit = scenario.units.per_metre, scenario.units.length
-    along = scale * path.motion.arc_length(followed.time)
+    along = scale * path.timed_path.arc_length(followed.time)
     names, k = np.empty(len(along), dtype=object), path.first - 1
     for row, is_requested in enumerate(requested):
         if is_requested:

@@ -110,7 +110,7 @@ class GroupSolver:
             for path in self.scenario.paths
             if path.first in group[:-1]
         ]
-        depends_on_time = rate or any(track.path.motion.has_own_clock for track in tracks)
+        depends_on_time = rate or any(track.path.timed_path.has_own_clock for track in tracks)
         if self.known and len(first.q) == 1 and not depends_on_time:
             yield first, [self.known[t.path.first]._replace(path=t.path) for t in tracks]
         yield first, tracks
@@ -127,7 +127,7 @@ class GroupSolver:
         """
         from knotwork.robot.kinematics.following.ladder import Ladder
 
-        moving = [track for track in tracks if not track.path.motion.is_wait]
+        moving = [track for track in tracks if not track.path.timed_path.is_wait]
         if self.scenario.task.pull_to_middle or len({track.path.freedom for track in moving}) != 1:
             return
         chain = moving[0].chain
@@ -135,12 +135,12 @@ class GroupSolver:
             return
         branches, rows = np.unique(first.branch, return_index=True)
         is_clear = None if self.collisions is None else self.collisions.are_clear
-        paths = [track.path.motion for track in moving]
+        paths = [track.path.timed_path for track in moving]
         ladder = Ladder(chain.robot, paths, first.q[rows][:, chain.columns], is_clear)
         for start, curves in ladder.find_guided_starts(MAX_GUIDED):
             guides = iter(curves)
             guided = [
-                track if track.path.motion.is_wait else track._replace(guide=next(guides))
+                track if track.path.timed_path.is_wait else track._replace(guide=next(guides))
                 for track in tracks
             ]
             yield first.select(first.branch == branches[start]), guided
@@ -183,11 +183,11 @@ class GroupSolver:
             solution += " in the requested branch"
             remedy = "try branch: free"
         error = make_following_error(
-            path.motion,
+            path.timed_path,
             best,
             f"the path from {begin.name!r} can't be followed: with {solution} at "
             f"{self.scenario.waypoints[path.first].name!r},",
-            f"Move the path, turn the tool, or {remedy}",
+            f"move the path, turn the tool, or {remedy}",
             since=begin.time,
             units=self.scenario.units,
             waypoint=end.name,

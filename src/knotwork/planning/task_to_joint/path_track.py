@@ -56,7 +56,7 @@ class PathTrack(NamedTuple):
         """Target of the self-motion at joint positions (d,) of the chain at a time [s]."""
         if self.guide is None:
             return self.rate_to_middle
-        s = self.path.motion.arc_length(time)
+        s = self.path.timed_path.arc_length(time)
         return self.guide.offset(whole_turns(q - self.guide.posture(s)))
 
     def joints_on_path(self, q: FloatArray) -> JointsOnPath:
@@ -65,15 +65,15 @@ class PathTrack(NamedTuple):
         Raises:
             FollowingError: The arm can't follow the path.
         """
-        start, motion = q[self.chain.columns], self.path.motion
-        target, continuation = self.self_motion_target(motion.start_time, start), None
+        start, timed_path = q[self.chain.columns], self.path.timed_path
+        target, continuation = self.self_motion_target(timed_path.start_time, start), None
         if self.continuation is not None:
             gaps = start - self.continuation.position[0]
             distance = np.abs(gaps - whole_turns(gaps)).max(axis=1)
             row = int(distance.argmin())
             if distance[row] <= SAME_START_DISTANCE:
                 continuation = self.continuation.select(row, whole_turns(gaps[row]))
-        return JointsOnPath(self.chain.robot, motion, start, target, continuation)
+        return JointsOnPath(self.chain.robot, timed_path, start, target, continuation)
 
 
 def track_of(tracks: Collection[PathTrack], index: int) -> PathTrack | None:
@@ -112,12 +112,14 @@ class CandidateMotions:
         """Follow a path from the candidates at its start, and ignore limits and collisions."""
         q, times = start.q[:, track.chain.columns], track.path.times
         _, firsts, branch = np.unique(start.branch, return_index=True, return_inverse=True)
-        known, motion, starts = track.followed, track.path.motion, q[firsts]
+        known, timed_path, starts = track.followed, track.path.timed_path, q[firsts]
         if known is not None and np.abs(known.start - starts).max() <= SAME_START_DISTANCE:
-            continuation = known.with_timing(motion).continuation
+            continuation = known.with_timing(timed_path).continuation
         else:
             target = track.self_motion_target(float(times[0]), starts[0])
-            continuation = continue_along(track.chain.robot, motion, starts, times, target=target)
+            continuation = continue_along(
+                track.chain.robot, timed_path, starts, times, target=target
+            )
         return cls(track, start, continuation, branch, q - q[firsts][branch], collisions)
 
     @cached_property

@@ -102,7 +102,7 @@ class SequenceSearch:
         check_branch(scenario, robot)
         waypoint_unknowns = scenario.unknowns.waypoints if scenario.unknowns is not None else ()
         self.unknown_speeds = frozenset(
-            i for i, waypoint in enumerate(waypoint_unknowns) if waypoint.speed_kind != "given"
+            i for i, waypoint in enumerate(waypoint_unknowns) if waypoint.velocity_kind != "given"
         )
         self.joint_rules = joint_rules(robot)
         self.steps = step_rules(scenario, chains, joints.targets, self.unknown_speeds, avoided)
@@ -253,7 +253,7 @@ def velocity_at(
     if track is not None:
         self_motion_target = track.self_motion_target(waypoint.time, q)
         return chain.scatter(
-            velocity_on_path(robot, track.path.motion, q, waypoint.time, self_motion_target)
+            velocity_on_path(robot, track.path.timed_path, q, waypoint.time, self_motion_target)
         )
 
     def solve(preferred: FloatArray | None) -> FloatArray:

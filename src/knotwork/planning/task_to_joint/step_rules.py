@@ -79,7 +79,7 @@ def step_rules(
         start, end = (
             unknowns.waypoints[i : i + 2] if unknowns else (WaypointUnknowns(), WaypointUnknowns())
         )
-        has_given_speeds = start.speed_kind == end.speed_kind == "given"
+        has_given_speeds = start.velocity_kind == end.velocity_kind == "given"
         rests = end.duration_is_unknown and end.way is None
         rules.append(
             StepRules(

@@ -58,7 +58,7 @@ class TaskSolution:
     infeasibilities: tuple[Finding, ...] = ()
     choices: tuple[Choice, ...] = ()
     sequence: FloatArray | None = None
-    collisions: float = 0.0
+    collisions: int = 0
     tracks: Mapping[int, PathTrack] = field(default_factory=dict, repr=False)
 
     def to_dict(self) -> dict[str, Any]:

@@ -105,7 +105,7 @@ def _solve_poses(
         infeasibilities=infeasibilities,
         choices=describe_choices(search, chosen),
         sequence=None if infeasibilities else chosen.positions,  # all others are too fast as well
-        collisions=float(chosen.cost[CostLevel.COLLISIONS]),
+        collisions=int(chosen.cost[CostLevel.COLLISIONS]),
         tracks={track.path.first: track for track in chosen.tracks},
     )
     return _with_chosen_velocities(without_virtual_joints(solution, joints), joints)

@@ -222,8 +222,8 @@ def sampled_path_errors(
     tip, columns, J = joint_axes(robot).compute_poses_and_jacobians(q)
     velocity, rotations = np.einsum("ijn,nj->ni", J[:3], v), columns.transpose(2, 1, 0)
     place, rotations, velocity = path.woven_frame.relative_motion(times, tip.T, rotations, velocity)
-    along = path.path.nearest(place, path.arc_length(times))
-    distance, gap = path.path.deviations(place, rotations, along)
+    along = path.tool_path.nearest(place, path.arc_length(times))
+    distance, gap = path.tool_path.deviations(place, rotations, along)
     off = np.abs(np.linalg.norm(velocity, axis=1) - path.speed(times)) / path.requested_speed(times)
     return np.stack((distance, rotation_angle(gap), off), axis=1)
 

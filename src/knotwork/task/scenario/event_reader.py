@@ -99,7 +99,7 @@ class EventReader:
         departure = bisect_right(self.task_index, i) - 1
         reference = departure if action.at > 0.0 else arrival
         path, s = self._locate_on_path(reference, action.at, location)
-        time = path.motion.start_time + float(path.motion.timing.time_of(np.array([s]))[0])
+        time = path.timed_path.start_time + float(path.timed_path.timing.time_of(np.array([s]))[0])
         return RequestedEvent(replace(event, time=time), time - waypoint.time, action.at, path, s)
 
     def _locate_on_path(self, i: int, at: float, location: Location) -> tuple[ScenarioPath, float]:

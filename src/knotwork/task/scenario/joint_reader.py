@@ -167,7 +167,7 @@ def find_waits(scenario: Scenario, targets: Sequence[JointState | None]) -> Iter
     """
     moved = {i for path in scenario.paths for i in range(path.first, path.last)}
     if scenario.unknowns is not None:  # a chosen velocity is not a stop
-        given = [waypoint.speed_kind == "given" for waypoint in scenario.unknowns.waypoints]
+        given = [waypoint.velocity_kind == "given" for waypoint in scenario.unknowns.waypoints]
         moved |= {i for i, both in enumerate(pairwise(given)) if not all(both)}
     states = [
         _state_at_rest(waypoint, target)

@@ -79,7 +79,8 @@ class RequestedTiming:
                         else speed_after,
                     )
                 except (RampError, StretchTimeError) as error:
-                    raise type(error)(str(error), **{**vars(error), "stretch": k}) from None
+                    error.stretch = k
+                    raise
             if np.allclose(speeds, before, rtol=1e-12, atol=0.0):
                 break
         else:

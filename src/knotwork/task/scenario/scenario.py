@@ -82,20 +82,22 @@ class ScenarioPath:
 
     Attributes:
         first: Index of its first waypoint in the scenario.
-        motion: Poses of the tool over time.
+        timed_path: Poses of the tool over time.
         stretches: Stretches from waypoint to waypoint.
         requested: Requirements on their speeds.
         freedom: Freedom of its poses, or `None`.
-        clock: Time in `motion` as a function of the time of the stretches, if it is executed at
+        clock: Time in `timed_path` as a function of the time of the stretches, if it is executed at
             another speed; `None` in a task.
     """
 
     first: int
-    motion: TimedPath
+    timed_path: TimedPath
     stretches: tuple[Stretch, ...]
     requested: RequestedTiming
     freedom: PoseFreedom | None = None
     clock: PiecewisePolynomial | None = None
+
+    motion = OldAttribute("timed_path")
 
     @property
     def last(self) -> int:

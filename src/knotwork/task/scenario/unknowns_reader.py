@@ -20,7 +20,7 @@ class WaypointUnknowns:
         min_duration: Its lower bound [s].
         path_speed_is_unknown: Whether the constant speed along the path to it is one.
         way: Options of a collision-free motion to it, or `None`.
-        speed_kind: `"given"`; `"direction"` if the velocity has a given direction and an unknown
+        velocity_kind: `"given"`; `"direction"` if the velocity has a given direction and an unknown
             speed; or `"unknown"` for an unknown velocity.
         max_speed: Upper bound of an unknown speed [m/s], infinite without one.
     """
@@ -29,7 +29,7 @@ class WaypointUnknowns:
     min_duration: float = 0.0
     path_speed_is_unknown: bool = False
     way: ClearWay | None = None
-    speed_kind: Literal["given", "direction", "unknown"] = "given"
+    velocity_kind: Literal["given", "direction", "unknown"] = "given"
     max_speed: float = math.inf
 
     @property
@@ -113,7 +113,7 @@ def read_waypoint_unknowns(task: ExpandedTask, i: int) -> WaypointUnknowns:
         duration_is_unknown=duration_is_unknown,
         min_duration=after.at_least or 0.0 if isinstance(after, Fastest) else 0.0,
         way=way,
-        speed_kind=kind,
+        velocity_kind=kind,
         max_speed=max_speed,
     )
 
@@ -228,7 +228,7 @@ def _misused(
     """Keys about unknowns although there are none, and unknowns that exclude each other."""
     unknown_times = sum(waypoint.duration_is_unknown for waypoint in unknowns.waypoints)
     has_unknown_times = unknown_times > len(unknowns.time_dependent)
-    has_unknown_speeds = any(waypoint.speed_kind != "given" for waypoint in unknowns.waypoints)
+    has_unknown_speeds = any(waypoint.velocity_kind != "given" for waypoint in unknowns.waypoints)
     has_objective = task.objective is not None
     weighs_time = unknowns.objective.time > 0.0
     if task.duration is not None and not has_unknown_times:

@@ -69,7 +69,7 @@ def read_waypoints(reading: TaskReading, expected: Mapping[int, float]) -> Waypo
     paths = [
         replace(path, freedom=freedom_of(path, freedoms, locations)) for path in arrivals.paths
     ]
-    motions = {i: path.motion for path in paths for i in range(path.first, path.last + 1)}
+    motions = {i: path.timed_path for path in paths for i in range(path.first, path.last + 1)}
     reader = _WaypointReader(reading, arrivals, motions, freedoms)
     waits: list[ScenarioPath] = []
     waypoints: list[ScenarioWaypoint] = []
@@ -95,7 +95,8 @@ def read_waypoints(reading: TaskReading, expected: Mapping[int, float]) -> Waypo
                 reading.pose_frames[i], arrivals.poses[i], len(waypoints) - 1, waypoint, end
             )
             waits.append(path)
-            departure = replace(departure, pose=path.motion.pose(end), twist=path.motion.twist(end))
+            tool = path.timed_path
+            departure = replace(departure, pose=tool.pose(end), twist=tool.twist(end))
         waypoints.append(departure)
         task_index.append(i)
     departures = {task_i: i for i, task_i in enumerate(task_index)}

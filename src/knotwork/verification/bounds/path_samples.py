@@ -120,7 +120,7 @@ class PathStretch:
 
     def sample(self, t: FloatArray) -> PathSamples:
         """Sample at increasing times from the start of the stretch [s], shape (k,)."""
-        path = self.motion.path
+        path = self.motion.tool_path
         tip, columns, J = joint_axes(self.robot).compute_poses_and_jacobians(self.curve(t))
         velocity = np.einsum("ijk,kj->ki", J[:3], self.curve(t, 1))
         position, rotation, velocity = self.motion.woven_frame.relative_motion(

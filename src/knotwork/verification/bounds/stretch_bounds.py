@@ -101,7 +101,7 @@ class StretchBounds(NamedTuple):
 def path_bounds(
     robot: Robot,
     curve: PiecewisePolynomial,
-    motion: TimedPath,
+    path: TimedPath,
     interval: tuple[float, float],
     limits: PathLimits,
     freedom: PoseFreedom | None = None,
@@ -113,7 +113,7 @@ def path_bounds(
     Args:
         robot: The arm.
         curve: Joint positions, trailing shape (d,).
-        motion: The path and its timing.
+        path: The path and its timing.
         interval: Interval of the stretch [s].
         limits: Speed and tolerances.
         freedom: Freedom of the poses: only the tool's z axis is compared, with the tilt added to
@@ -121,7 +121,7 @@ def path_bounds(
         start_turn: Approximate turn of the tool about that axis at the start [rad].
         clock: See `PathStretch`.
     """
-    stretch = PathStretch(robot, curve, motion, *interval, freedom, clock)
+    stretch = PathStretch(robot, curve, path, *interval, freedom, clock)
     t = _first_times(curve, interval, limits.speed.interval if limits.speed else ())
     inside = (curve.x > interval[0]) & (curve.x < interval[1])
     budget = max(SAMPLE_BUDGET, SAMPLES_PER_PIECE * int(inside.sum()))
@@ -139,7 +139,9 @@ def path_bounds(
         t, bounds = finer, stretch.bounds(finer)
     samples = stretch.sample(t)
     for remaining in range(MAX_ROUNDS, -1, -1):
-        errors = bounded_path_errors(motion.path, samples, t, bounds, limits, freedom, start_turn)
+        errors = bounded_path_errors(
+            path.tool_path, samples, t, bounds, limits, freedom, start_turn
+        )
         needed = np.max([error.parts for error in errors.criteria.values()], axis=0)
         if not remaining or not needed.any():
             break
@@ -185,13 +187,13 @@ def _path_progress(stretch: PathStretch, t: FloatArray, s: FloatArray) -> PathPr
     return PathProgress(stretch.high - stretch.low, start, end, back, error, float(time))
 
 
-def path_rounding(robot: Robot, curve: PiecewisePolynomial, motion: TimedPath) -> float:
+def path_rounding(robot: Robot, curve: PiecewisePolynomial, path: TimedPath) -> float:
     """Rounding error of bounds on a path: no smaller limit can be proved [m, m/s].
 
     Args:
         robot: The arm.
         curve: Joint positions along the whole path, trailing shape (d,).
-        motion: The path and its timing.
+        path: The path and its timing.
     """
-    stretch = PathStretch(robot, curve, motion, motion.start_time, motion.end_time)
+    stretch = PathStretch(robot, curve, path, path.start_time, path.end_time)
     return float(stretch.bounds(curve.x).rounding.max())

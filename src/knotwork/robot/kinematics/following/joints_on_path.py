@@ -136,7 +136,7 @@ class JointsOnPath:
     def _refuse(self, obstruction: FollowingObstruction | None) -> None:
         if obstruction is not None:
             begin = "the path can't be followed from this start:"
-            remedy = "Move the path, turn the tool, or start from another solution"
+            remedy = "move the path, turn the tool, or start from another solution"
             raise make_following_error(self.path, obstruction, begin, remedy)
 
     def positions(self, times: FloatArray) -> FloatArray:

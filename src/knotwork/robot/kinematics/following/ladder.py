@@ -215,8 +215,9 @@ class Ladder:
 
 def _spread_rungs(path: TimedPath) -> FloatArray:
     """Spread the rungs evenly over distance and rotation, independent of speed."""
-    s = np.linspace(0.0, path.path.length, RUNG_GRID)
-    turned = rotation_angle(np.linalg.norm(np.diff(path.path.rotation(s), axis=0), axis=(1, 2)))
+    s = np.linspace(0.0, path.tool_path.length, RUNG_GRID)
+    steps = np.diff(path.tool_path.rotation(s), axis=0)
+    turned = rotation_angle(np.linalg.norm(steps, axis=(1, 2)))
     far = np.cumsum(np.append(0.0, np.diff(s) / RUNG_SPACING[0] + turned / RUNG_SPACING[1]))
     count = int(np.clip(np.ceil(far[-1]), MIN_RUNGS, MAX_RUNGS))
     positions = np.interp(np.linspace(0.0, far[-1], count + 1), far, s)
@@ -226,4 +227,4 @@ def _spread_rungs(path: TimedPath) -> FloatArray:
 
 def _evaluate_pose(path: TimedPath, s: float, time: float) -> Any:
     """Pose of the tool; without a moving frame it does not depend on rounded times."""
-    return path.pose(time) if path.has_own_clock else path.path.pose(s)
+    return path.pose(time) if path.has_own_clock else path.tool_path.pose(s)

@@ -118,19 +118,21 @@ def make_following_error(
         path: The path.
         obstruction: Its first obstruction.
         beginning: Beginning of the message.
-        remedy: Remedy, as a sentence.
+        remedy: Remedies, apart from a lower speed.
         since: Time from which distance is counted [s]; by default the start of the path.
         units: Units of the message.
         waypoint: The waypoint that can't be reached.
         where: Location of its definition.
     """
+    if obstruction.cause == "velocity limit":
+        remedy = f"lower the speed, {remedy}"
     begin = path.start_time if since is None else since
     first, reached = path.arc_length(np.array([begin, obstruction.time])).tolist()
     return FollowingError(
         waypoint,
         obstruction,
         beginning=beginning,
-        remedy=remedy,
+        remedy=f"{remedy[0].upper()}{remedy[1:]}",
         distance=reached - first,
         arc_length=reached,
         where=where,

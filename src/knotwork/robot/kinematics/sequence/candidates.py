@@ -171,14 +171,19 @@ def _move_nearest_samples(
 ) -> list[FloatArray]:
     """Move the nearest of some solutions along its self-motion, to be nearer still.
 
-    The distance of a joint has two measures: by its velocity limit and weight, and by its
-    acceleration limit, which determines short moves. Each has its solution.
+    The distance of a joint has three measures, each with its solution. One uses its velocity limit
+    and weight. One uses its speed after a ramp at the acceleration limit. One uses the acceleration
+    limit, which determines short moves.
     """
-    robot, acceleration = search.robot, search.robot.limits.acceleration
+    robot, speed = search.robot, search.robot.limits.velocity
+    acceleration = robot.limits.acceleration
     scales = [joint_scales(robot)]
-    arm = ~robot.is_virtual
-    if np.isfinite(acceleration[arm]).all():
-        scales.append(np.where(arm, acceleration / acceleration[arm].mean(), scales[0]))
+    if np.isfinite((speed + acceleration)[~robot.is_virtual]).all():
+        with np.errstate(invalid="ignore"):  # virtual joints have no limits
+            ramped = speed / (1.0 + speed / acceleration)
+        for limit in (ramped, acceleration):
+            usual = limit[~robot.is_virtual].mean()
+            scales.append(np.where(robot.is_virtual, scales[0], limit / usual))
     result = []
     for scale in scales:
         differences = joint_difference(samples, near, joint_axes(robot).is_revolute) / scale
