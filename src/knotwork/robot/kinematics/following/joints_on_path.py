@@ -94,7 +94,7 @@ class JointsOnPath:
         a pull to the middle of the joints' ranges, which depends on time.
 
         Args:
-            path: The path with this timing, in the base frame.
+            path: The path with this timing; neither has a moving frame or a weave.
         """
         q = self.continuation.position[:, 0]
         if self.field.rates_to_middle.any():
