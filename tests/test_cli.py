@@ -52,8 +52,7 @@ def test_failures_are_second_and_name_a_remedy(knotwork: Command) -> None:
     assert text.startswith("FAIL joint 'shoulder_pan_joint': velocity reaches 5.23599 rad/s")
     assert "limit 3.15 rad/s (166 %)" in text
     assert (
-        "the excess is largest between 'waypoint 1' and 'waypoint 2'; 1.67 times the duration"
-        in text
+        "the excess is largest between waypoint 1 and waypoint 2; 1.67 times the duration" in text
     )
     assert max(map(len, lines)) <= 80
     (plan,) = json.loads(knotwork("plan", file, "--json").out)["plans"]

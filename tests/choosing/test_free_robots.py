@@ -22,7 +22,7 @@ from sweeps import first_of
 def test_the_payload_bounds_the_times_by_torque() -> None:
     plan = planned("ur5_palletise")
     assert any(one.quantity == "effort" for one in plan.chosen_values.active_limits)
-    document = plan.chosen_values.requested.task.to_dict()
+    document = plan.chosen_values.original_scenario.task.to_dict()
     light = {**document, "tool": {"frame": "tool0", "offset": document["tool"]["offset"]}}
     assert kw.plan(light).trajectory.duration < plan.trajectory.duration
 
@@ -115,7 +115,7 @@ def test_speed_along_path_stays_below_tool_limit() -> None:
     plan = kw.plan(reach(times="fastest", limits=limits, waypoints=points))
     plan.report.raise_if_failed()
     assert plan.scenario.paths[0].stretches[0].speed == pytest.approx(0.1998, rel=5e-3)
-    assert plan.chosen_values.gap < 0.05  # the tool's way bounds the time
+    assert plan.chosen_values.optimality_gap < 0.05  # the tool's way bounds the time
 
 
 def test_refuses_path_speed_beyond_joint_limit() -> None:

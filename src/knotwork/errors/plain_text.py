@@ -37,4 +37,14 @@ def waypoint_text(name: str) -> str:
     >>> waypoint_text("pick"), waypoint_text("waypoint 3")
     ("waypoint 'pick'", 'waypoint 3')
     """
-    return name if re.fullmatch(r"waypoint \d+", name) else f"waypoint {name!r}"
+    quoted = quoted_waypoint(name)
+    return quoted if quoted == name else f"waypoint {quoted}"
+
+
+def quoted_waypoint(name: str) -> str:
+    """Name of a waypoint in quotes, or as it is if it is only a number.
+
+    >>> quoted_waypoint("pick"), quoted_waypoint("waypoint 3")
+    ("'pick'", 'waypoint 3')
+    """
+    return name if re.fullmatch(r"waypoint \d+", name) else repr(name)

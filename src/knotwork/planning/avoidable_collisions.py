@@ -13,19 +13,19 @@ from knotwork.verification.collisions import failed_pairs
 from knotwork.verification.motion import AT_WAYPOINT
 
 
-def find_avoidable_ends(plan: Plan, requested: Scenario) -> list[int]:
+def find_avoidable_ends(plan: Plan, scenario_with_unknowns: Scenario) -> list[int]:
     """Ends of the motions that may avoid their collisions with `way: clear`, by index of waypoint.
 
     A motion can avoid a collision between its waypoints, but none at a waypoint.
 
     Args:
         plan: The plan that collides.
-        requested: Its scenario, before unknowns were chosen.
+        scenario_with_unknowns: Its scenario before unknowns were chosen.
     """
     planner, _ = planner_and_rule(plan.scenario.planner)
-    if "chosen" not in PLANNER_SPECS[planner].supports or requested.task.chosen:
+    if "chosen" not in PLANNER_SPECS[planner].supports or scenario_with_unknowns.task.chosen:
         return []
-    unknowns = requested.unknowns
+    unknowns = scenario_with_unknowns.unknowns
     beginning, at_waypoints = set[int](), set[int]()
     for start, end in (s for pair in failed_pairs(plan.report.findings) for s in pair.intervals):
         span = start - AT_WAYPOINT, end + AT_WAYPOINT

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from knotwork.errors import InputError, NoWayFoundError, TimingError
+from knotwork.errors.plain_text import quoted_waypoint
 from knotwork.planning.avoidable_collisions import find_avoidable_ends
 from knotwork.planning.planned_motion import Plan
 from knotwork.planning.sequence_planner import SequencePlanner
@@ -201,7 +202,7 @@ def _rank(plan: Plan) -> tuple[int, int]:
 
 
 def _quoted_names(scenario: Scenario, indices: Sequence[int]) -> str:
-    return " and ".join(repr(scenario.waypoints[i].name) for i in indices)
+    return " and ".join(quoted_waypoint(scenario.waypoints[i].name) for i in indices)
 
 
 def _with_finding(plan: Plan, message: str, quantity: str = "sequences_tried") -> Plan:

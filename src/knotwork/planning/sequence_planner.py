@@ -37,11 +37,11 @@ class SequencePlanner:
         scenario: The scenario.
         requested_planner: The planner to take instead of its own, or `None`.
         budget: Budget and progress of all plans together.
-        requested: The scenario before any value was chosen.
+        original_scenario: The scenario before any value was chosen.
 
     Attributes:
         scenario: The scenario, with the planner that is taken.
-        requested_planner, budget, requested: As given.
+        requested_planner, budget, original_scenario: As given.
         joints: Its joints.
         options: Options of the planner, in SI.
         unsupported: Names of the scenario's options that the planner does not support.
@@ -55,11 +55,11 @@ class SequencePlanner:
         scenario: Scenario,
         requested_planner: str | None,
         budget: Budget,
-        requested: Scenario,
+        original_scenario: Scenario,
     ) -> None:
         self.requested_planner = requested_planner
         self.budget = budget
-        self.requested = requested
+        self.original_scenario = original_scenario
         original = scenario.planner
         with nullcontext() if requested_planner else scenario.locations.errors_at("planner"):
             get_planner(requested_planner or original)
@@ -71,13 +71,15 @@ class SequencePlanner:
             self.options, unsupported = supported_options(
                 self.options, original, self.scenario.planner
             )
-            if not requested.task.chosen:  # planning has written it
+            if not original_scenario.task.chosen:  # planning has written it
                 unsupported = tuple(name for name in unsupported if name != "chosen")
             self.unsupported = unsupported
 
     def with_scenario(self, scenario: Scenario) -> SequencePlanner:
         """The same for another scenario."""
-        return SequencePlanner(scenario, self.requested_planner, self.budget, self.requested)
+        return SequencePlanner(
+            scenario, self.requested_planner, self.budget, self.original_scenario
+        )
 
     def solve(
         self, avoided: Sequence[SequenceStep] = (), earlier: TaskSolution | None = None
@@ -94,15 +96,15 @@ class SequencePlanner:
 
         Unknowns are chosen first. They replace the times and velocities of the solution.
         """
-        if self.requested.unknowns is None:
+        if self.original_scenario.unknowns is None:
             return self._interpolate(solution)
         from knotwork.planning.choosing import ChosenValues, SolvedScenario, choose_values
 
         if self.scenario.unknowns is None:  # the arrivals at moving frames were all
             return self._interpolate(
-                solution, ChosenValues(self.requested, self.scenario, solution)
+                solution, ChosenValues(self.original_scenario, self.scenario, solution)
             )
-        solved = SolvedScenario(self.scenario, self.joints, solution, self.requested)
+        solved = SolvedScenario(self.scenario, self.joints, solution, self.original_scenario)
         chosen_values = choose_values(solved, self.budget)
         self.budget.finish_all(chosen_values.duration)
         # The keys `near` of the scenario with numbers lead to the same sequence of solutions. Its

@@ -6,7 +6,7 @@ import numpy as np
 
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.trajectory import JointTrajectory
-from knotwork.errors.plain_text import waypoint_text
+from knotwork.errors.plain_text import quoted_waypoint, waypoint_text
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.scenario_joints import ScenarioJoints
 
@@ -64,6 +64,6 @@ def describe_time(scenario: Scenario, time: float) -> str:
         if waypoint.time > time:
             if before is None:
                 break
-            return f"between {before!r} and {waypoint.name!r}"
+            return f"between {quoted_waypoint(before)} and {quoted_waypoint(waypoint.name)}"
         before = waypoint.name
     return "outside the waypoints"

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
+from knotwork.errors.plain_text import quoted_waypoint
 from knotwork.task.scenario import Scenario, ScenarioPath, Stretch
 from knotwork.task.scenario.scenario_joints import ScenarioJoints
 from knotwork.verification.finding import Findings, Group, Proof, Topic, verdict_on
@@ -29,7 +30,7 @@ CRITERION_UNITS = {
     "path_ramp": "m/s",
 }
 """SI unit of each criterion."""
-LENGTH_DIGITS = 9
+PATH_LENGTH_DECIMALS = 9
 """Decimals of lengths along a path in texts [m]."""
 POSE_TOLERANCE = 1e-9
 """Difference below which poses are equal, relative to their numbers."""
@@ -50,9 +51,10 @@ def check_tool_paths(motion: Motion, scenario: Scenario, joints: ScenarioJoints)
     for group in group_paths_by_turn(scenario):
         skipped = [path for path in group if path.clock and path.timed_path.has_own_clock]
         for path in skipped:
-            begin, end = (scenario.waypoints[i].name for i in (path.first, path.last))
+            ends = (scenario.waypoints[i].name for i in (path.first, path.last))
+            begin, end = map(quoted_waypoint, ends)
             kind = "in a moving frame" if path.timed_path.frame.is_moving else "woven"
-            fact = f"the tool path from {begin!r} to {end!r} is {kind} and is not checked"
+            fact = f"the tool path from {begin} to {end} is {kind} and is not checked"
             yield Topic(Group.WARNINGS).finding("path", fact, "warning")
         compared = [path for path in group if path not in skipped]
         for followed in _follow_paths(motion, scenario, joints.robot, compared):
@@ -211,7 +213,8 @@ def _stretch_findings(scenario: Scenario, followed: _FollowedStretch) -> Finding
     )
     for quantity, bound in errors.items():
         unit = CRITERION_UNITS[quantity]
-        fact = f"from {begin!r} to {end!r} {_error_text(quantity, bound, followed, scenario)}"
+        ends = f"from {quoted_waypoint(begin)} to {quoted_waypoint(end)}"
+        fact = f"{ends} {_error_text(quantity, bound, followed, scenario)}"
         proof: Proof = "bounded"
         if not bound.proved:
             proof = "sampled"
@@ -257,7 +260,7 @@ def _error_text(
     if quantity == "path_progress":
         progress = bounds.progress
         start, end, total, backward = (
-            units.text(round(length, LENGTH_DIGITS), "m")
+            units.text(round(length, PATH_LENGTH_DECIMALS), "m")
             for length in (progress.start, progress.end, progress.length, progress.back)
         )
         return (

@@ -11,7 +11,7 @@ import numpy as np
 from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.splitting import cut_curve
-from knotwork.errors.plain_text import waypoint_text
+from knotwork.errors.plain_text import quoted_waypoint, waypoint_text
 from knotwork.joint_quantities import MOTION_QUANTITIES, rate_unit
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.joint_reader import JointState
@@ -75,7 +75,7 @@ def report_no_start(motion: Motion, scenario: Scenario, joints: ScenarioJoints) 
         return
     at_speed = np.any(np.abs(motion.curve(motion.start_time, 1)) > REST_TOLERANCE)
     cause = "the motion begins at speed" if at_speed else "the task gives no start"
-    name = f"the approach to {scenario.waypoints[0].name!r}"
+    name = f"the approach to {quoted_waypoint(scenario.waypoints[0].name)}"
     fact = f"{name} is neither planned nor checked: {cause}"
     yield Topic(Group.NOT_PLANNED).finding("no_start", fact, highlight=f"{name}: {cause}")
 

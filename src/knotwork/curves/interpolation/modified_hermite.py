@@ -72,10 +72,10 @@ def plan_modified_hermite(
             raise OptionError(
                 "chosen", f"section {number} begins before the end of the previous section"
             )
-        parts += _gap_pieces(waypoints, accelerations, next_row, rows[0], options)
+        parts += _pieces_between(waypoints, accelerations, next_row, rows[0], options)
         parts.append(_section_pieces(waypoints, accelerations, rows, knots, section, number))
         next_row = rows[-1]
-    parts += _gap_pieces(waypoints, accelerations, next_row, len(waypoints.time) - 1, options)
+    parts += _pieces_between(waypoints, accelerations, next_row, len(waypoints.time) - 1, options)
     breaks = np.concatenate([waypoints.time[:1], *(x[1:] for x, _ in parts)])
     return join_pieces(waypoints, np.concatenate([c for _, c in parts], axis=1), breaks)
 
@@ -114,14 +114,14 @@ def _locate_section(
     return rows, knots
 
 
-def _gap_pieces(
+def _pieces_between(
     waypoints: JointWaypoints,
     accelerations: FloatArray,
     first: int,
     last: int,
     options: PlannerOptions,
 ) -> list[tuple[FloatArray, FloatArray]]:
-    """Make the knots and coefficients of the curve between chosen sections, if there is a gap."""
+    """Make the knots and coefficients of the curve between chosen sections, unless they meet."""
     if first == last:
         return []
     rows = slice(first, last + 1)

@@ -135,7 +135,9 @@ def _planned_and_corrected(solved: SolvedScenario, by_path: Sequence[PathSpeeds]
         starts = {path_speeds.problem.path.first for path_speeds in by_path}
         blocked_starts = starts & {blocked.path_start} or starts
         slower = [
-            speeds.blocked() if speeds.problem.path.first in blocked_starts else speeds
+            speeds.without_motion(blocked)
+            if speeds.problem.path.first in blocked_starts
+            else speeds
             for speeds in by_path
         ]
         return AllPathSpeeds(solved, slower)
@@ -153,7 +155,8 @@ def _with_speeds(solved: SolvedScenario, by_path: Sequence[PathSpeeds]) -> Solve
             end = scenario.task_index[path_speeds.problem.path.first + 1 + stretch]
             changes[end]["speed"] = round_speed(scenario.units.per_metre * speed)
     with_speeds = change_task(scenario, scenario.task.with_waypoints(changes))
-    return replace(SolvedScenario.solve(with_speeds, solved.solution), requested=solved.requested)
+    timed = SolvedScenario.solve(with_speeds, solved.solution)
+    return replace(timed, original_scenario=solved.original_scenario)
 
 
 def given_speeds_beyond_limits(speeds: AllPathSpeeds) -> list[InputError]:
@@ -192,7 +195,7 @@ def path_speed_error(
     i = path.first + 1 + stretch
     if bound is Reason.NOTHING:
         return InputError(
-            "nothing bounds the speed along it; accepted: speed: {at_most: a speed}, or limits",
+            "nothing bounds the speed of the path; accepted: speed: {at_most: a speed}, or limits",
             where=solved.where(i, "speed"),
         )
     text = solved.scenario.units.text
@@ -211,19 +214,22 @@ def path_speed_error(
         accepted = "another path or path.acceleration"
     else:
         accepted = "speed: fastest"
+    last = "a higher limit"
     if bound is Reason.PATH_ACCELERATION:
         shown = text(requested.acceleration, "m/s²")
         reason = f"the stretch is too short to change speed at path.acceleration, {shown}"
         accepted += ", a higher path.acceleration"
     elif isinstance(bound, Reason):
-        reason = "the tolerances are not kept"
+        cause = f" ({error.__cause__})" if error.__cause__ else ""
+        reason = f"the tolerances are not kept{cause}"
+        accepted, last = "larger tolerances of the path", "another path"
     else:
         excess = f"reaches {rounded_up(utilisation, 4):.4g} times" if utilisation else "exceeds"
         subject = repr(bound.subject) if bound.subject else "the tool"
         reason = f"{subject} {excess} its limit of {bound.quantity.replace('_', ' ')}"
     return InputError(
-        f"{speed} along the path from {start!r} to {end!r}: {reason}; accepted: {accepted}, or a "
-        "higher limit",
+        f"{speed} along the path from {start!r} to {end!r}: {reason}; accepted: {accepted}, or "
+        f"{last}",
         where=solved.where(i, _key(solved, i)),
     )
 

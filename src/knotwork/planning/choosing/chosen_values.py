@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from knotwork.errors import InputError, merge_errors
+from knotwork.errors.old_names import OldAttribute
 from knotwork.planning.choosing.chosen_path_speeds import (
     AllPathSpeeds,
     given_speeds_beyond_limits,
@@ -36,7 +37,7 @@ class ChosenValues:
     """Values chosen by `choose_values` in place of unknowns, and their quality.
 
     Attributes:
-        requested: The scenario with unknowns.
+        original_scenario: The scenario with unknowns.
         scenario: The scenario with numbers in place of them.
         solution: IK solutions, chosen before the times. The times hold only for them.
         sections: Motion of each timing section.
@@ -44,19 +45,22 @@ class ChosenValues:
         assumed_jerk: Jerk limits assumed for joints without one, by joint [rad/s³ or m/s³].
     """
 
-    requested: Scenario
+    original_scenario: Scenario
     scenario: Scenario
     solution: TaskSolution
     sections: tuple[TimedMotion, ...] = ()
     path_limits: tuple[ActiveLimit, ...] = ()
     assumed_jerk: Mapping[str, float] = field(default_factory=dict)
 
+    requested = OldAttribute("original_scenario")
+    gap = OldAttribute("optimality_gap")
+
     @property
     def fixed_arrivals(self) -> tuple[str, ...]:
         """Names of the waypoints in moving frames, whose times were chosen first."""
-        unknowns = self.requested.required_unknowns
+        unknowns = self.original_scenario.required_unknowns
         return tuple(
-            self.requested.waypoints[i].name
+            self.original_scenario.waypoints[i].name
             for i in unknowns.time_dependent
             if unknowns.waypoints[i].duration_is_unknown
         )
@@ -94,7 +98,7 @@ class ChosenValues:
         return dict(values)
 
     @property
-    def gap(self) -> float:
+    def optimality_gap(self) -> float:
         """Duration above the lower bound, as a fraction of it."""
         return self.duration / self.lower_bound - 1.0
 
@@ -104,7 +108,7 @@ class ChosenValues:
         return {
             "duration": self.duration,
             "lower_bound": self.lower_bound,
-            "gap": self.gap,
+            "gap": self.optimality_gap,
             "status": self.status,
             "objective": self.objective_values,
             "assumed_jerk": dict(self.assumed_jerk),
@@ -173,7 +177,7 @@ def _values_at_speeds(speeds: AllPathSpeeds, budget: Budget) -> ChosenValues:
     _check_given(speeds, sections)
     motions = solve_sections(solved, sections, budget)
     return ChosenValues(
-        requested=solved.requested,
+        original_scenario=solved.original_scenario,
         scenario=with_chosen_values(solved, motions),
         solution=solved.solution,
         sections=tuple(motions.values()),

@@ -44,8 +44,8 @@ def chosen_values_findings(
         chosen_values: The chosen values.
         joints: The joints and their limits.
     """
-    unknowns = chosen_values.requested.required_unknowns
-    has_unknown_times = bool(np.isnan(chosen_values.requested.durations).any())
+    unknowns = chosen_values.original_scenario.required_unknowns
+    has_unknown_times = bool(np.isnan(chosen_values.original_scenario.durations).any())
     given = unknowns.total_duration is not None or not has_unknown_times
     highlight = _duration(chosen_values, given=given)
     verdict: Verdict = "warning" if chosen_values.status != "optimal" else "information"
@@ -89,16 +89,16 @@ def _duration(chosen_values: ChosenValues, *, given: bool) -> str:
         return f"{text}: every limit is kept, but the arm rests between waypoints, and {better}"
     if given:
         return text
-    if chosen_values.gap < 1e-6:
+    if chosen_values.optimality_gap < 1e-6:
         return f"{text}, the minimum{conditions}"
-    return f"{text}, {100 * chosen_values.gap:.1f} % above the {bound}"
+    return f"{text}, {100 * chosen_values.optimality_gap:.1f} % above the {bound}"
 
 
 def _conditions(chosen_values: ChosenValues) -> str:
     """Text of the chosen speeds along paths and fixed arrivals, on which the bound depends."""
     times = {waypoint.name: waypoint.time for waypoint in chosen_values.scenario.waypoints}
     conditions = [f"{name!r} met at {times[name]:.6g} s" for name in chosen_values.fixed_arrivals]
-    unknowns = chosen_values.requested.required_unknowns
+    unknowns = chosen_values.original_scenario.required_unknowns
     if any(waypoint.path_speed_is_unknown for waypoint in unknowns.waypoints):
         conditions.insert(0, "these speeds along its paths")
     return f" with {', '.join(conditions)}" if conditions else ""

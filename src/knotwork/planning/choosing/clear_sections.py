@@ -10,6 +10,7 @@ import numpy as np
 from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.errors import InputError, NoWayFoundError
+from knotwork.errors.plain_text import quoted_waypoint
 from knotwork.planning.choosing.timing_sections import TimingSection
 from knotwork.planning.clear_motions.clear_motion_problem import (
     ClearMotion,
@@ -195,7 +196,7 @@ def _located_error(
         single: Whether only one solution of each end was a candidate.
     """
     solved = section.solved
-    names = [solved.scenario.waypoints[i].name for i in section.indices]
+    names = [quoted_waypoint(solved.scenario.waypoints[i].name) for i in section.indices]
     text = solved.scenario.units.text
     k = error.waypoint_index
     bodies: tuple[str, ...] = ()
@@ -203,10 +204,10 @@ def _located_error(
         reason = f" was found among {error.checks} configurations; one may exist all the same"
         accepted = "more space, a waypoint in between, or a smaller scene.margin"
     else:
-        where = f"at {names[k]!r}"
+        where = f"at {names[k]}"
         if error.moving or error.limit:
             phase = "stopping after" if k == 0 else "coming from rest to"
-            where = f"{phase} {names[k]!r}"
+            where = f"{phase} {names[k]}"
         if error.limit:
             joints = solved.joints
             joint, unit = joints.joint_names[error.joint], joints.joint_units[error.joint]
@@ -226,8 +227,7 @@ def _located_error(
             slower = "a lower velocity or " if error.moving else ""
             accepted = f"{slower}another pose there, a smaller scene.margin, or objects elsewhere"
     return NoWayFoundError(
-        f"no collision-free motion from {names[0]!r} to {names[-1]!r}{reason}; "
-        f"accepted: {accepted}",
+        f"no collision-free motion from {names[0]} to {names[-1]}{reason}; accepted: {accepted}",
         waypoint_index=None if k is None else section.indices[k],
         bodies=bodies,
         shortfall=error.shortfall,

@@ -17,7 +17,7 @@ import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.curves.tool_paths import Timing
-from knotwork.errors import PathError, RampError, StretchTimeError
+from knotwork.errors import InputError, PathError, RampError, StretchTimeError
 from knotwork.planning.choosing.path_limit_utilisation import (
     CONSTANT_SPEED_PART,
     PathUtilisation,
@@ -240,9 +240,10 @@ class PathSpeeds:
         caps = {k: BoundedSpeed(factor * v, reason) for k, (v, _) in self.by_stretch.items()}
         return replace(self.problem, caps=caps)
 
-    def blocked(self) -> PathSpeeds:
-        """The speeds as speeds that keep no tolerances, with lower caps of their problem."""
+    def without_motion(self, cause: InputError) -> PathSpeeds:
+        """These speeds with the error that they have no motion; their problem has lower caps."""
         error = SpeedError(self.problem.path, 0, Reason.TOLERANCES)
+        error.__cause__ = cause
         slower = self.slower_problem(MIN_SPEED_FACTOR, Reason.TOLERANCES)
         return replace(self, problem=slower, error=error)
 

@@ -32,13 +32,13 @@ class SolvedScenario:
         scenario: The scenario.
         joints: Its joints.
         solution: Its waypoints at the joints, unknown times as expected.
-        requested: The scenario before any value was chosen.
+        original_scenario: The scenario before any value was chosen.
     """
 
     scenario: Scenario
     joints: ScenarioJoints
     solution: TaskSolution
-    requested: Scenario
+    original_scenario: Scenario
 
     @classmethod
     def solve(cls, scenario: Scenario, earlier: TaskSolution | None = None) -> SolvedScenario:

@@ -9,6 +9,7 @@ import numpy as np
 
 from knotwork.arrays import FloatArray, IndexArray
 from knotwork.errors import InputError, TimingError
+from knotwork.errors.plain_text import quoted_waypoint
 from knotwork.joint_quantities import JointLimits
 from knotwork.planning.choosing.solved_scenario import SolvedScenario
 from knotwork.planning.timing import Objective, TimingProblem
@@ -161,9 +162,9 @@ def find_sections(solved: SolvedScenario) -> list[TimingSection]:
     closed = set(solved.joints.waits)
     for i in closed:
         if waypoint_unknowns[i + 1].duration_is_unknown:
-            names = (scenario.waypoints[k].name for k in (i, i + 1))
+            stops = (quoted_waypoint(scenario.waypoints[k].name) for k in (i, i + 1))
             raise InputError(
-                f"{' and '.join(map(repr, names))} are the same stop, so the minimum time between "
+                f"{' and '.join(stops)} are the same stop, so the minimum time between "
                 "them is zero; accepted: wait: seconds at the first of them, or after: seconds",
                 where=solved.where(i + 1),
             )

@@ -53,8 +53,8 @@ class _Tree:
         return len(self.parent) - 1
 
     def nearest(self, q: FloatArray) -> int:
-        gap = self._q[: len(self.parent)] - q
-        return int(np.argmin(np.einsum("ij,ij->i", gap, gap)))
+        offset = self._q[: len(self.parent)] - q
+        return int(np.argmin(np.einsum("ij,ij->i", offset, offset)))
 
     def branch(self, i: int) -> list[FloatArray]:
         """Configurations from one to its root."""

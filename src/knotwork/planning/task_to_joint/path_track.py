@@ -68,11 +68,11 @@ class PathTrack(NamedTuple):
         start, timed_path = q[self.chain.columns], self.path.timed_path
         target, continuation = self.self_motion_target(timed_path.start_time, start), None
         if self.continuation is not None:
-            gaps = start - self.continuation.position[0]
-            distance = np.abs(gaps - whole_turns(gaps)).max(axis=1)
+            offsets = start - self.continuation.position[0]
+            distance = np.abs(offsets - whole_turns(offsets)).max(axis=1)
             row = int(distance.argmin())
             if distance[row] <= SAME_START_DISTANCE:
-                continuation = self.continuation.select(row, whole_turns(gaps[row]))
+                continuation = self.continuation.select(row, whole_turns(offsets[row]))
         return JointsOnPath(self.chain.robot, timed_path, start, target, continuation)
 
 

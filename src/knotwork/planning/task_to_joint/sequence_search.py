@@ -201,14 +201,14 @@ class SequenceSearch:
         if self.near is not None:
             # The nearest branch does not depend on turns. Turns are nearest at the first waypoint
             # and then follow the motion, so that joints do not unwind.
-            gap = joint_difference(q, self.near, joint_axes(self.robot).is_revolute)
-            distance = np.linalg.norm(gap / self.joint_rules.scale, axis=1)
+            offset = joint_difference(q, self.near, joint_axes(self.robot).is_revolute)
+            distance = np.linalg.norm(offset / self.joint_rules.scale, axis=1)
         elif self.scenario.task.prefer == "clearance" and self.collisions is not None:
             distance = self.collisions.clearance_cost(i, candidates)[rows]
         if i == 0:
-            gap = q - (home(self.joints) if self.near is None else self.near)
-            turns = np.where(self.joint_rules.unbounded, whole_turns(gap), 0.0)
-            q, travel = q - turns, np.linalg.norm((gap - turns) / self.joint_rules.scale, axis=1)
+            offset = q - (home(self.joints) if self.near is None else self.near)
+            turns = np.where(self.joint_rules.unbounded, whole_turns(offset), 0.0)
+            q, travel = q - turns, np.linalg.norm((offset - turns) / self.joint_rules.scale, axis=1)
         collisions = np.zeros(len(rows))
         if self.collisions is not None:
             collisions = self.collisions.collision_cost(i, candidates)[rows]

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from knotwork.arrays import FloatArray
-from knotwork.errors.plain_text import to_one_line
+from knotwork.errors.plain_text import quoted_waypoint, to_one_line
 from knotwork.planning.task_to_joint.sequence_search import ChosenSequence, SequenceSearch
 from knotwork.planning.task_to_joint.task_solution import Choice
 from knotwork.robot import Robot
@@ -85,12 +85,13 @@ def _velocity_finding(
     if not speed > limit * OVERSPEED_FACTOR:  # an unknown duration gives NaN
         return None
     if end is not None:
-        why, place = "on average", f"from {start.name!r} to {end.name!r}"
+        why = "on average"
+        place = f"from {quoted_waypoint(start.name)} to {quoted_waypoint(end.name)}"
         duration = end.time - start.time
         needed = duration * speed / limit
         remedy = f"the interval lasts {duration:.4g} s and needs at least {needed:.4g} s"
     else:
-        why, place = "for the tool's velocity", f"at {start.name!r}"
+        why, place = "for the tool's velocity", f"at {quoted_waypoint(start.name)}"
         remedy = f"{limit / speed:.3g} of that velocity is feasible"
     text, allowed = scenario.units.text, scenario.units.text(limit, unit, ".4g")
     bare = scenario.units.number(speed, unit)

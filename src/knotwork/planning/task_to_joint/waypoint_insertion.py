@@ -223,9 +223,9 @@ def sampled_path_errors(
     velocity, rotations = np.einsum("ijn,nj->ni", J[:3], v), columns.transpose(2, 1, 0)
     place, rotations, velocity = path.woven_frame.relative_motion(times, tip.T, rotations, velocity)
     along = path.tool_path.nearest(place, path.arc_length(times))
-    distance, gap = path.tool_path.deviations(place, rotations, along)
+    distance, rotation = path.tool_path.deviations(place, rotations, along)
     off = np.abs(np.linalg.norm(velocity, axis=1) - path.speed(times)) / path.requested_speed(times)
-    return np.stack((distance, rotation_angle(gap), off), axis=1)
+    return np.stack((distance, rotation_angle(rotation), off), axis=1)
 
 
 def _check_tolerance(

@@ -7,8 +7,8 @@
     problem = timing.TimingProblem(("elbow",), [[0], [1], [0]], [[0], [0.5], [0]], limits)
     motion = timing.solve(problem)
 
-A long problem is solved in windows, others at once: IPOPT solves a `TimingProgram`, which is
-tightened until its `TimedCurve` keeps every limit. `TimedMotion` adds the figures of the result.
+A long problem is solved over a receding horizon, others at once: IPOPT solves a `TimingProgram`,
+which is tightened until its `TimedCurve` keeps every limit. `TimedMotion` adds the figures.
 CasADi, which is slow to import, is imported when a problem is solved.
 """
 

@@ -10,17 +10,17 @@ from knotwork.arrays import FloatArray
 
 
 class FeasibleDurations(NamedTuple):
-    """Feasible durations of each joint: from a minimum on, except inside a gap.
+    """Feasible durations of each joint: from `minimum` to `early_end`, and from `late_start` on.
 
     Attributes:
         minimum: Minimum durations [s], shape (d,).
-        gap_start: Largest durations below the gap [s], shape (d,); infinite without a gap.
-        gap_end: Smallest durations above the gap [s], shape (d,); infinite without a gap.
+        early_end: Ends of the first range [s], shape (d,); infinite where it is the only one.
+        late_start: Starts of the second range [s], shape (d,); infinite without one.
     """
 
     minimum: FloatArray
-    gap_start: FloatArray
-    gap_end: FloatArray
+    early_end: FloatArray
+    late_start: FloatArray
 
 
 def feasible_durations(

@@ -16,7 +16,7 @@ import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.errors import TimingError
-from knotwork.errors.plain_text import waypoint_text
+from knotwork.errors.plain_text import quoted_waypoint, waypoint_text
 from knotwork.joint_quantities import JOINT_QUANTITIES, limit_text, rate_unit
 from knotwork.planning.timing.minimum_durations import (
     interval_bounds,
@@ -64,7 +64,8 @@ def unsolved_errors(problem: TimingProblem) -> list[TimingError]:
         or _too_short(problem)
         or [
             TimingError(
-                f"between {problem.names[0]!r} and {problem.names[-1]!r} {NO_MOTION}: allow longer "
+                f"between {quoted_waypoint(problem.names[0])} and "
+                f"{quoted_waypoint(problem.names[-1])} {NO_MOTION}: allow longer "
                 "durations, lower speeds or higher limits",
                 waypoint_index=0,
                 in_interval=len(problem.position) == 2,
@@ -130,8 +131,8 @@ def _infeasible_durations(problem: TimingProblem, direct: bool) -> Iterator[Timi
     still = problem.duration_is_unknown & (moves.max(axis=1) == 0.0) & (problem.min_duration == 0.0)
     for i in np.flatnonzero(still).tolist():
         yield TimingError(
-            f"from {problem.names[i]!r} to {problem.names[i + 1]!r} no joint moves, so there is no "
-            "minimum duration; give one, or a lower bound",
+            f"from {quoted_waypoint(problem.names[i])} to {quoted_waypoint(problem.names[i + 1])} "
+            "no joint moves, so there is no minimum duration; give one, or a lower bound",
             waypoint_index=i,
             in_interval=True,
             cause="duration",
@@ -178,8 +179,8 @@ def _short_duration_errors(
             bound = sufficient_duration(float(resting[i]))
             reason += f"; {bound:.6g} s{together} is enough for a motion that stops at both ends"
         yield TimingError(
-            f"from {problem.names[i]!r} to {problem.names[i + 1]!r} {problem.duration[i]:.6g} s "
-            f"are given; {prefix}{reason}",
+            f"from {quoted_waypoint(problem.names[i])} to {quoted_waypoint(problem.names[i + 1])} "
+            f"{problem.duration[i]:.6g} s are given; {prefix}{reason}",
             waypoint_index=i,
             in_interval=True,
             cause="duration",

@@ -52,7 +52,7 @@ def _nonstop_durations(problem: TimingProblem) -> FloatArray:
     known = problem.velocity_known
     for i in np.flatnonzero(known[:-1] & known[1:] & problem.duration_is_unknown).tolist():
         feasible = problem.feasible_durations(i)
-        first, last = feasible.minimum.max(), feasible.gap_start.min()
+        first, last = feasible.minimum.max(), feasible.early_end.min()
         if max(first, problem.min_duration[i]) <= last < np.inf:
             durations[i] = 0.5 * (first + last)
     return durations

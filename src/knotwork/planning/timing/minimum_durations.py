@@ -89,8 +89,8 @@ def _common_duration(problem: TimingProblem, i: int) -> float:
     """Minimum duration of an interval that is feasible for every joint."""
     feasible = problem.feasible_durations(i)
     duration = float(feasible.minimum.max())
-    while (in_gap := (duration > feasible.gap_start) & (duration < feasible.gap_end)).any():
-        duration = float(feasible.gap_end[in_gap].max())
+    while (in_between := (duration > feasible.early_end) & (duration < feasible.late_start)).any():
+        duration = float(feasible.late_start[in_between].max())
     return duration
 
 

@@ -21,8 +21,8 @@ from knotwork.planning.timing.timed_motion import TimedCurve, TimedMotion, worst
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.planning.timing.timing_program import TimingProgram
 
-WINDOW_INTERVALS = 8
-"""Number of intervals of each window that are kept."""
+KEPT_INTERVALS = 8
+"""Number of intervals of each horizon whose motion is kept."""
 INTERVALS_AHEAD = 4
 """Number of following intervals that are solved with them."""
 MAX_INTERVALS = 24
@@ -42,9 +42,9 @@ def solve(
 ) -> TimedMotion:
     """Minimise the objective of a problem over its unknowns, within all limits.
 
-    A long motion is solved in windows, each together with a few intervals after it. The optimum is
-    local: the solver (IPOPT) starts from plain cubics. If it does not converge, the arm comes to
-    rest in each interval.
+    A long motion is solved over a receding horizon: a few intervals at a time, and some after
+    them. The optimum is local: the solver (IPOPT) starts from plain cubics. If it does not
+    converge, the arm comes to rest in each interval.
 
     Args:
         problem: The waypoints and the limits.
@@ -85,7 +85,7 @@ def solve_with_budget(problem: TimingProblem, budget: Budget) -> TimedMotion:
         motion = _solve_at_once(problem, budget)
         budget.count_solved(intervals)
     else:
-        motion = _solve_in_windows(problem, budget)
+        motion = _solve_over_horizons(problem, budget)
     if motion is None and budget.has_ended:
         message = (
             "no motion that keeps every limit was found within the budget of "
@@ -98,18 +98,18 @@ def solve_with_budget(problem: TimingProblem, budget: Budget) -> TimedMotion:
     return replace(timed, iterations=budget.iterations - earlier_iterations)
 
 
-def _solve_in_windows(problem: TimingProblem, budget: Budget) -> TimedCurve | None:
-    """Solve a long problem window by window, or at once if a window has no motion.
+def _solve_over_horizons(problem: TimingProblem, budget: Budget) -> TimedCurve | None:
+    """Solve a long problem horizon by horizon, or at once if one has no motion.
 
-    Each window begins with the state at the end of the one before.
+    Each horizon begins with the state at the end of the one before.
     """
-    windows: list[TimedCurve] = []
+    motions: list[TimedCurve] = []
     start_known = problem
     first, last = 0, len(problem.duration)
     while first < last:
-        is_last = last - first <= WINDOW_INTERVALS + 2 * INTERVALS_AHEAD
-        end = last if is_last else first + WINDOW_INTERVALS + INTERVALS_AHEAD
-        count = end - first if is_last else WINDOW_INTERVALS
+        is_last = last - first <= KEPT_INTERVALS + 2 * INTERVALS_AHEAD
+        end = last if is_last else first + KEPT_INTERVALS + INTERVALS_AHEAD
+        count = end - first if is_last else KEPT_INTERVALS
         motion = _solve_at_once(start_known.between(first, end), budget)
         if motion is None or motion.status == "resting":  # the start state may be the reason
             budget.count_solved(last - first)
@@ -118,12 +118,12 @@ def _solve_in_windows(problem: TimingProblem, budget: Budget) -> TimedCurve | No
         first += count
         seam = motion.time[count]
         start_known = start_known.with_state(first, motion.curve(seam, 1), motion.curve(seam, 2))
-        windows.append(_first_intervals(motion, count))
-    return _consecutive(windows)
+        motions.append(_first_intervals(motion, count))
+    return _consecutive(motions)
 
 
 def _solve_at_once(problem: TimingProblem, budget: Budget) -> TimedCurve | None:
-    """Solve a problem, or a window of one, with all its intervals together.
+    """Solve a problem, or a part of one, with all its intervals together.
 
     Returns:
         The motion. If the solver does not converge within the budget, one that rests in each

@@ -20,6 +20,7 @@ from knotwork.arrays import (
 from knotwork.errors import ArrayError, InputError, WaypointDataError
 from knotwork.errors.arguments import require_number
 from knotwork.errors.old_names import OldAttribute
+from knotwork.errors.plain_text import quoted_waypoint
 from knotwork.joint_quantities import JointLimits
 from knotwork.planning.timing.feasible_durations import FeasibleDurations, feasible_durations
 from knotwork.units import SI, Units
@@ -186,8 +187,9 @@ class TimingProblem(ReadOnlyArrays):
         if wrong.size:
             i = int(wrong[0])
             raise WaypointDataError(
-                f"the duration from {self.names[i]!r} to {self.names[i + 1]!r} is "
-                f"{self.duration[i]:g} s; give a positive number, or NaN to have it chosen",
+                f"the duration from {quoted_waypoint(self.names[i])} to "
+                f"{quoted_waypoint(self.names[i + 1])} is {self.duration[i]:g} s; give a positive "
+                "number, or NaN to have it chosen",
                 waypoint_index=i,
                 value=float(self.duration[i]),
             )

@@ -60,7 +60,7 @@ class TimingProgram:
     """The nonlinear program of a timing problem; IPOPT solves it.
 
     Args:
-        problem: The timing problem, or a window of it.
+        problem: The timing problem, or a part of it.
         guess: Initial guess, which also sets the pieces and the units.
         tightening: Margins of the limits.
 
@@ -147,9 +147,9 @@ class TimingProgram:
         """
         limits, q = self.problem.limits, self.problem.position
         width = limits.upper - limits.lower
-        gap = self.margin * np.where(np.isfinite(width), width, 1.0)
+        inset = self.margin * np.where(np.isfinite(width), width, 1.0)
         unmoved = q[:-1] == q[1:]
-        lower, upper = limits.lower + gap, limits.upper - gap
+        lower, upper = limits.lower + inset, limits.upper - inset
         return (
             np.where(unmoved, np.minimum(lower, q[1:]), lower),
             np.where(unmoved, np.maximum(upper, q[1:]), upper),

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from knotwork.curves.trajectory.motion_events import TIME_TOLERANCE, Event
+from knotwork.errors.plain_text import quoted_waypoint
 from knotwork.files.documents import Location
 from knotwork.task import Action
 from knotwork.task.actions import parse_switched
@@ -110,11 +111,11 @@ class EventReader:
             path for path in self.paths if path.first + (not onward) <= i <= path.last - onward
         )
         path = next(candidates, None)
-        name = self.waypoints[i].name
+        name = quoted_waypoint(self.waypoints[i].name)
         if path is None:
             raise self.reading.locations.error(
                 location,
-                f"no tool path {'begins' if onward else 'ends'} at {name!r}",
+                f"no tool path {'begins' if onward else 'ends'} at {name}",
                 "after or before: seconds; or at on a path with along",
             )
         lengths = path.requested.lengths
@@ -124,7 +125,7 @@ class EventReader:
             text = self.reading.units.text
             raise self.reading.locations.error(
                 location,
-                f"{text(at, 'm')} from {name!r} is outside the tool path",
+                f"{text(at, 'm')} from {name} is outside the tool path",
                 f"from {text(-before, 'm')} to {text(length - before, 'm')}",
             )
         return path, min(max(s, 0.0), length)

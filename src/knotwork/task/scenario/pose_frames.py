@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knotwork.arrays import FloatArray
+from knotwork.errors.plain_text import default_waypoint_name, waypoint_text
 from knotwork.files.documents import Location, Locations
 from knotwork.task import AtMost, ExpandedTask, JointWaypoint, PathWaypoint, PoseWaypoint
 from knotwork.task.scenario.unknowns_reader import ScenarioUnknowns
@@ -138,11 +139,12 @@ class PoseFrames:
         Raises:
             DocumentError: The waypoints do not move together.
         """
+        name = waypoint_text(self.task.waypoints[last].name or default_waypoint_name(last))
         for i in range(first, last):
             if self[i].joints != self[last].joints:
                 raise self.locations.error(
                     ("waypoints", i),
-                    f"does not move with waypoint {last + 1}, the next one of the path",
+                    f"does not move with {name}, a later one of the path",
                     "a path with all waypoints in one frame, including its start",
                 )
         return self[last]

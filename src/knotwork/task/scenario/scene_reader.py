@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from knotwork.errors import DocumentError
+from knotwork.errors.plain_text import quoted_waypoint
 from knotwork.files.documents import Location
 from knotwork.task import Tool
 from knotwork.task.scenario.payloads import read_payload
@@ -122,8 +123,8 @@ class _SceneReader:
             if getattr(self.waypoints[i], "freedom", None) is not None:
                 raise self._error(
                     (*location, key),
-                    f"the pose at {self.waypoints[i].name!r} is free, so the grasp of the object "
-                    "is undefined",
+                    f"the pose at {quoted_waypoint(self.waypoints[i].name)} is free, so the "
+                    "grasp of the object is undefined",
                     "a pose with free: none",
                 )
         if released_at <= taken_at:

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from knotwork.errors.plain_text import default_waypoint_name, waypoint_text
 from knotwork.files.documents import Location, Locations
 from knotwork.task import AtMost, ClearWay, ExpandedTask, Fastest, PathWaypoint, Weights
 
@@ -265,6 +266,7 @@ def _misused(
     if unknowns.objective.effort > 0.0 and task.robot is None:
         yield ("objective",), "effort needs a robot, and the file names none", ""
     if unknowns.time_dependent and task.duration is not None:
-        number = task_index[unknowns.time_dependent[0]] + 1
-        message = f"is given together with the time at waypoint {number}, after chosen ones"
+        k = task_index[unknowns.time_dependent[0]]
+        name = waypoint_text(task.waypoints[k].name or default_waypoint_name(k))
+        message = f"is given together with the time at {name}, after chosen ones"
         yield ("duration",), message, "one of them"

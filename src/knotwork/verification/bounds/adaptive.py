@@ -162,7 +162,7 @@ class _Evaluations:
         last = np.append(np.diff(intervals.piece) != 0, True)
         at_end = np.roll(at_start, -1, axis=0)
         ends = intervals[last]
-        at_end[last] = self._evaluate(ends.piece, ends.start + ends.length)
+        at_end[last] = self._evaluate(ends.piece, ends.start + ends.duration)
         return at_start, at_end
 
     def evaluate_parts(
@@ -206,7 +206,7 @@ class _Evaluations:
                 rates = joint_rates(self.curve, block)
                 bounds = self.quantity.rate_bounds(rates.bounds)
                 turned = 1.0 + rates.size[self.quantity.angles].sum(axis=0)
-                excess = (1.0 + VALUE_ROUNDING) / 8.0 * block.length**2 * bounds[2]
+                excess = (1.0 + VALUE_ROUNDING) / 8.0 * block.duration**2 * bounds[2]
                 pair = np.stack((excess, VALUE_ROUNDING * turned * bounds[0]))
             pair[np.isnan(pair)] = np.inf
             self.scale = np.maximum(self.scale, bounds[0].max(axis=1))

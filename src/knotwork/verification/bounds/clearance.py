@@ -37,7 +37,7 @@ from knotwork.verification.bounds.relative_motion import RelativeMotion
 
 CLEARANCE_INTERVALS = 24
 """Approximate number of intervals of the first division, which is also at every break."""
-LENGTH_DIGITS = 12
+DISTANCE_DECIMALS = 12
 """Decimals of lengths [m] that decide between times, so that every machine decides equally."""
 
 CLEARANCE_PRECISION = 1e-3
@@ -226,7 +226,7 @@ class _ClearanceSearch:
         required = self.table.required_clearance[tests.solid_pair]
         is_unproved = is_decided & (lower < required) & (self.distance[tests.solid_pair] > required)
         interval, solid_pair = tests.interval[is_unproved], tests.solid_pair[is_unproved]
-        half = intervals.length[interval] / 2
+        half = intervals.duration[interval] / 2
         np.minimum.at(self.unproved_from, solid_pair, time[interval] - half)
         np.maximum.at(self.unproved_until, solid_pair, time[interval] + half)
         return _divide_in_three(intervals, tests, ~is_decided)
@@ -280,7 +280,7 @@ class _ClearanceSearch:
             motion: Upper bound on the relative motion of the two solids [m].
         """
         waiting = np.flatnonzero(np.isnan(tests.distance) & (lower < self.goal[tests.solid_pair]))
-        waiting = waiting[np.argsort(np.round(lower[waiting], LENGTH_DIGITS), kind="stable")]
+        waiting = waiting[np.argsort(np.round(lower[waiting], DISTANCE_DECIMALS), kind="stable")]
         goal, smallest = self.goal.tolist(), self.distance.tolist()  # faster than arrays
         columns = (tests.solid_pair, tests.interval, lower, motion)
         listed = (column[waiting].tolist() for column in columns)
@@ -291,7 +291,7 @@ class _ClearanceSearch:
             d, normal = self.table.measure(c, placed[0][interval], placed[1][interval], enough)
             tests.distance[test], tests.normal[test] = d, normal
             self.measurements += 1
-            if d < smallest[c] - 10.0**-LENGTH_DIGITS:
+            if d < smallest[c] - 10.0**-DISTANCE_DECIMALS:
                 smallest[c] = self.distance[c] = d
                 self.time[c] = time[interval]
                 required = float(self.table.required_clearance[c])
@@ -322,7 +322,7 @@ class _ClearanceSearch:
                 continue  # they never exist together
             first, second = self.model.bodies[pair.first], self.model.bodies[pair.second]
             nearest = find_nearest_points(first, second, rotation[k], origin[k])
-            if nearest.distance < distance - 10.0**-LENGTH_DIGITS:
+            if nearest.distance < distance - 10.0**-DISTANCE_DECIMALS:
                 distance = nearest.distance  # for solids that were not measured at that time
             state: Literal["clear", "collides", "unproved"] = "clear"
             interval = None

@@ -32,7 +32,7 @@ def turned_beyond(freedom: PoseFreedom, requested: FloatArray, reached: FloatArr
         requested: Reference rotations, shape (k, 3, 3).
         reached: Rotations of the tool, shape (k, 3, 3).
     """
-    angles = nearest_turns(freedom, free_angles(freedom, requested, reached))
+    angles = centre_turns(freedom, free_angles(freedom, requested, reached))
     return excess_over_ranges(freedom, angles)
 
 
@@ -58,7 +58,7 @@ def free_angles(freedom: PoseFreedom, requested: FloatArray, reached: FloatArray
     return np.stack((turn, np.zeros_like(turn), np.zeros_like(turn)), axis=1)
 
 
-def nearest_turns(freedom: PoseFreedom, angles: FloatArray) -> FloatArray:
+def centre_turns(freedom: PoseFreedom, angles: FloatArray) -> FloatArray:
     """Shift the turn of each of k angles (k, 3) by whole turns, nearest the middle of its range."""
     middle = sum(freedom.turn) / 2 if np.isfinite(freedom.turn).all() else 0.0
     turn = middle + np.remainder(angles[:, 0] - middle + np.pi, 2.0 * np.pi) - np.pi

@@ -13,7 +13,7 @@ import numpy as np
 from knotwork.arrays import BoolArray, FloatArray
 from knotwork.curves.tool_paths.rotations import rotation_angle
 from knotwork.curves.tool_paths.tool_path import CORNER_ANGLE
-from knotwork.verification.bounds.free_turn import continue_turns, excess_over_ranges, nearest_turns
+from knotwork.verification.bounds.free_turn import centre_turns, continue_turns, excess_over_ranges
 from knotwork.verification.bounds.path_samples import PathSamples, ToolMotionBounds
 from knotwork.waypoints import PoseFreedom
 
@@ -266,7 +266,7 @@ def _follow_turn(
     angles, is_unambiguous = continue_turns(samples.angles, start_turn), change < np.pi
     turns = float(angles[0, 0]), float(angles[-1, 0])
     if not is_unambiguous.all():  # a sample is outside only if it is at every whole turn
-        angles = nearest_turns(freedom, samples.angles)
+        angles = centre_turns(freedom, samples.angles)
     excess = excess_over_ranges(freedom, angles)
     upper = 0.5 * (excess[:-1] + excess[1:] + change) + bounds.rounding
     furthest = excess_over_ranges(freedom, np.array([[turns[0], 0.0, 0.0]]))[0] + change.sum()

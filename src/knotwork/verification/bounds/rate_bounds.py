@@ -36,20 +36,20 @@ class Intervals:
     Attributes:
         piece: Index of the piece, shape (n,).
         start: Start of the interval since the start of the piece [s], shape (n,).
-        length: Duration of the interval [s], shape (n,).
+        duration: Duration of the interval [s], shape (n,).
     """
 
     piece: IndexArray
     start: FloatArray
-    length: FloatArray
+    duration: FloatArray
 
     @property
     def middle(self) -> FloatArray:
         """Middle of the interval since the start of the piece [s], shape (n,)."""
-        return np.asarray(self.start + self.length / 2)
+        return np.asarray(self.start + self.duration / 2)
 
     def __getitem__(self, index: slice | IndexArray | BoolArray) -> Intervals:
-        return Intervals(self.piece[index], self.start[index], self.length[index])
+        return Intervals(self.piece[index], self.start[index], self.duration[index])
 
     def split(self, parts: int | IndexArray) -> Intervals:
         """The intervals divided into equal parts.
@@ -58,18 +58,18 @@ class Intervals:
             parts: Number of parts, the same for all intervals, or of each, shape (n,).
         """
         counts = np.broadcast_to(parts, self.piece.shape)
-        index, start = divide_intervals(self.start, self.length, counts)
-        return Intervals(self.piece[index], start, self.length[index] / counts[index])
+        index, start = divide_intervals(self.start, self.duration, counts)
+        return Intervals(self.piece[index], start, self.duration[index] / counts[index])
 
 
 def divide_intervals(
-    start: FloatArray, length: FloatArray, counts: IndexArray
+    start: FloatArray, duration: FloatArray, counts: IndexArray
 ) -> tuple[IndexArray, FloatArray]:
     """Divide each of n intervals into equal parts.
 
     Args:
         start: Starts [s], shape (n,).
-        length: Durations [s], shape (n,).
+        duration: Durations [s], shape (n,).
         counts: Number of parts of each, shape (n,).
 
     Returns:
@@ -77,18 +77,18 @@ def divide_intervals(
     """
     index = np.repeat(np.arange(len(counts)), counts)
     step = np.arange(len(index)) - np.repeat(np.cumsum(counts) - counts, counts)
-    return index, start[index] + length[index] * (step / counts[index])
+    return index, start[index] + duration[index] * (step / counts[index])
 
 
-def first_intervals(x: FloatArray, count: int, *windows: FloatArray) -> Intervals:
-    """Divide a motion into about `count` intervals, at its breaks and the ends of windows.
+def first_intervals(x: FloatArray, count: int, *presence: FloatArray) -> Intervals:
+    """Divide a motion into about `count` intervals, at its breaks and the ends of presence.
 
     Args:
         x: Breaks of the motion [s].
         count: Number of intervals of a motion without breaks.
-        windows: Ends of the intervals in which bodies exist [s].
+        presence: Ends of the intervals in which bodies are there [s].
     """
-    edges = sort_distinct(x, *(ends[(ends > x[0]) & (ends < x[-1])] for ends in windows))
+    edges = sort_distinct(x, *(ends[(ends > x[0]) & (ends < x[-1])] for ends in presence))
     span = np.diff(edges)
     piece = np.clip(np.searchsorted(x, edges[:-1] + span / 2) - 1, 0, len(x) - 2)
     parts = np.maximum(1, np.ceil(count * span / (x[-1] - x[0]))).astype(int)
@@ -118,7 +118,7 @@ def joint_rates(curve: PiecewisePolynomial, intervals: Intervals) -> Rates:
     sizes = _term_sizes(curve)[:, intervals.piece]
     shifted = shift_origin(curve.c[:, intervals.piece], intervals.start[:, None])[::-1]
     degree = curve.degree
-    powers = intervals.length[:, None] ** np.arange(degree + 1)[:, None, None]
+    powers = intervals.duration[:, None] ** np.arange(degree + 1)[:, None, None]
     bounds = np.zeros((RATE_ORDERS, *shifted.shape[1:]))
     for order in range(min(RATE_ORDERS, degree + 1)):
         terms = shifted[order:] * powers[: degree + 1 - order]

@@ -43,7 +43,7 @@ class RelativeMotion:
         tree, middle = self.tree, intervals.middle[:, None]
         c = curve.c[:, intervals.piece]
         self.rotation, self.origin = place_joints(tree, horner(c, middle))
-        self.half = intervals.length / 2
+        self.half = intervals.duration / 2
         carriers = tree.carriers[table.joint]
         a, b = carriers[table.first], carriers[table.second]
         self.between = (a & ~b).astype(float), (b & ~a).astype(float)

@@ -160,10 +160,10 @@ class Ladder:
             q = np.array([rung.q[k] for rung, k in zip(self.rungs, nodes, strict=True)])
             moves = self._move(q[:-1], q[1:])
             q = self._smooth(np.vstack([q[:1], q[0] + np.cumsum(moves, axis=0)]))
-            gaps = np.flatnonzero((np.abs(np.diff(q, axis=0)) > 0.5 * MAX_RUNG_MOVE).any(axis=1))
-            for i in gaps:  # self-motion does not connect these configurations
+            jumps = np.flatnonzero((np.abs(np.diff(q, axis=0)) > 0.5 * MAX_RUNG_MOVE).any(axis=1))
+            for i in jumps:  # self-motion does not connect these configurations
                 costs[i][nodes[i], nodes[i + 1]] = np.inf
-            if not gaps.size:
+            if not jumps.size:
                 tried[start] = True
                 yield start, self._guides(q)
 

@@ -102,14 +102,14 @@ def take_step(
         halvings: Number of halvings that are left.
     """
     start, middle, end = stages.time
-    guess, midpoint_gap = _step(field, q, v, stages, end - start)
+    guess, midpoint_error = _step(field, q, v, stages, end - start)
     end_q, error = field.project(guess, stages.position[2], stages.rotation[2])
     fast = max(1.0, float(np.abs(stages.twist[0]).max()))
     hopeless = (np.abs(v) > HOPELESS_SPEED_FACTOR * fast * plausible).any(axis=1)
     off_path = ~(error <= PATH_ERROR) | ~(
         np.abs(end_q - guess).max(axis=1, initial=0.0) <= MAX_CORRECTION
     )
-    off_path |= hopeless | ~(midpoint_gap <= MIDPOINT_TOLERANCE)
+    off_path |= hopeless | ~(midpoint_error <= MIDPOINT_TOLERANCE)
     result = StepEnd(end_q, np.full(len(q), end), np.full(len(q), np.nan))
     if not off_path.any():
         return result
@@ -151,5 +151,5 @@ def _step(
     k2 = stages.velocities(field, q + 0.5 * h * v, 1)
     k3 = stages.velocities(field, q + 0.5 * h * k2, 1)
     k4 = stages.velocities(field, q + h * k3, 2)
-    midpoint_gap = h * np.abs(k3 - k2).max(axis=1, initial=0.0)
-    return q + h / 6.0 * (v + 2.0 * k2 + 2.0 * k3 + k4), midpoint_gap
+    midpoint_error = h * np.abs(k3 - k2).max(axis=1, initial=0.0)
+    return q + h / 6.0 * (v + 2.0 * k2 + 2.0 * k3 + k4), midpoint_error
