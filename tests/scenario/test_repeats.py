@@ -198,5 +198,5 @@ def test_released_boxes_are_obstacles(tmp_path: Path) -> None:
     path.write_text(text.replace("[210, -170, 126]", "[210, -170]"))
     assert kw.plan(path).report.ok
     path.write_text(text.replace("[210, -170, 126]", "[210, -163]"))
-    with pytest.raises(FollowingError, match=r"repeat\[4\].*box 2 comes too near to box 1"):
+    with pytest.raises(FollowingError, match=r"repeat\[4\].*box 2 is too near to box 1"):
         kw.plan(path)

@@ -222,7 +222,7 @@ def test_refuses_wrong_values(change: dict[str, Any], message: str) -> None:
 
 
 def test_reports_obstruction() -> None:
-    with pytest.raises(FollowingError, match=r"0 m along it shoulder_pan_joint would have to move"):
+    with pytest.raises(FollowingError, match=r"at its start shoulder_pan_joint would have to move"):
         kw.follow_path(ARM, LINE, 5.0, start=HOME)
     far = tp.Line(AT.translation, AT.translation + np.array([0, 1.5, 0]))
     with pytest.raises(FollowingError) as error:

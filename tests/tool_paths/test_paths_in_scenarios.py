@@ -72,7 +72,7 @@ def test_path_not_followed_in_requested_branch() -> None:
     off = {**LINE, "speed": 250, "stop": True, "pose": pose}
     branch = {"shoulder": "right", "elbow": "down", "wrist": "flip"}
     with pytest.raises(
-        FollowingError, match=r"in the requested branch at 'on'.* try branch: free"
+        FollowingError, match=r"in the requested branch at 'on'.* or branch: free"
     ) as raised:
         kw.plan(task(on, off, branch=branch))
     assert raised.value.path_start == 1

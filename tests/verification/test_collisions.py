@@ -358,7 +358,7 @@ def test_names_contact_on_path_before_later_joint_limit() -> None:
     with pytest.raises(FollowingError) as error:
         kw.plan({**REACH_OVER, "scene": scene, "waypoints": [here, there]})
     assert error.value.cause == "collision"
-    assert "tool comes too near to wall" in str(error.value)
+    assert "the tool is too near to wall" in str(error.value)
     # the tool has a radius of 20 mm, the wall is 20 mm thick, and 5 mm are kept
     assert error.value.arc_length == pytest.approx(0.165, abs=2e-4)
 

@@ -120,7 +120,8 @@ class FollowingObstruction(NamedTuple):
         if self.cause == "singularity":
             return f"the arm is stretched out or singular and can't continue ({smallest})"
         if self.cause == "collision":
-            return "{} comes too near to {}".format(*self.bodies)
+            first, second = ("the tool" if name == "tool" else name for name in self.bodies)
+            return f"{first} is too near to {second}"
         unit = self.unit if self.cause == "joint limit" else f"{self.unit}/s"
         value, limit = (units.text(number, unit, ".4g") for number in (self.value, self.limit))
         if self.cause == "joint limit":
@@ -158,18 +159,19 @@ class FollowingError(TaskError):
         obstruction: FollowingObstruction,
         *,
         beginning: str,
-        remedy: str,
+        accepted: str,
         distance: float,
         units: Units = SI,
         **data: Any,
     ) -> None:
-        along = units.text(distance, "m", ".4g")
+        at = f"{units.text(distance, 'm', '.4g')} along it" if distance > 0.0 else "at its start"
         super().__init__(
-            waypoint,
-            f"{beginning} {along} along it {obstruction.text(units)}. {remedy}",
+            "",
+            f"{beginning}: {at} {obstruction.text(units)}; accepted: {accepted}",
             cause=obstruction.cause,
             joint=obstruction.joint,
             value=obstruction.value if obstruction.joint else None,
             limit=obstruction.limit if obstruction.joint else None,
             **data,
         )
+        self.waypoint = waypoint

@@ -67,10 +67,8 @@ class SequencePlanner:
         self.joints = read_scenario_joints(self.scenario)
         self.options = planner_options(scenario, self.joints)
         self.unsupported: tuple[str, ...] = ()
-        if self.scenario.planner != original:
-            self.options, unsupported = supported_options(
-                self.options, original, self.scenario.planner
-            )
+        if requested_planner and requested_planner != original:
+            self.options, unsupported = supported_options(self.options, original, requested_planner)
             if not original_scenario.task.chosen:  # planning has written it
                 unsupported = tuple(name for name in unsupported if name != "chosen")
             self.unsupported = unsupported
@@ -101,9 +99,8 @@ class SequencePlanner:
         from knotwork.planning.choosing import ChosenValues, SolvedScenario, choose_values
 
         if self.scenario.unknowns is None:  # the arrivals at moving frames were all
-            return self._interpolate(
-                solution, ChosenValues(self.original_scenario, self.scenario, solution)
-            )
+            chosen_values = ChosenValues(self.original_scenario, self.scenario, solution)
+            return self._interpolate(solution, chosen_values)
         solved = SolvedScenario(self.scenario, self.joints, solution, self.original_scenario)
         chosen_values = choose_values(solved, self.budget)
         self.budget.finish_all(chosen_values.duration)

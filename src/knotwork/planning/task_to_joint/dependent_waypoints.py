@@ -10,6 +10,7 @@ import numpy as np
 
 from knotwork.arrays import IndexArray
 from knotwork.errors import FollowingError
+from knotwork.errors.plain_text import quoted_waypoint
 from knotwork.planning.task_to_joint.candidate_collisions import CandidateCollisions
 from knotwork.planning.task_to_joint.free_poses import FreedomChains
 from knotwork.planning.task_to_joint.path_track import CandidateMotions, PathTrack
@@ -177,17 +178,20 @@ class GroupSolver:
         best = max(obstructions, key=lambda it: (it.cause == "velocity limit", it.time))
         k = next(k for k, part in enumerate(path.stretches) if best.time <= part.end)
         begin, end = (self.scenario.waypoints[path.first + k + j] for j in (0, 1))
+        begin_name, end_name, first_name = (
+            quoted_waypoint(it.name) for it in (begin, end, self.scenario.waypoints[path.first])
+        )
         solution = f"the best of {len(obstructions)} solutions"
-        remedy = "begin a new path at a stop, before which the arm may change its branch"
+        other_start = "a new path from a stop, before which the arm may change its branch"
         if not isinstance(self.scenario.branch, str):
             solution += " in the requested branch"
-            remedy = "try branch: free"
+            other_start = "branch: free"
         error = make_following_error(
             path.timed_path,
             best,
-            f"the path from {begin.name!r} can't be followed: with {solution} at "
-            f"{self.scenario.waypoints[path.first].name!r},",
-            f"move the path, turn the tool, or {remedy}",
+            f"the path from {begin_name} to {end_name} can't be followed, even with {solution} at "
+            f"{first_name}",
+            f"another path or orientation of the tool, or {other_start}",
             since=begin.time,
             units=self.scenario.units,
             waypoint=end.name,

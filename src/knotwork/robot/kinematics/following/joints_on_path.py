@@ -135,9 +135,9 @@ class JointsOnPath:
 
     def _refuse(self, obstruction: FollowingObstruction | None) -> None:
         if obstruction is not None:
-            begin = "the path can't be followed from this start:"
-            remedy = "move the path, turn the tool, or start from another solution"
-            raise make_following_error(self.path, obstruction, begin, remedy)
+            begin = "the path can't be followed from this start"
+            accepted = "another path or orientation of the tool, or a start at another solution"
+            raise make_following_error(self.path, obstruction, begin, accepted)
 
     def positions(self, times: FloatArray) -> FloatArray:
         """Joint positions at times [rad or m], shape (k, d)."""

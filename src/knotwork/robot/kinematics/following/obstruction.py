@@ -105,7 +105,7 @@ def make_following_error(
     path: TimedPath,
     obstruction: FollowingObstruction,
     beginning: str,
-    remedy: str,
+    accepted: str,
     *,
     since: float | None = None,
     units: Units = SI,
@@ -118,21 +118,21 @@ def make_following_error(
         path: The path.
         obstruction: Its first obstruction.
         beginning: Beginning of the message.
-        remedy: Remedies, apart from a lower speed.
+        accepted: Remedies, apart from a lower speed.
         since: Time from which distance is counted [s]; by default the start of the path.
         units: Units of the message.
         waypoint: The waypoint that can't be reached.
         where: Location of its definition.
     """
     if obstruction.cause == "velocity limit":
-        remedy = f"lower the speed, {remedy}"
+        accepted = f"a lower speed, {accepted}"
     begin = path.start_time if since is None else since
     first, reached = path.arc_length(np.array([begin, obstruction.time])).tolist()
     return FollowingError(
         waypoint,
         obstruction,
         beginning=beginning,
-        remedy=f"{remedy[0].upper()}{remedy[1:]}",
+        accepted=accepted,
         distance=reached - first,
         arc_length=reached,
         where=where,
