@@ -84,7 +84,6 @@ def _solve_poses(
     from knotwork.planning.task_to_joint.free_poses import (
         FreedomChains,
         with_virtual_joints,
-        without_virtual_joints,
     )
     from knotwork.planning.task_to_joint.sequence_search import SequenceSearch
     from knotwork.planning.task_to_joint.solution_findings import (
@@ -108,7 +107,7 @@ def _solve_poses(
         collisions=int(chosen.cost[CostLevel.COLLISIONS]),
         tracks={track.path.first: track for track in chosen.tracks},
     )
-    return _with_chosen_velocities(without_virtual_joints(solution, joints), joints)
+    return _with_chosen_velocities(_without_virtual_joints(solution, joints), joints)
 
 
 def _solve_joint_targets(scenario: Scenario, joints: ScenarioJoints, knots: Any) -> TaskSolution:
@@ -123,6 +122,27 @@ def _solve_joint_targets(scenario: Scenario, joints: ScenarioJoints, knots: Any)
             collisions.check_start(positions[0])
     waypoints = complete_waypoints(scenario, joints, positions, velocities, knots, [])
     return _with_chosen_velocities(TaskSolution(waypoints), joints)
+
+
+def _without_virtual_joints(solution: TaskSolution, joints: ScenarioJoints) -> TaskSolution:
+    """The solution for the longer chain, reduced to the joints of the arm."""
+    waypoints, d = solution.waypoints, len(joints.joint_names)
+    if len(waypoints.joint_names) == d:
+        return solution
+    acceleration = waypoints.acceleration
+    waypoints = replace(
+        waypoints,
+        joint_names=joints.joint_names,
+        joint_units=joints.joint_units,
+        position=waypoints.position[:, :d],
+        velocity=waypoints.velocity[:, :d],
+        acceleration=None if acceleration is None else acceleration[:, :d],
+    )
+    choices = tuple(
+        replace(choice, turns={j: k for j, k in choice.turns.items() if j in joints.joint_names})
+        for choice in solution.choices
+    )
+    return replace(solution, waypoints=waypoints, choices=choices)
 
 
 def _with_chosen_velocities(solution: TaskSolution, joints: ScenarioJoints) -> TaskSolution:
