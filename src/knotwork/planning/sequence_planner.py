@@ -79,13 +79,15 @@ class SequencePlanner:
             scenario, self.requested_planner, self.budget, self.original_scenario
         )
 
-    def solve(self, avoided: Sequence[SequenceStep] = ()) -> TaskSolution:
+    def solve(
+        self, avoided: Sequence[SequenceStep] = (), earlier: TaskSolution | None = None
+    ) -> TaskSolution:
         """Find the best sequence of solutions that takes none of the steps to avoid."""
         base, set_by_rule = planner_and_rule(self.scenario.planner)
         knots = PlannerOptions().knots
         if "knots" in PLANNER_SPECS[base].supports:
             knots = set_by_rule.get("knots", self.options.knots)
-        return solve_task(self.scenario, self.joints, knots, avoided)
+        return solve_task(self.scenario, self.joints, knots, avoided, earlier)
 
     def plan(self, solution: TaskSolution) -> Plan:
         """Plan a sequence of solutions, and check the motion.
@@ -105,7 +107,7 @@ class SequencePlanner:
         # The keys `near` of the scenario with numbers lead to the same sequence of solutions. Its
         # alternatives are those of the scenario with unknowns.
         timed = self.with_scenario(chosen_values.scenario)
-        timed_solution = timed.solve()
+        timed_solution = timed.solve(earlier=chosen_values.solution)
         solution = replace(
             chosen_values.solution,
             waypoints=timed_solution.waypoints,

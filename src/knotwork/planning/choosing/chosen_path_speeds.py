@@ -155,7 +155,8 @@ def _with_speeds(solved: SolvedScenario, by_path: Sequence[PathSpeeds]) -> Solve
             end = scenario.task_index[path_speeds.problem.path.first + 1 + stretch]
             changes[end]["speed"] = round_speed(scenario.units.per_metre * speed)
     with_speeds = change_task(scenario, scenario.task.with_waypoints(changes))
-    return replace(SolvedScenario.solve(with_speeds), original_scenario=solved.original_scenario)
+    timed = SolvedScenario.solve(with_speeds, solved.solution)
+    return replace(timed, original_scenario=solved.original_scenario)
 
 
 def given_speeds_beyond_limits(speeds: AllPathSpeeds) -> list[InputError]:

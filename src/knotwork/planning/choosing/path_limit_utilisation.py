@@ -12,6 +12,8 @@ their norm is the utilisation.
 
 from __future__ import annotations
 
+from typing import cast
+
 import numpy as np
 
 from knotwork.arrays import FloatArray
@@ -123,9 +125,8 @@ class PathUtilisation:
         lengths = path.requested.lengths
         # at 1 m/s time is the arc length
         timing = speed_profile(lengths, np.ones(len(lengths)), acceleration=1.0)
-        at_unit_speed = TimedPath(path.timed_path.tool_path, timing)
-        robot, start, target = solved.solution.starts[path.first]
-        curve = JointsOnPath(robot, at_unit_speed, start, target).curve
+        followed = cast(JointsOnPath, solved.solution.tracks[path.first].followed)
+        curve = followed.with_timing(TimedPath(path.timed_path.tool_path, timing)).curve
         joint_count = len(limits.joint_names)
         self._s = _sample_points(curve)  # shape (k,)
         orders = range(len(MOTION_QUANTITIES))

@@ -41,10 +41,11 @@ class SolvedScenario:
     original_scenario: Scenario
 
     @classmethod
-    def solve(cls, scenario: Scenario) -> SolvedScenario:
-        """A scenario with its joints and the best solutions of its poses."""
+    def solve(cls, scenario: Scenario, earlier: TaskSolution | None = None) -> SolvedScenario:
+        """A scenario with its joints and the best solutions of its poses; see `solve_task`."""
         joints = read_scenario_joints(scenario)
-        return cls(scenario, joints, solve_task(scenario, joints, knots_of(scenario)), scenario)
+        solution = solve_task(scenario, joints, knots_of(scenario), (), earlier)
+        return cls(scenario, joints, solution, scenario)
 
     @property
     def unknowns(self) -> ScenarioUnknowns:

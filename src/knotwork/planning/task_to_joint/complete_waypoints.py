@@ -61,7 +61,7 @@ def complete_waypoints(
     positions: FloatArray,
     velocities: FloatArray,
     knots: Any,
-    tracks: Sequence[PathTrack] = (),
+    tracks: list[PathTrack],
 ) -> JointWaypoints:
     """Joint waypoints from the solutions at a scenario's waypoints.
 
@@ -74,7 +74,7 @@ def complete_waypoints(
         positions: Joint positions at its waypoints [rad or m], shape (n, d).
         velocities: Joint velocities at its waypoints [rad/s or m/s], shape (n, d).
         knots: Knot placement of the motion: see `ModifiedHermiteSpline`.
-        tracks: The arm along each path.
+        tracks: The arm along each path; the motions along them are added.
 
     Raises:
         PathError: The tolerances need too many waypoints, or are too fine to be proved.
@@ -92,10 +92,10 @@ def complete_waypoints(
     )
     parts: list[JointRows] = []
     done = 0
-    for track in tracks:
+    for k, track in enumerate(tracks):
         path = track.path
         _hold(rows, joints.waits)
-        followed = _insert_waypoints(scenario, track, rows.position[path.first], knots)
+        tracks[k], followed = _insert_waypoints(scenario, track, rows.position[path.first], knots)
         rows.position[path.last] = followed.position[-1]
         # where another path follows, its first waypoint replaces the last of this one
         joined = any(following.path.first == path.last for following in tracks)
@@ -125,8 +125,8 @@ def _hold(rows: JointRows, waits: tuple[int, ...]) -> None:
 
 def _insert_waypoints(
     scenario: Scenario, track: PathTrack, start: FloatArray, knots: Any
-) -> JointRows:
-    """Rows along a path, with inserted waypoints.
+) -> tuple[PathTrack, JointRows]:
+    """A track with the motion along it, and its rows with inserted waypoints.
 
     Args:
         scenario: The scenario.
@@ -135,15 +135,10 @@ def _insert_waypoints(
         knots: Knot placement of the motion: see `ModifiedHermiteSpline`.
     """
     from knotwork.planning.task_to_joint.waypoint_insertion import insert_path_waypoints
-    from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
 
     path, tolerances = track.path, scenario.tolerances
-    begin = track.start(start)
-    continuation = track.continuation_from(begin.q)
     try:
-        joints_on_path = JointsOnPath(
-            begin.robot, path.timed_path, begin.q, begin.self_motion_target, continuation
-        )
+        joints_on_path = track.joints_on_path(start)
         followed = insert_path_waypoints(joints_on_path, tolerances, times=path.times, knots=knots)
     except PathError as error:
         error.path_start = path.first
@@ -165,7 +160,7 @@ def _insert_waypoints(
     scatter = track.chain.scatter
     position = scatter(followed.position)
     position[0] = start  # without a rounding difference from a wait before the path
-    return JointRows(
+    return track._replace(followed=joints_on_path), JointRows(
         time=followed.time,
         name=names,
         position=position,

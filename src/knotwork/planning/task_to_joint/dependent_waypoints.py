@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -73,11 +73,14 @@ class GroupSolver:
         scenario: The scenario.
         chains: The robot with the virtual joints of each pose.
         collisions: Collision model of the arm and the scene, or `None`.
+        known: Tracks of the same task with other speeds along its paths, by index of their first
+            waypoint.
     """
 
     scenario: Scenario
     chains: FreedomChains
-    collisions: CandidateCollisions | None = None
+    collisions: CandidateCollisions | None
+    known: Mapping[int, PathTrack]
 
     def solve(self, group: range, first: Candidates) -> GroupSolution:
         """Find the candidates that can follow a group from its first waypoint to its end.
@@ -108,6 +111,9 @@ class GroupSolver:
             for path in self.scenario.paths
             if path.first in group[:-1]
         ]
+        depends_on_time = rate or any(track.path.timed_path.has_own_clock for track in tracks)
+        if self.known and len(first.q) == 1 and not depends_on_time:
+            yield first, [self.known[t.path.first]._replace(path=t.path) for t in tracks]
         yield first, tracks
         yield from self._guided(first, tracks)
         if any(track.chain.robot.virtual_joints for track in tracks):

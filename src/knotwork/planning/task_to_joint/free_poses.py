@@ -16,7 +16,6 @@ import numpy as np
 from knotwork.arrays import FloatArray, IndexArray
 from knotwork.curves.tool_paths.rotations import rotation_matrices
 from knotwork.errors import BranchError
-from knotwork.planning.task_to_joint.task_solution import TaskSolution
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.geometry.configuration_flags import configuration_flags
 from knotwork.robot.kinematics.sequence.candidates import Candidates
@@ -261,24 +260,3 @@ def _pose_error(
     return {("rad", k): float(v) for k, v in zip("xyz", turns, strict=True)} | {
         ("m", k): float(v) for k, v in zip("xyz", slides, strict=True)
     }
-
-
-def without_virtual_joints(solution: TaskSolution, joints: ScenarioJoints) -> TaskSolution:
-    """The solution for the longer chain, reduced to the joints of the arm."""
-    waypoints, d = solution.waypoints, len(joints.joint_names)
-    if len(waypoints.joint_names) == d:
-        return solution
-    acceleration = waypoints.acceleration
-    waypoints = replace(
-        waypoints,
-        joint_names=joints.joint_names,
-        joint_units=joints.joint_units,
-        position=waypoints.position[:, :d],
-        velocity=waypoints.velocity[:, :d],
-        acceleration=None if acceleration is None else acceleration[:, :d],
-    )
-    choices = tuple(
-        replace(choice, turns={j: k for j, k in choice.turns.items() if j in joints.joint_names})
-        for choice in solution.choices
-    )
-    return replace(solution, waypoints=waypoints, choices=choices)

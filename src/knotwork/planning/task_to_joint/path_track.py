@@ -17,11 +17,11 @@ from knotwork.planning.task_to_joint.candidate_collisions import (
     CandidateCollisions,
 )
 from knotwork.planning.task_to_joint.free_poses import FreedomChain
-from knotwork.planning.task_to_joint.task_solution import PathStart
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.chain.joint_ranges import arm_limits, whole_turns
 from knotwork.robot.kinematics.following.continuation import Continuation, continue_along
 from knotwork.robot.kinematics.following.joint_field import Guide, SelfMotionTarget
+from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
 from knotwork.robot.kinematics.geometry.configuration_flags import configuration_flags
 from knotwork.robot.kinematics.sequence.candidates import Candidates
 from knotwork.robot.kinematics.sequence.nearness import limit_nearness
@@ -42,6 +42,7 @@ class PathTrack(NamedTuple):
         rate_to_middle: Rate at which self-motion moves joints to the middle of their ranges [1/s].
         guide: Curve that self-motion follows in place of that.
         continuation: Motions along the path from the candidates at its start, if known.
+        followed: The motion from one start along the same path with any timing, if known.
     """
 
     path: ScenarioPath
@@ -49,6 +50,7 @@ class PathTrack(NamedTuple):
     rate_to_middle: float
     guide: Guide | None = None
     continuation: Continuation | None = None
+    followed: JointsOnPath | None = None
 
     def self_motion_target(self, time: float, q: FloatArray) -> SelfMotionTarget:
         """Target of the self-motion at joint positions (d,) of the chain at a time [s]."""
@@ -57,23 +59,21 @@ class PathTrack(NamedTuple):
         s = self.path.timed_path.arc_length(time)
         return self.guide.offset(whole_turns(q - self.guide.posture(s)))
 
-    def start(self, q: FloatArray) -> PathStart:
-        """Start of the path, from the positions of all joints [rad or m]."""
-        start = q[self.chain.columns]
-        return PathStart(
-            self.chain.robot, start, self.self_motion_target(self.path.timed_path.start_time, start)
-        )
+    def joints_on_path(self, q: FloatArray) -> JointsOnPath:
+        """The motion along the path from the positions of all joints [rad or m].
 
-    def continuation_from(self, start: FloatArray) -> Continuation | None:
-        """The continuation from joint positions (d,) of the chain, if it is known."""
-        if self.continuation is None:
-            return None
-        offsets = start - self.continuation.position[0]
-        distance = np.abs(offsets - whole_turns(offsets)).max(axis=1)
-        row = int(distance.argmin())
-        if distance[row] > SAME_START_DISTANCE:
-            return None
-        return self.continuation.select(row, whole_turns(offsets[row]))
+        Raises:
+            FollowingError: The arm can't follow the path.
+        """
+        start, timed_path = q[self.chain.columns], self.path.timed_path
+        target, continuation = self.self_motion_target(timed_path.start_time, start), None
+        if self.continuation is not None:
+            offsets = start - self.continuation.position[0]
+            distance = np.abs(offsets - whole_turns(offsets)).max(axis=1)
+            row = int(distance.argmin())
+            if distance[row] <= SAME_START_DISTANCE:
+                continuation = self.continuation.select(row, whole_turns(offsets[row]))
+        return JointsOnPath(self.chain.robot, timed_path, start, target, continuation)
 
 
 def track_of(tracks: Collection[PathTrack], index: int) -> PathTrack | None:
@@ -112,10 +112,14 @@ class CandidateMotions:
         """Follow a path from the candidates at its start, and ignore limits and collisions."""
         q, times = start.q[:, track.chain.columns], track.path.times
         _, firsts, branch = np.unique(start.branch, return_index=True, return_inverse=True)
-        target = track.self_motion_target(float(times[0]), q[firsts[0]])
-        continuation = continue_along(
-            track.chain.robot, track.path.timed_path, q[firsts], times, target=target
-        )
+        known, timed_path, starts = track.followed, track.path.timed_path, q[firsts]
+        if known is not None and np.abs(known.start - starts).max() <= SAME_START_DISTANCE:
+            continuation = known.with_timing(timed_path).continuation
+        else:
+            target = track.self_motion_target(float(times[0]), starts[0])
+            continuation = continue_along(
+                track.chain.robot, timed_path, starts, times, target=target
+            )
         return cls(track, start, continuation, branch, q - q[firsts][branch], collisions)
 
     @cached_property

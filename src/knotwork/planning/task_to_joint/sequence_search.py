@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple, cast
 
 import numpy as np
@@ -75,6 +75,7 @@ class SequenceSearch:
         joints: The joints of the scenario, followed by the virtual joints of its freedoms.
         chains: The robot with the virtual joints of each pose.
         avoided: Steps that count as collisions.
+        known: Tracks that are known: see `GroupSolver`.
 
     Attributes:
         robot: The robot with its virtual joints.
@@ -89,11 +90,12 @@ class SequenceSearch:
         scenario: Scenario,
         joints: ScenarioJoints,
         chains: FreedomChains,
-        avoided: Iterable[SequenceStep] = (),
+        avoided: Iterable[SequenceStep],
+        known: Mapping[int, PathTrack],
     ) -> None:
         robot = chains.whole
         self.scenario, self.joints, self.chains, self.robot = scenario, joints, chains, robot
-        self.near = joints.near
+        self.near, self.known = joints.near, known
         self.collisions = CandidateCollisions.for_scenario(scenario, joints, chains.arm)
         groups = dependent_groups(scenario, joints.waits)
         self._group_of = {i: group for group in groups for i in group}
@@ -141,7 +143,7 @@ class SequenceSearch:
             for i, on_chain in self._find_on_chain(chain).items():
                 reference = self.joints.near_at_waypoints.get(i, self._reference(i))
                 candidates[i] = chain.expand(on_chain, self.robot, reference)
-        solver = GroupSolver(self.scenario, self.chains, self.collisions)
+        solver = GroupSolver(self.scenario, self.chains, self.collisions, self.known)
         for group in dict.fromkeys(self._group_of.values()):
             first = candidates[group[0]]
             if first is not None:

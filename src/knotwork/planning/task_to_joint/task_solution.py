@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from knotwork.arrays import FloatArray
 from knotwork.waypoints import JointWaypoints
 
 if TYPE_CHECKING:
-    from knotwork.robot import Robot
-    from knotwork.robot.kinematics.following.joint_field import SelfMotionTarget
+    from knotwork.planning.task_to_joint.path_track import PathTrack
     from knotwork.verification import Finding
 
 SequenceStep: TypeAlias = tuple[int, FloatArray, FloatArray]
@@ -40,20 +39,6 @@ class Choice:
     sampled: bool
 
 
-class PathStart(NamedTuple):
-    """The arm at the start of a path.
-
-    Attributes:
-        robot: The arm followed by the virtual joints of the path's freedom.
-        q: Joint positions at the start [rad or m], shape (d,).
-        self_motion_target: Target of the self-motion along the path.
-    """
-
-    robot: Robot
-    q: FloatArray
-    self_motion_target: SelfMotionTarget
-
-
 @dataclass(frozen=True, eq=False)
 class TaskSolution:
     """Waypoints at the joints, and how they were chosen.
@@ -66,7 +51,7 @@ class TaskSolution:
         sequence: Joint positions at the scenario's waypoints [rad or m], with the virtual joints of
             its poses, shape (n, d). It is `None` if no other sequence is better.
         collisions: Number of solutions and steps in it that collide, or are to be avoided.
-        starts: Starts of tool paths that begin at a pose, by index of their first waypoint.
+        tracks: Tracks of the tool paths with the motion along each, by index of its first waypoint.
     """
 
     waypoints: JointWaypoints
@@ -74,7 +59,7 @@ class TaskSolution:
     choices: tuple[Choice, ...] = ()
     sequence: FloatArray | None = None
     collisions: int = 0
-    starts: Mapping[int, PathStart] = field(default_factory=dict, repr=False)
+    tracks: Mapping[int, PathTrack] = field(default_factory=dict, repr=False)
 
     def to_dict(self) -> dict[str, Any]:
         """Give the choices as plain data, ready for JSON."""

@@ -23,6 +23,7 @@ def solve_task(
     joints: ScenarioJoints,
     knots: Any = "paper",
     avoided: Sequence[SequenceStep] = (),
+    earlier: TaskSolution | None = None,
 ) -> TaskSolution:
     """Find the joint positions and velocities that meet each waypoint, over the whole sequence.
 
@@ -45,6 +46,8 @@ def solve_task(
         joints: The joints and the robot.
         knots: Knot placement of the motion along tool paths: see `ModifiedHermiteSpline`.
         avoided: Steps that count as collisions, because no motion with them was clear or possible.
+        earlier: A solution with other speeds along the paths, which are not followed again from the
+            same start.
 
     Raises:
         UnreachablePoseError: No configuration reaches a pose.
@@ -66,7 +69,7 @@ def solve_task(
         return _solve_joint_targets(scenario, joints, knots)
     if joints.robot is None:
         raise TypeError("poses need a robot")
-    return _solve_poses(scenario, joints, joints.robot, knots, avoided)
+    return _solve_poses(scenario, joints, joints.robot, knots, avoided, earlier)
 
 
 def _solve_poses(
@@ -75,12 +78,12 @@ def _solve_poses(
     robot: Robot,
     knots: Any,
     avoided: Sequence[SequenceStep],
+    earlier: TaskSolution | None,
 ) -> TaskSolution:
     """The solution if a waypoint is a pose."""
     from knotwork.planning.task_to_joint.free_poses import (
         FreedomChains,
         with_virtual_joints,
-        without_virtual_joints,
     )
     from knotwork.planning.task_to_joint.sequence_search import SequenceSearch
     from knotwork.planning.task_to_joint.solution_findings import (
@@ -91,7 +94,7 @@ def _solve_poses(
 
     chains = FreedomChains(scenario, robot)
     extended = with_virtual_joints(scenario, joints, chains)
-    search = SequenceSearch(scenario, extended, chains, avoided)
+    search = SequenceSearch(scenario, extended, chains, avoided, earlier.tracks if earlier else {})
     chosen = search.solve()
     infeasibilities = find_infeasibilities(search, chosen)
     solution = TaskSolution(
@@ -102,9 +105,9 @@ def _solve_poses(
         choices=describe_choices(search, chosen),
         sequence=None if infeasibilities else chosen.positions,  # all others are too fast as well
         collisions=int(chosen.cost[CostLevel.COLLISIONS]),
-        starts={t.path.first: t.start(chosen.positions[t.path.first]) for t in chosen.tracks},
+        tracks={track.path.first: track for track in chosen.tracks},
     )
-    return _with_chosen_velocities(without_virtual_joints(solution, joints), joints)
+    return _with_chosen_velocities(_without_virtual_joints(solution, joints), joints)
 
 
 def _solve_joint_targets(scenario: Scenario, joints: ScenarioJoints, knots: Any) -> TaskSolution:
@@ -117,8 +120,29 @@ def _solve_joint_targets(scenario: Scenario, joints: ScenarioJoints, knots: Any)
 
         if collisions := CandidateCollisions.for_scenario(scenario, joints, joints.robot):
             collisions.check_start(positions[0])
-    waypoints = complete_waypoints(scenario, joints, positions, velocities, knots)
+    waypoints = complete_waypoints(scenario, joints, positions, velocities, knots, [])
     return _with_chosen_velocities(TaskSolution(waypoints), joints)
+
+
+def _without_virtual_joints(solution: TaskSolution, joints: ScenarioJoints) -> TaskSolution:
+    """The solution for the longer chain, reduced to the joints of the arm."""
+    waypoints, d = solution.waypoints, len(joints.joint_names)
+    if len(waypoints.joint_names) == d:
+        return solution
+    acceleration = waypoints.acceleration
+    waypoints = replace(
+        waypoints,
+        joint_names=joints.joint_names,
+        joint_units=joints.joint_units,
+        position=waypoints.position[:, :d],
+        velocity=waypoints.velocity[:, :d],
+        acceleration=None if acceleration is None else acceleration[:, :d],
+    )
+    choices = tuple(
+        replace(choice, turns={j: k for j, k in choice.turns.items() if j in joints.joint_names})
+        for choice in solution.choices
+    )
+    return replace(solution, waypoints=waypoints, choices=choices)
 
 
 def _with_chosen_velocities(solution: TaskSolution, joints: ScenarioJoints) -> TaskSolution:

@@ -53,6 +53,7 @@ class Continuation(NamedTuple):
         blocked_time: Time at which each start is blocked [s], shape (m,); infinite for a start that
             reaches the end.
         smallest_singular_value: Smallest singular values at those times, shape (m,).
+        step: Largest motion of a joint between corrections [rad or m].
     """
 
     step_index: IndexArray
@@ -61,6 +62,7 @@ class Continuation(NamedTuple):
     velocity: FloatArray
     blocked_time: FloatArray
     smallest_singular_value: FloatArray
+    step: float
 
     def select(self, start: int, turns: FloatArray) -> Continuation:
         """The continuation from one start, by index, with each joint turned by an angle [rad]."""
@@ -185,7 +187,7 @@ def continue_along(
         step_index[times == end] = len(steps) - 1
     time, positions, velocities = (np.array(column) for column in zip(*steps, strict=True))
     return Continuation(
-        step_index, time, positions, velocities, blocked_time, smallest_singular_value
+        step_index, time, positions, velocities, blocked_time, smallest_singular_value, step
     )
 
 

@@ -12,6 +12,7 @@ from knotwork.errors import FollowingObstruction
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.following.continuation import (
     JOINT_STEP,
+    MIN_STEPS,
     Continuation,
     compute_rates_on_path,
     continue_along,
@@ -51,7 +52,9 @@ class JointsOnPath:
             arm it is recomputed if its steps are too long.
 
     Attributes:
-        robot, path: The arguments.
+        robot, path, target: The arguments.
+        continuation: The continuation in use.
+        start: Joint positions at the start of the path [rad or m], shape (1, d).
         curve: Quintics through positions, velocities and accelerations of the steps, close to the
             path, C2 except where the path's acceleration jumps.
 
@@ -70,26 +73,47 @@ class JointsOnPath:
         self.robot, self.path, self.target = robot, path, target
         self.field = JointField(robot, target, path.full_speed)
         self._step = SELF_MOTION_STEP if robot.is_redundant else JOINT_STEP
-        if continuation is None or not self._is_fine(continuation):
-            position, rotation, _, _ = path.state([path.start_time])
-            q = self.field.project(start[None], position, rotation)[0]
+        if continuation is None or continuation.step > self._step:
+            q = self.field.project(start[None], *path.state([path.start_time])[:2])[0]
             continuation = self._continue(q, path.breaks, self._step)
         if np.isfinite(continuation.blocked_time[0]):
             self._refuse(continuation.obstruction(robot, 0, np.zeros(robot.dof)))
+        self.continuation, self.start = continuation, continuation.position[0]
         time, q = continuation.time, continuation.position[:, 0]
         sides = np.append(np.where(np.diff(time) == 0.0, "left", "right"), "left")
         _, a = compute_rates_on_path(robot, path, q, time, sides, target=target)
         self.curve = interpolate_curve(time, q, continuation.velocity[:, 0], a)
 
-    def _is_fine(self, continuation: Continuation) -> bool:
-        """Whether the steps of a continuation are short enough for the self-motion."""
-        if not self.robot.is_redundant:
-            return True
-        far = np.abs(np.diff(continuation.position[:, 0], axis=0)).max(initial=0.0)
-        return self.field.guide is None and bool(far <= self._step)
-
     def _continue(self, q: FloatArray, times: FloatArray, step: float) -> Continuation:
         return continue_along(self.robot, self.path, q, times, target=self.target, step=step)
+
+    def with_timing(self, path: TimedPath) -> JointsOnPath:
+        """The motion along the same path with another timing.
+
+        The joints are the same function of arc length, so nothing is integrated again, except for
+        a pull to the middle of the joints' ranges, which depends on time.
+
+        Args:
+            path: The path with this timing; neither has a moving frame or a weave.
+        """
+        q = self.continuation.position[:, 0]
+        if self.field.rates_to_middle.any():
+            return JointsOnPath(self.robot, path, self.start[0], self.target)
+        travel = np.append(0.0, np.cumsum(np.abs(np.diff(q, axis=0)).max(axis=1)))
+        reached = _times_at(path, self.path.arc_length(self.continuation.time))
+        # on each side of a break there is a step
+        fixed = np.linspace(path.breaks[:-1], path.breaks[1:], MIN_STEPS + 1).T.ravel()
+        steps = np.arange(0.0, travel[-1], self._step)
+        gaps = np.abs(steps[:, None] - np.interp(fixed, reached, travel)).min(axis=1)
+        steps = np.interp(steps[gaps > 0.5 * self._step], travel, reached)
+        time = np.sort(np.concatenate((fixed, steps)))
+        q = self.positions(_times_at(self.path, path.arc_length(time)))
+        v, _ = compute_rates_on_path(self.robot, path, q, time, "right", target=self.target)
+        at_ends = np.abs(time[:, None] - path.start_time - path.timing.times).argmin(axis=0)
+        continuation = self.continuation._replace(
+            step_index=at_ends, time=time, position=q[:, None], velocity=v[:, None]
+        )
+        return JointsOnPath(self.robot, path, q[0], self.target, continuation)
 
     def check(self, curve: PiecewisePolynomial | None = None) -> None:
         """Check that the joints keep their limits.
@@ -105,8 +129,7 @@ class JointsOnPath:
         if obstruction is None:
             return
         # at peaks of joint speeds, short steps are nearer to the path
-        start = self.curve(self.curve.x[:1])
-        fine = self._continue(start, self.path.breaks, self._step / FINE_STEPS)
+        fine = self._continue(self.start, self.path.breaks, self._step / FINE_STEPS)
         on_path = fine.obstruction(robot, 0, np.zeros(robot.dof))
         self._refuse(on_path if curve is None else on_path or obstruction)
 
@@ -142,3 +165,8 @@ class JointsOnPath:
         )
         a[inner] = 0.5 * (a[inner] + a[n:])
         return v[:n], a[:n]
+
+
+def _times_at(path: TimedPath, s: FloatArray) -> FloatArray:
+    """Times at which a path reaches arc lengths [s], shape (k,)."""
+    return np.clip(path.start_time + path.timing.time_of(s), path.start_time, path.end_time)
