@@ -344,7 +344,7 @@ def test_tries_other_solutions_where_given_times_are_too_short() -> None:
     """The best solutions for chosen times take 0.46 s."""
     task = kw.Task.load("panda_pick_place_fastest")
     quick, hasty = (task.waypoints[2].replace(after=after) for after in (0.42, 0.3))
-    first, second, _, last = task.waypoints
-    kw.plan(task.replace(waypoints=[first, second, quick, last])).report.raise_if_failed()
+    *before, _, last = task.waypoints
+    kw.plan(task.replace(waypoints=[*before, quick, last])).report.raise_if_failed()
     with pytest.raises(kw.errors.TimingError, match=r"best of 4 sequences of solutions tried$"):
-        kw.plan(task.replace(waypoints=[first, second, hasty, last]))
+        kw.plan(task.replace(waypoints=[*before, hasty, last]))

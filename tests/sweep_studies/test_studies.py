@@ -239,8 +239,7 @@ def test_faults_in_planning_are_a_row(monkeypatch: pytest.MonkeyPatch) -> None:
         raise ZeroDivisionError("no")
 
     monkeypatch.setitem(CHECKS, "broken", broken)
-    study = kw.sweep(LIFT, {"rate": [100]}, workers=0)
-    (row,) = study.rows()
+    (row,) = kw.sweep(LIFT, {"rate": [100]}, workers=0).rows()
     assert row["verdict"] == "crashed"
     assert row["message"] == "internal error: ZeroDivisionError: no"
     for planned in (

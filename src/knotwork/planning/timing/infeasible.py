@@ -79,8 +79,9 @@ def _overloads(problem: TimingProblem, *, certain: bool) -> Iterator[TimingError
 
     Args:
         problem: The timing problem.
-        certain: Whether to report proofs of infeasibility only. An arm with an unknown acceleration may fall
-            through a waypoint, and one with an unknown velocity may not stop there.
+        certain: Whether to report proofs of infeasibility only. An arm with an unknown
+            acceleration may fall through a waypoint, and one with an unknown velocity may not stop
+            there.
     """
     limits = problem.limits
     at_rest = (problem.velocity == 0.0).all(axis=1)
