@@ -61,9 +61,9 @@ def complete_waypoints(
     positions: FloatArray,
     velocities: FloatArray,
     knots: Any,
-    tracks: list[PathTrack],
-) -> JointWaypoints:
-    """Joint waypoints from the solutions at a scenario's waypoints.
+    tracks: Sequence[PathTrack],
+) -> tuple[JointWaypoints, dict[int, PathTrack]]:
+    """Joint waypoints from the solutions at a scenario's waypoints, and tracks by first waypoint.
 
     Along a tool path waypoints are inserted until the motion keeps its tolerances. Accelerations
     are known there and during waits.
@@ -74,7 +74,7 @@ def complete_waypoints(
         positions: Joint positions at its waypoints [rad or m], shape (n, d).
         velocities: Joint velocities at its waypoints [rad/s or m/s], shape (n, d).
         knots: Knot placement of the motion: see `ModifiedHermiteSpline`.
-        tracks: The arm along each path; the motions along them are added.
+        tracks: The arm along each path; those returned have the motion as well.
 
     Raises:
         PathError: The tolerances need too many waypoints, or are too fine to be proved.
@@ -92,10 +92,13 @@ def complete_waypoints(
     )
     parts: list[JointRows] = []
     done = 0
-    for k, track in enumerate(tracks):
+    followed_tracks: dict[int, PathTrack] = {}
+    for track in tracks:
         path = track.path
         _hold(rows, joints.waits)
-        tracks[k], followed = _insert_waypoints(scenario, track, rows.position[path.first], knots)
+        followed_tracks[path.first], followed = _insert_waypoints(
+            scenario, track, rows.position[path.first], knots
+        )
         rows.position[path.last] = followed.position[-1]
         # where another path follows, its first waypoint replaces the last of this one
         joined = any(following.path.first == path.last for following in tracks)
@@ -105,7 +108,7 @@ def complete_waypoints(
     _hold(rows, joints.waits)
     parts.append(rows.slice(done, len(positions)))
     rows = JointRows(*map(np.concatenate, zip(*parts, strict=True)))
-    return JointWaypoints(
+    waypoints = JointWaypoints(
         joint_names=joints.joint_names,
         time=rows.time,
         position=rows.position,
@@ -115,6 +118,7 @@ def complete_waypoints(
         acceleration=None if np.isnan(rows.acceleration).all() else rows.acceleration,
         waypoint_rows=tuple(np.flatnonzero(rows.requested).tolist()),
     )
+    return waypoints, followed_tracks
 
 
 def _hold(rows: JointRows, waits: tuple[int, ...]) -> None:

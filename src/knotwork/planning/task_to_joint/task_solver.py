@@ -97,15 +97,16 @@ def _solve_poses(
     search = SequenceSearch(scenario, extended, chains, avoided, earlier.tracks if earlier else {})
     chosen = search.solve()
     infeasibilities = find_infeasibilities(search, chosen)
+    waypoints, tracks = complete_waypoints(
+        scenario, extended, chosen.positions, chosen.velocities, knots, chosen.tracks
+    )
     solution = TaskSolution(
-        complete_waypoints(
-            scenario, extended, chosen.positions, chosen.velocities, knots, chosen.tracks
-        ),
+        waypoints,
         infeasibilities=infeasibilities,
         choices=describe_choices(search, chosen),
         sequence=None if infeasibilities else chosen.positions,  # all others are too fast as well
         collisions=int(chosen.cost[CostLevel.COLLISIONS]),
-        tracks={track.path.first: track for track in chosen.tracks},
+        tracks=tracks,
     )
     return _with_chosen_velocities(_without_virtual_joints(solution, joints), joints)
 
@@ -120,7 +121,7 @@ def _solve_joint_targets(scenario: Scenario, joints: ScenarioJoints, knots: Any)
 
         if collisions := CandidateCollisions.for_scenario(scenario, joints, joints.robot):
             collisions.check_start(positions[0])
-    waypoints = complete_waypoints(scenario, joints, positions, velocities, knots, [])
+    waypoints, _ = complete_waypoints(scenario, joints, positions, velocities, knots, ())
     return _with_chosen_velocities(TaskSolution(waypoints), joints)
 
 
