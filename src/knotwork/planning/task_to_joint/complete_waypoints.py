@@ -79,20 +79,10 @@ def complete_waypoints(
     Raises:
         PathError: The tolerances need too many waypoints, or are too fine to be proved.
     """
-    accelerations = np.full(positions.shape, np.nan)
-    for i in joints.waits:
-        accelerations[i : i + 2] = 0.0
-    rows = JointRows(
-        time=scenario.expected_times,
-        name=np.array([waypoint.name for waypoint in scenario.waypoints], dtype=object),
-        position=positions.copy(),
-        velocity=velocities,
-        acceleration=accelerations,
-        requested=np.ones(len(positions), dtype=bool),
-    )
+    rows = _rows_at_waypoints(scenario, joints, positions, velocities)
     parts: list[JointRows] = []
-    done = 0
     followed_tracks: dict[int, PathTrack] = {}
+    done = 0
     for track in tracks:
         path = track.path
         _hold(rows, joints.waits)
@@ -102,8 +92,7 @@ def complete_waypoints(
         rows.position[path.last] = followed.position[-1]
         # where another path follows, its first waypoint replaces the last of this one
         joined = any(following.path.first == path.last for following in tracks)
-        parts.append(rows.slice(done, path.first))
-        parts.append(followed.slice(0, len(followed.time) - joined))
+        parts += rows.slice(done, path.first), followed.slice(0, len(followed.time) - joined)
         done = path.last + 1 - joined
     _hold(rows, joints.waits)
     parts.append(rows.slice(done, len(positions)))
@@ -119,6 +108,23 @@ def complete_waypoints(
         waypoint_rows=tuple(np.flatnonzero(rows.requested).tolist()),
     )
     return waypoints, followed_tracks
+
+
+def _rows_at_waypoints(
+    scenario: Scenario, joints: ScenarioJoints, positions: FloatArray, velocities: FloatArray
+) -> JointRows:
+    """Rows of a scenario's waypoints; accelerations are known during waits."""
+    accelerations = np.full(positions.shape, np.nan)
+    for i in joints.waits:
+        accelerations[i : i + 2] = 0.0
+    return JointRows(
+        time=scenario.expected_times,
+        name=np.array([waypoint.name for waypoint in scenario.waypoints], dtype=object),
+        position=positions.copy(),
+        velocity=velocities,
+        acceleration=accelerations,
+        requested=np.ones(len(positions), dtype=bool),
+    )
 
 
 def _hold(rows: JointRows, waits: tuple[int, ...]) -> None:
