@@ -139,7 +139,7 @@ def test_an_edited_coefficient_fails_the_check(
     report = json.loads(ran.out)
     assert report["ok"] is False
     joint_name = data["joint_names"][joint]
-    assert any(joint_name in failure and "jumps" in failure for failure in report["failures"])
+    assert any(joint_name in failure and "jump" in failure for failure in report["failures"])
 
 
 @pytest.mark.parametrize("name", ["time", "position", "velocity", "acceleration"])

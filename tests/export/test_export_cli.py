@@ -156,10 +156,10 @@ def test_fit_reports_as_check(knotwork: Command, tmp_path: Path, options: tuple[
     assert bool(failures) != passing
     for failure in failures:
         assert "acceleration" in failure or "jerk is infinite at the jump" in failure
-        assert failure.split(": ")[1].split(" by ")[0].split(" at ")[0] in ran.err
+        assert " ".join(failure.split(": ")[1].split()[:4]) in ran.err
     assert ("fail the check: exported, because a fit by cubics" in ran.err) != passing
     if not passing:
-        assert "acceleration jumps by" in ran.err
+        assert "jump of acceleration" in ran.err
 
 
 def test_refuses_fit_with_larger_errors(knotwork: Command, tmp_path: Path) -> None:

@@ -51,7 +51,7 @@ class _WatchedDraft(WatchedFiles):
         return super().take_change() or seen != self._seen
 
 
-@click.command(epilog=_EDIT_EPILOG + exit_codes("until Ctrl-C", ""))
+@click.command(epilog=_EDIT_EPILOG + exit_codes("after Ctrl-C", ""))
 @click.option(
     "--copy",
     "copy",

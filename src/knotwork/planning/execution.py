@@ -73,7 +73,9 @@ def scaled_motion(plan: MotionT, profile: Mapping[float, float]) -> MotionT:
     moving = in_moving_frames(scenario.task)
     if moving:
         raise scenario.locations.error(
-            ("waypoints", moving[0]), "is in a moving frame, which keeps its own speed"
+            ("waypoints", moving[0]),
+            "is in a moving frame, which keeps its own speed",
+            "tasks without such poses, or plan.stop",
         )
     curve, clock, warnings = change_speed(profile, plan.trajectory, scenario.times, limits)
     return _checked_plan(plan, _execution_of(plan, curve, clock, (START, "end")), warnings)

@@ -183,18 +183,18 @@ class Plan(CheckedMotion):
 
         Joints deviate from the path by at most 1e-6 rad or m. The check of the new plan covers
         limits, collisions, the poses of the waypoints at their new times, and tool paths without
-        their speeds; woven paths and those in moving frames are not checked. Moving frames and
-        other robots keep their own speed.
+        their speeds; woven paths are not checked. Other robots keep their own speed.
 
         Args:
             profile: Speed override by time since the start [s]: 1 is the planned speed. The
                 override changes smoothly from each value to the next, and keeps the last one. If it
                 is at most 1 and changes too fast for the limits of acceleration and jerk, the
-                nearest feasible override found replaces it. A warning of the report states it.
+                nearest feasible override found replaces it. A warning of the report states this, or
+                that none was found.
 
         Raises:
-            InputError: A time or an override is negative, the arm would not move, or the tool would
-                miss a waypoint in a moving frame.
+            InputError: A time or an override is negative, the arm would not move, or a pose is in a
+                moving frame.
 
         >>> plan = kw.plan("paper_case")
         >>> slow = plan.scaled({0: 1.0, 4: 1.0, 6: 0.5})

@@ -129,9 +129,12 @@ def held_at(scenario: Scenario, at: float) -> list[str]:
 
 
 def in_moving_frames(task: ExpandedTask) -> list[int]:
-    """Indices in a task of the waypoints that are in moving frames."""
-    frames = map(task.frame_of, task.waypoints)
-    return [i for i, name in enumerate(frames) if task.is_moving_frame(name)]
+    """Indices in a task of the poses that are in moving frames."""
+    return [
+        i
+        for i, waypoint in enumerate(task.waypoints)
+        if not isinstance(waypoint, JointWaypoint) and task.is_moving_frame(task.frame_of(waypoint))
+    ]
 
 
 def task_with_scene_from(

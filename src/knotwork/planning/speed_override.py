@@ -38,7 +38,7 @@ def change_speed(
     times: FloatArray,
     limits: JointLimits,
 ) -> tuple[PiecewisePolynomial, PiecewisePolynomial, list[Finding]]:
-    """A motion at another speed, within limits if the override is at most 1.
+    """A motion at another speed, within limits if the override is at most 1 and one is found.
 
     Args:
         profile: Speed override by time [s].
@@ -47,7 +47,7 @@ def change_speed(
         limits: Limits; those of acceleration and jerk are kept.
 
     Returns:
-        The motion, its clock, and a finding if another override than requested is executed.
+        The motion, its clock, and a finding if the override exceeds limits.
 
     Raises:
         InputError: The profile is invalid.
@@ -68,9 +68,11 @@ def change_speed(
         executed = _slow_down(requested, cap, factor)
         slower, slower_clock = execute(executed)
         if keeps_joint_limits(slower, curve, limits):
-            finding = _override_finding(requested, executed, float(slower_clock.x[-1]))
-            return slower, slower_clock, [finding]
-    return motion, clock, []
+            end = float(slower_clock.x[-1])
+            instead = f"executed instead: {{{_override_text(executed, end)}}}"
+            return slower, slower_clock, [_override_finding(requested, end, instead)]
+    instead = "no slower one that keeps them was found"
+    return motion, clock, [_override_finding(requested, float(clock.x[-1]), instead)]
 
 
 def _slow_down(requested: SpeedOverride, cap: float, factor: float) -> SpeedOverride:
@@ -89,16 +91,17 @@ def _slow_down(requested: SpeedOverride, cap: float, factor: float) -> SpeedOver
     return SpeedOverride(np.array(times), np.array(rates))
 
 
-def _override_finding(requested: SpeedOverride, executed: SpeedOverride, end: float) -> Finding:
-    """Finding on the override executed until a time, in place of the requested one."""
-
-    def text(override: SpeedOverride) -> str:
-        count = int(np.searchsorted(override.times, end)) + 1  # with the end of its last change
-        pairs = zip(override.times[:count], override.rates[:count], strict=True)
-        return ", ".join(f"{time:.4g}: {rate:.3g}" for time, rate in pairs)
-
+def _override_finding(requested: SpeedOverride, end: float, instead: str) -> Finding:
+    """Finding on a requested override that exceeds limits, and what is executed until a time."""
     fact = (
-        f"the override {{{text(requested)}}} changes faster than limits of acceleration and jerk "
-        f"allow; executed instead: {{{text(executed)}}}"
+        f"the override {{{_override_text(requested, end)}}} changes faster than limits of "
+        f"acceleration and jerk allow; {instead}"
     )
     return Topic(Group.WARNINGS).finding("override", fact, "warning")
+
+
+def _override_text(override: SpeedOverride, end: float) -> str:
+    """Values of an override by time, until a time."""
+    count = int(np.searchsorted(override.times, end)) + 1  # with the end of its last change
+    pairs = zip(override.times[:count], override.rates[:count], strict=True)
+    return ", ".join(f"{time:.4g}: {rate:.3g}" for time, rate in pairs)

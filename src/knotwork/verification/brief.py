@@ -108,8 +108,8 @@ def _group_texts(findings: Sequence[Finding], units: Units) -> list[str]:
     if undecided:
         worst = max(undecided, key=lambda finding: finding.utilisation or 0.0)
         return [f"{len(undecided)} undecided: {value_text(worst, units)}"]
-    if unused := representatives(findings):
-        return [value_text(finding, units) for finding in unused]
+    if shown := representatives(findings):
+        return [value_text(finding, units) for finding in shown]
     if limited := limited_findings(numbers):
         worst = max(limited, key=lambda finding: finding.utilisation or 0.0)
         return [utilisation_text(worst, units)]

@@ -233,7 +233,7 @@ def _arrival(
         earlier = "the start" if i == 0 else "the previous waypoint"
         raise reading.locations.error(
             location,
-            f"time {time:g} s is not later than {before:g} s, the time of {earlier}",
+            f"time {time:g} s is not later than {before:g} s, when the arm leaves {earlier}",
             f"a time greater than {before:g} s",
         )
     return time
