@@ -50,10 +50,10 @@ def plan(
     """
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
-    requested, unknowns = scenario, scenario.unknowns
+    original_scenario, unknowns = scenario, scenario.unknowns
     work = Budget(progress, budget)
     if unknowns is not None and unknowns.time_dependent:
         from knotwork.planning.choosing import fix_arrival_times
 
         scenario = fix_arrival_times(scenario, work)
-    return best_of_sequences(SequencePlanner(scenario, planner, work, requested))
+    return best_of_sequences(SequencePlanner(scenario, planner, work, original_scenario))

@@ -69,7 +69,7 @@ class SequencePlanner:
         self.unsupported: tuple[str, ...] = ()
         if requested_planner and requested_planner != original:
             self.options, unsupported = supported_options(self.options, original, requested_planner)
-            if not original_scenario.task.chosen:  # planning has written it
+            if not original_scenario.task.chosen:  # planning wrote it, not the user
                 unsupported = tuple(name for name in unsupported if name != "chosen")
             self.unsupported = unsupported
 
@@ -98,7 +98,7 @@ class SequencePlanner:
             return self._interpolate(solution)
         from knotwork.planning.choosing import ChosenValues, SolvedScenario, choose_values
 
-        if self.scenario.unknowns is None:  # the arrivals at moving frames were all
+        if self.scenario.unknowns is None:  # `fix_arrival_times` chose all
             chosen_values = ChosenValues(self.original_scenario, self.scenario, solution)
             return self._interpolate(solution, chosen_values)
         solved = SolvedScenario(self.scenario, self.joints, solution, self.original_scenario)

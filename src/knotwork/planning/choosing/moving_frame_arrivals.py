@@ -203,8 +203,8 @@ def _with_numbers(scenario: Scenario, chosen_values: ChosenValues) -> Scenario:
         task_i = scenario.task_index[i]
         if waypoint.duration_is_unknown and task.waypoints[task_i].time is None:
             span = float(spans[i - 1])
-            waits = waypoint.min_duration > span - AGREEMENT
-            after = span if waits else LONGER_TIMES * span + AGREEMENT
+            is_at_bound = waypoint.min_duration > span - AGREEMENT
+            after = span if is_at_bound else LONGER_TIMES * span + AGREEMENT
             changes[task_i]["after"] = rounded_up(after, 6)
     task = task.with_waypoints(changes).with_waypoints(_solutions(scenario, chosen_values))
     return _with_fewer_unknowns(scenario, task)

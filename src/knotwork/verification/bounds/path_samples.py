@@ -82,7 +82,7 @@ class PathStretch:
     Args:
         robot: The arm.
         curve: Joint positions, trailing shape (d,).
-        motion: The path and its timing.
+        timed_path: The path and its timing.
         start, end: Interval of the stretch [s].
         freedom: Freedom of the poses.
         clock: Time in the path's timing as a function of time in `curve`; by default they are the
@@ -96,18 +96,18 @@ class PathStretch:
         self,
         robot: Robot,
         curve: PiecewisePolynomial,
-        motion: TimedPath,
+        timed_path: TimedPath,
         start: float,
         end: float,
         freedom: PoseFreedom | None = None,
         clock: PiecewisePolynomial | None = None,
     ) -> None:
-        self.robot, self.curve, self.motion, self.freedom = robot, curve, motion, freedom
+        self.robot, self.curve, self.timed_path, self.freedom = robot, curve, timed_path, freedom
         self.clock = clock
         self.tree, self.positions = joint_tree(robot.model), curve
         self.joint, self.lever = carrier_of(robot.model, robot.require_tool())
-        if motion.has_own_clock:
-            base, frame_joints = robot.base_placement.inverse(), motion.woven_frame.joints
+        if timed_path.has_own_clock:
+            base, frame_joints = robot.base_placement.inverse(), timed_path.woven_frame.joints
             self.tree = tree_from(frame_joints, self.tree, base)
             self.joint += len(self.tree.parent) - 1 - robot.model.nv
             self.positions = append_joints(curve, frame_joints)
@@ -116,14 +116,16 @@ class PathStretch:
     def timed_arc_length(self, t: FloatArray) -> FloatArray:
         """Arc lengths that the timing prescribes at times [s], shape (k,)."""
         times = t if self.clock is None else self.clock(t)
-        return self.motion.arc_length(np.clip(times, self.motion.start_time, self.motion.end_time))
+        return self.timed_path.arc_length(
+            np.clip(times, self.timed_path.start_time, self.timed_path.end_time)
+        )
 
     def sample(self, t: FloatArray) -> PathSamples:
         """Sample at increasing times from the start of the stretch [s], shape (k,)."""
-        path = self.motion.tool_path
+        path = self.timed_path.tool_path
         tip, columns, J = joint_axes(self.robot).compute_poses_and_jacobians(self.curve(t))
         velocity = np.einsum("ijk,kj->ki", J[:3], self.curve(t, 1))
-        position, rotation, velocity = self.motion.woven_frame.relative_motion(
+        position, rotation, velocity = self.timed_path.woven_frame.relative_motion(
             t, tip.T, columns.transpose(2, 1, 0), velocity
         )
         s = track_arc_length(path, position, self.timed_arc_length(t), (self.low, self.high))

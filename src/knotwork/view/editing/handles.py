@@ -70,8 +70,8 @@ def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
         scenario: The scenario.
         robot: The robot of the task.
     """
-    file = to_si(scenario.task, scenario.task.units)
-    frames = Frames(file.frames, scenario.locations)
+    in_si = to_si(scenario.task, scenario.task.units)
+    frames = Frames(in_si.frames, scenario.locations)
     fixed_frames = {
         name for name, frame in frames.items() if frame.rests_on(scenario.pose_frame_link)
     }
@@ -80,16 +80,16 @@ def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
         return robot.base_placement * frames[name or "base"].rest_placement
 
     by_place: dict[Location, Handle] = {}
-    for i, waypoint in enumerate(file.waypoints):
-        if not isinstance(waypoint, JointWaypoint) and file.frame_of(waypoint) in fixed_frames:
-            for handle in _waypoint_handles(scenario, file, i, frame):
+    for i, waypoint in enumerate(in_si.waypoints):
+        if not isinstance(waypoint, JointWaypoint) and in_si.frame_of(waypoint) in fixed_frames:
+            for handle in _waypoint_handles(scenario, in_si, i, frame):
                 by_place.setdefault(handle.at, handle)  # only of the first repetition
     task = scenario.task
     placed_parts = (
-        (("scene", "objects"), file.scene.objects, task.scene.objects),
-        (("frames",), file.frames, task.frames),
+        (("scene", "objects"), in_si.scene.objects, task.scene.objects),
+        (("frames",), in_si.frames, task.frames),
     )
-    for where, parts, in_file in placed_parts:
+    for where, parts, given in placed_parts:
         for name, part in parts.items():
             if (name if where == ("frames",) else part.parent) not in fixed_frames:
                 continue
@@ -99,26 +99,26 @@ def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
             pose = parent * read_placement(part, scenario.locations, at)
             form, order = _form(part)
             axes, kind = (parent, parent.rotation), where[-1].removesuffix("s")
-            numbered = in_file[name].position, form or "rpy", order
+            numbered = given[name].position, form or "rpy", order
             by_place[at] = Handle(at, name, kind, pose, axes, *numbered)
     return list(by_place.values())
 
 
-def _waypoint_handles(scenario: Scenario, file: Task, i: int, frame: Any) -> Iterator[Handle]:
-    waypoint = cast(PoseWaypoint | PathWaypoint, file.waypoints[i])
-    parent = frame(waypoint.frame or file.frame)
+def _waypoint_handles(scenario: Scenario, in_si: Task, i: int, frame: Any) -> Iterator[Handle]:
+    waypoint = cast(PoseWaypoint | PathWaypoint, in_si.waypoints[i])
+    parent = frame(waypoint.frame or in_si.frame)
     axes = parent.rotation
     if waypoint.orientation_in is not None:
         axes = frame(waypoint.orientation_in).rotation
     shown = cast(CartesianWaypoint, scenario.waypoints[scenario.task_index.index(i)])
     turn = frame(None).rotation @ shown.pose.rotation
     at = scenario.locations.in_file(("waypoints", i))
-    raw = cast(PoseWaypoint, scenario.task.waypoints[i])
+    given = cast(PoseWaypoint, scenario.task.waypoints[i])
     pose = pin.SE3(turn, parent * np.array(waypoint.pose.position))
-    form, position = _form(waypoint.pose), raw.pose.position
+    form, position = _form(waypoint.pose), given.pose.position
     yield Handle((*at, "pose"), shown.name, "waypoint", pose, (parent, axes), position, *form)
     if isinstance(waypoint, PathWaypoint):
-        points = zip(_points(waypoint.along), _points(getattr(raw, "along", None)), strict=True)
+        points = zip(_points(waypoint.along), _points(getattr(given, "along", None)), strict=True)
         for (place, point), (_, position) in points:
             pose = pin.SE3(turn, parent * np.array(point))
             name = f"{shown.name}: {place[-1]}"
