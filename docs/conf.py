@@ -97,7 +97,7 @@ nitpick_ignore_regex = [
     (
         r"py:.*",
         r"(knotwork\.[\w.]+\.)?(Document|Locations|RobotSpec|VirtualJoint|AnyMotion|CheckedMotion|"
-        r"Findings|Subject|TaskFrame|ToolMotion|ExtendedCurve|TorchRanges|PathStart|ExpandedTask|LoadedRobots|"
+        r"Findings|Subject|TaskFrame|ToolMotion|ExtendedCurve|TorchRanges|PathTrack|ExpandedTask|LoadedRobots|"
         r"EndAcceleration(Like)?|Status|ObstructionCause|JointTree|WeavePattern|Window|StudyFolder|Outcome|"
         r"FeasibleDurations|TimedCurve)",
     ),
