@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -155,8 +155,7 @@ def _with_speeds(solved: SolvedScenario, by_path: Sequence[PathSpeeds]) -> Solve
             end = scenario.task_index[path_speeds.problem.path.first + 1 + stretch]
             changes[end]["speed"] = round_speed(scenario.units.per_metre * speed)
     with_speeds = change_task(scenario, scenario.task.with_waypoints(changes))
-    timed = SolvedScenario.solve(with_speeds, solved.solution)
-    return replace(timed, original_scenario=solved.original_scenario)
+    return SolvedScenario.solve(with_speeds, solved)
 
 
 def given_speeds_beyond_limits(speeds: AllPathSpeeds) -> list[InputError]:

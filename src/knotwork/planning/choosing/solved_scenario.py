@@ -41,11 +41,19 @@ class SolvedScenario:
     original_scenario: Scenario
 
     @classmethod
-    def solve(cls, scenario: Scenario, earlier: TaskSolution | None = None) -> SolvedScenario:
-        """A scenario with its joints and the best solutions of its poses; see `solve_task`."""
+    def solve(cls, scenario: Scenario, earlier: SolvedScenario | None = None) -> SolvedScenario:
+        """A scenario with its joints and the best solutions of its poses.
+
+        Args:
+            scenario: The scenario.
+            earlier: The same task with other speeds along its paths; see `solve_task`.
+        """
+        known, original = (
+            (earlier.solution, earlier.original_scenario) if earlier else (None, scenario)
+        )
         joints = read_scenario_joints(scenario)
-        solution = solve_task(scenario, joints, knots_of(scenario), (), earlier)
-        return cls(scenario, joints, solution, scenario)
+        solution = solve_task(scenario, joints, knots_of(scenario), (), known)
+        return cls(scenario, joints, solution, original)
 
     @property
     def unknowns(self) -> ScenarioUnknowns:
