@@ -80,7 +80,7 @@ def read_waypoints(reading: TaskReading, expected: Mapping[int, float]) -> Waypo
         task_index.append(-1)
     for i, name in enumerate(names):
         waypoint = reader.waypoint(i, name)
-        wait = task.waypoints[i].dwell
+        wait = task.waypoints[i].wait_time
         waypoints.append(waypoint)
         task_index.append(i)
         if wait is None:
@@ -113,7 +113,7 @@ def _names(reading: TaskReading) -> list[str]:
     owners |= {
         NAME_AFTER_WAIT.format(name): "another waypoint"
         for name, given in zip(names, task.waypoints, strict=True)
-        if given.dwell is not None
+        if given.wait_time is not None
     }
     for i, name in enumerate(names):
         if name in owners:
@@ -191,7 +191,7 @@ def _read_arrivals(
         else:
             time = _arrival(reading, i, before, expected.get(i), is_chosen=is_chosen)
         arrivals.times.append(time)
-        before = time + (waypoint.dwell or 0.0)
+        before = time + (waypoint.wait_time or 0.0)
     return arrivals
 
 
@@ -266,7 +266,7 @@ class _WaypointReader:
                 self._check_stop(i, "velocity: by joint name")
             return JointTarget(name, time, where)
         pose, twist = self._state(i, given)
-        moves = given.dwell is not None and self.reading.pose_frames[i].is_moving
+        moves = given.wait_time is not None and self.reading.pose_frames[i].is_moving
         if freedom is not None and freedom.position_is_free and (moves or twist.vector.any()):
             raise self.reading.locations.error(
                 ("waypoints", i, "free"),
