@@ -195,8 +195,8 @@ def clear_motion_findings(
         name, interval = f"{start.name} to {end.name}", (start.time, end.time)
         tries = "found in 1 try" if section.tries == 1 else f"the fastest of {section.tries} tries"
         extra = ""
-        if section.room is not None:
-            extra_clearance = scenario.units.text(section.room * length, "m", ".3g")
+        if section.extra_clearance is not None:
+            extra_clearance = scenario.units.text(section.extra_clearance * length, "m", ".3g")
             extra = f" with {extra_clearance} of extra clearance"
         fact = highlight = f"{name}: clear motion, {tries}{extra}"
         cut = cut_curve(motion.curve, *interval), resolution, SHOWN_CLEARANCE_PRECISION
