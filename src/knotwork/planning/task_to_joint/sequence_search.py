@@ -181,8 +181,8 @@ class SequenceSearch:
         """The last known configuration before a waypoint, without a search."""
         if self.near is not None:
             return self.near
-        given = (target.position for target in self.joints.targets[:i][::-1] if target is not None)
-        return next(given, home(self.joints))
+        before = (target.position for target in self.joints.targets[:i][::-1] if target is not None)
+        return next(before, home(self.joints))
 
     def _layer(self, i: int, candidates_by_waypoint: Sequence[Candidates | None]) -> Layer:
         """The candidates at a waypoint in the requested branch, with their costs."""
