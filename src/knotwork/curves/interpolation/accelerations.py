@@ -2,7 +2,7 @@
 
 Take an interval of length h between two waypoints with accelerations a0, a1. Its two knots are the
 time p h after the first waypoint and b h before the second; q = 1 - b. Position and velocity at the
-far end determine the accelerations at the knots, A and B, as sums of a0, a1 and constant terms (page
+far end determine the accelerations at the knots, A and B, as sums of a0, a1 and constants (page
 "The method" of the documentation). The first jerk of the interval is (A - a0) / (p h), and its last
 jerk is (a1 - B) / (b h). There is no knot at a waypoint, so the last jerk of an interval equals the
 first jerk of the next one. This is one equation in three neighbouring accelerations. These are Eqs.
