@@ -32,7 +32,7 @@ import results
 from knotwork.curves.tool_paths import TimedPath, ToolPath
 from knotwork.robot.kinematics.following.continuation import compute_rates_on_path, continue_along
 from knotwork.units import readable
-from knotwork.verification.bounds.path_criteria import PathLimits, SpeedLimit
+from knotwork.verification.bounds.path_criteria import PathTolerances, RequiredSpeed
 from knotwork.verification.bounds.stretch_bounds import path_bounds
 from knotwork.view import save_figure
 from knotwork.view.style import DARK, colour, dashes
@@ -112,8 +112,8 @@ def proved(
     path = motion.tool_path
     curve = kw.follow_path(arm, path, speed, tolerance, start=start, speed_tolerance=1e-3)
     whole = motion.start_time, motion.end_time
-    limits = PathLimits(tolerance, np.radians(0.1), SpeedLimit(speed, 1e-3 * speed, whole))
-    bounds = path_bounds(arm, curve.polynomial, motion, whole, limits)
+    allowed = PathTolerances(tolerance, np.radians(0.1), RequiredSpeed(speed, 1e-3 * speed, whole))
+    bounds = path_bounds(arm, curve.polynomial, motion, whole, allowed)
     found = bounds.worst_errors
     times = curve.waypoint_times
     if times is None or not (found["path_deviation"].proved and found["path_speed"].proved):

@@ -157,7 +157,7 @@ def test_defaults_of_zero_can_be_given() -> None:
     way = {"clear": True, "room": 0}
     ends = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": 1, "way": way}]
     task = kw.Task.load({"pull_to_middle": 0, "waypoints": ends})
-    assert (task.pull_to_middle, task.waypoints[1].way.room) == (0, 0)
+    assert (task.pull_to_middle, task.waypoints[1].way.extra_clearance) == (0, 0)
 
 
 def test_no_key_is_forgotten_where_a_motion_is_executed_or_has_no_robot() -> None:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 import knotwork as kw
 from judged import judged, judged_along
 from knotwork.errors import FollowingError, PathError
-from knotwork.verification.bounds.path_criteria import PathLimits, SpeedLimit
+from knotwork.verification.bounds.path_criteria import PathTolerances, RequiredSpeed
 from knotwork.verification.bounds.stretch_bounds import path_bounds
 from seams import ON, task
 from sweeps import examples, first_of
@@ -167,12 +167,12 @@ def unproved(path: Any, motion: kw.JointTrajectory, speed: float, allowed: dict[
     """The bounds that aren't proved to keep their tolerances."""
     timed = tp.TimedPath(path, tp.speed_profile([path.length], [speed], acceleration=1.0))
     whole = timed.start_time, timed.end_time
-    limits = PathLimits(
+    tolerances = PathTolerances(
         allowed["tolerance"],
         allowed["orientation_tolerance"],
-        SpeedLimit(speed, allowed["speed_tolerance"] * speed, whole),
+        RequiredSpeed(speed, allowed["speed_tolerance"] * speed, whole),
     )
-    found = path_bounds(ARM, motion.polynomial, timed, whole, limits).worst_errors
+    found = path_bounds(ARM, motion.polynomial, timed, whole, tolerances).worst_errors
     assert {"path_deviation", "path_orientation", "path_speed"} <= found.keys()
     return [one for one in found.values() if not one.bound <= one.limit]
 

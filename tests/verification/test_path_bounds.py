@@ -16,7 +16,7 @@ import seams
 from judged import judged, with_bump
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.trajectory import JointTrajectory
-from knotwork.verification.bounds.path_criteria import PathBound, PathLimits, SpeedLimit
+from knotwork.verification.bounds.path_criteria import PathBound, PathTolerances, RequiredSpeed
 from knotwork.verification.bounds.stretch_bounds import path_bounds
 from plans import arm
 from sweeps import examples, first_of, mostly_exhaustive
@@ -120,10 +120,10 @@ def test_tolerance_equal_to_deviation_stays_unproved(line: kw.Plan) -> None:
     stretch = path.stretches[0]
 
     def bound(tolerance: float) -> PathBound:
-        speed = SpeedLimit(stretch.speed, 0.01, stretch.full_speed_interval)
-        limits = PathLimits(tolerance, 0.01, speed)
+        speed = RequiredSpeed(stretch.speed, 0.01, stretch.full_speed_interval)
+        allowed = PathTolerances(tolerance, 0.01, speed)
         interval, robot = (stretch.start, stretch.end), arm(line)
-        found = path_bounds(robot, line.trajectory.polynomial, path.timed_path, interval, limits)
+        found = path_bounds(robot, line.trajectory.polynomial, path.timed_path, interval, allowed)
         return found.worst_errors["path_deviation"]
 
     tolerance = bound(1e-4).value

@@ -48,7 +48,7 @@ def _given_motions(plan: Plan, unknowns: ScenarioUnknowns | None) -> set[int]:
     ways = (
         {i for i, waypoint in enumerate(unknowns.waypoints) if waypoint.way} if unknowns else set()
     )
-    return ends | {i + 1 for i in plan.joints.waits} | ways
+    return ends | {i + 1 for i in plan.joints.rest_intervals} | ways
 
 
 def _ends_of_motions(plan: Plan, unknowns: ScenarioUnknowns | None) -> Iterator[range]:

@@ -82,7 +82,7 @@ def _continued_task(
         if task.outputs.get(event.name, event.signal) not in switched
     ]
     state = waypoint_at_state(motion, at, task, name, replaced) | {"time": 0.0}
-    if replaced is not None and replaced.dwell:
+    if replaced is not None and replaced.wait_time:
         if find_first_rest(motion.polynomial, at) != at:
             raise InputError(
                 f"{task.name or 'the new task'}: {name!r} waits, but the motion is not at rest at "

@@ -73,7 +73,7 @@ class Action(TaskPart):
 
     output: Output | None = optional("Number of the digital output that is set to the value")
     value: Switched | None = optional("Value of the output")
-    wait: Wait | None = optional("Dwell time, before the next action in the list", unit="s")
+    wait: Wait | None = optional("Waiting time, before the next action in the list", unit="s")
     at: Number | None = optional(
         "Distance after the waypoint along the tool path; before it, if negative", unit="length"
     )

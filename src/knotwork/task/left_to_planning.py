@@ -108,9 +108,10 @@ class ClearWay(TaskPart):
     tries: Annotated[int, Field(strict=True, ge=1, le=1000)] = optional(
         "Number of motions to search for; the fastest is taken", 2
     )
-    room: NotNegative = optional(
+    extra_clearance: NotNegative = optional(
         "Clearance to keep beyond the margins; if no such motion is found, a half of it, then a "
         "quarter, then none",
+        key="room",
         unit="length",
         si_default=0.0,
     )
@@ -158,8 +159,9 @@ class ChosenSectionFields(TaskPart):
     tries: Annotated[int, Field(ge=0)] = optional(
         "Number of motions tried for way: clear; else 0", 0
     )
-    room: Annotated[Number, Field(ge=0)] | None = optional(
+    extra_clearance: Annotated[Number, Field(ge=0)] | None = optional(
         "Extra clearance beyond the margins, for way: clear; left out where none was requested",
+        key="room",
         unit="length",
     )
 

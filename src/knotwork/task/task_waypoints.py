@@ -46,7 +46,7 @@ class _Waypoint(TaskPart):
     )
     stop: Literal[True] | None = optional("Stop at this waypoint", defines_motion=True)
     wait: Wait | None = optional(
-        "Stop at this waypoint with this dwell time, at least 1 ms", unit="s", defines_motion=True
+        "Stop at this waypoint for this time, at least 1 ms", unit="s", defines_motion=True
     )
     do: Actions | None = optional(
         "Signals switched here or nearby, and waits, in this order", defines_motion=True
@@ -58,7 +58,7 @@ class _Waypoint(TaskPart):
         return (self.do,) if isinstance(self.do, Action) else tuple(self.do or ())
 
     @property
-    def dwell(self) -> float | None:
+    def wait_time(self) -> float | None:
         """Time of the stop here [s], of `wait` or of the waits in `do`; `None` without one."""
         return self.wait or sum(action.wait or 0.0 for action in self.actions) or None
 

@@ -174,10 +174,9 @@ def _follow_stretches(
         paths: Adjoining paths.
         turn: Approximate turn of the tool at the beginning [rad].
     """
-    from knotwork.verification.bounds.path_criteria import PathLimits
+    from knotwork.verification.bounds.path_criteria import PathTolerances
     from knotwork.verification.bounds.stretch_bounds import path_bounds
 
-    allowed = scenario.tolerances
     stretches = []
     for path in paths:
         timed_path = path.timed_path
@@ -185,11 +184,12 @@ def _follow_stretches(
             interval = stretch.start, stretch.end
             if max(stretch.start, motion.start_time) >= min(stretch.end, motion.end_time):
                 continue
-            limits = PathLimits.of(allowed, stretch.speed, stretch.full_speed_interval)
+            full_speed = stretch.full_speed_interval
+            allowed = PathTolerances.of(scenario.tolerances, stretch.speed, full_speed)
             if path.clock is not None:
-                limits = limits._replace(speed=None)
+                allowed = allowed._replace(speed=None)
             bounds = path_bounds(
-                robot, motion.curve, timed_path, interval, limits, path.freedom, turn, path.clock
+                robot, motion.curve, timed_path, interval, allowed, path.freedom, turn, path.clock
             )
             turn = bounds.errors.turns[1]
             ends = scenario.waypoints[i].name, scenario.waypoints[i + 1].name

@@ -218,7 +218,7 @@ def worst_joint(errors: FloatArray, tolerances: FloatArray) -> int:
 def check_waits(motion: Motion, scenario: Scenario, joints: ScenarioJoints) -> Findings:
     """Compare joint positions during each wait with those at its start, over all time."""
     tolerances = joints.tolerances["joint_position"]
-    for i in joints.waits:
+    for i in joints.rest_intervals:
         waypoint = scenario.waypoints[i]
         start = max(waypoint.time, motion.start_time)
         end = min(scenario.waypoints[i + 1].time, motion.end_time)

@@ -224,7 +224,7 @@ def _name_waypoints(axes: Axes, motion: ShownMotion) -> None:
     figure: Any = axes.figure
     x = axes.transData.transform([(time, 0.0) for time in motion.times])[:, 0] * 72 / figure.dpi
     names = shorten_names(motion.names, NAME_LETTERS)
-    for i in motion.joints.waits:
+    for i in motion.joints.rest_intervals:
         names[i + 1] = ""  # a wait has one name, at its start
     widths = LETTER_WIDTH * SMALL * np.array([len(name) + 1 for name in names])
     level = bool(np.all(np.diff(x) >= 0.5 * (widths[1:] + widths[:-1])))

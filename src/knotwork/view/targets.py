@@ -56,7 +56,7 @@ def tool_targets(shown: ShownMotion) -> Sequence[ToolTarget]:
     base = robot.base_placement
     at_tool = []
     for i, (waypoint, state) in enumerate(zip(scenario.waypoints, joints.targets, strict=True)):
-        if i - 1 in joints.waits:
+        if i - 1 in joints.rest_intervals:
             continue
         if state is not None:
             pose, twist = robot.forward(state.position), robot.twist(state.position, state.velocity)

@@ -65,7 +65,7 @@ def plan_clear_section(
     )
     try:
         motion = find_clear_motion(
-            clear_problem, budget, tries=options.tries, extra_clearance=options.room
+            clear_problem, budget, tries=options.tries, extra_clearance=options.extra_clearance
         )
     except ClearSearchError as error:
         single = len(clear_problem.starts) == len(clear_problem.goals) == 1
@@ -75,7 +75,7 @@ def plan_clear_section(
     time = motion.time * (float(curve.x[-1]) / motion.duration)
     slowed = TimedCurve(time, curve, "resting" if motion.rests else "optimal")
     timed = TimedMotion.of(problem, slowed, _lower_bound(clear_problem), "way")
-    extra_clearance = motion.extra_clearance if options.room else None
+    extra_clearance = motion.extra_clearance if options.extra_clearance else None
     return replace(timed, line=motion.line, tries=motion.tries, extra_clearance=extra_clearance)
 
 

@@ -135,7 +135,7 @@ def _chosen_section(
     }
     extra: dict[str, Any] = {"velocities": velocities, "tries": motion.tries}
     if motion.extra_clearance is not None:
-        extra["room"] = motion.extra_clearance / units.in_si[0]
+        extra["extra_clearance"] = motion.extra_clearance / units.in_si[0]
     return ChosenSectionFields(
         times=times.tolist(),
         accelerations=to_file_units(joints, motion.trajectory.acceleration(x), units),

@@ -159,7 +159,7 @@ def find_sections(solved: SolvedScenario) -> list[TimingSection]:
             waypoint where the motion must be split.
     """
     scenario, waypoint_unknowns = solved.scenario, solved.unknowns.waypoints
-    closed = set(solved.joints.waits)
+    closed = set(solved.joints.rest_intervals)
     for i in closed:
         if waypoint_unknowns[i + 1].duration_is_unknown:
             stops = (quoted_waypoint(scenario.waypoints[k].name) for k in (i, i + 1))

@@ -85,7 +85,7 @@ def complete_waypoints(
     done = 0
     for track in tracks:
         path = track.path
-        _hold(rows, joints.waits)
+        _hold(rows, joints.rest_intervals)
         followed_tracks[path.first], followed = _insert_waypoints(
             scenario, track, rows.position[path.first], knots
         )
@@ -94,7 +94,7 @@ def complete_waypoints(
         joined = any(following.path.first == path.last for following in tracks)
         parts += rows.slice(done, path.first), followed.slice(0, len(followed.time) - joined)
         done = path.last + 1 - joined
-    _hold(rows, joints.waits)
+    _hold(rows, joints.rest_intervals)
     parts.append(rows.slice(done, len(positions)))
     rows = JointRows(*map(np.concatenate, zip(*parts, strict=True)))
     waypoints = JointWaypoints(
@@ -113,9 +113,9 @@ def complete_waypoints(
 def _rows_at_waypoints(
     scenario: Scenario, joints: ScenarioJoints, positions: FloatArray, velocities: FloatArray
 ) -> JointRows:
-    """Rows of a scenario's waypoints; accelerations are known during waits."""
+    """Rows of a scenario's waypoints; accelerations are known where the arm rests."""
     accelerations = np.full(positions.shape, np.nan)
-    for i in joints.waits:
+    for i in joints.rest_intervals:
         accelerations[i : i + 2] = 0.0
     return JointRows(
         time=scenario.expected_times,
@@ -127,9 +127,9 @@ def _rows_at_waypoints(
     )
 
 
-def _hold(rows: JointRows, waits: tuple[int, ...]) -> None:
-    """Make the positions at the end of each wait equal to those at its beginning."""
-    for i in waits:
+def _hold(rows: JointRows, rest_intervals: tuple[int, ...]) -> None:
+    """Make the positions at the end of each of these intervals equal to those at its start."""
+    for i in rest_intervals:
         rows.position[i + 1] = rows.position[i]
 
 

@@ -25,14 +25,14 @@ MAX_GUIDED = 12
 """
 
 
-def dependent_groups(scenario: Scenario, waits: Sequence[int]) -> list[range]:
+def dependent_groups(scenario: Scenario, rest_intervals: Sequence[int]) -> list[range]:
     """Groups of consecutive waypoints that follow from the first of the group.
 
     Args:
         scenario: The scenario.
-        waits: Indices of the waypoints where a wait begins; the next waypoint is equal.
+        rest_intervals: Intervals over which the arm rests.
     """
-    dependent = {i + 1 for i in waits}
+    dependent = {i + 1 for i in rest_intervals}
     for path in scenario.paths:
         dependent.update(range(path.first + 1, path.last + 1))
     previous = {i - 1 for i in dependent}

@@ -97,7 +97,7 @@ class SequenceSearch:
         self.scenario, self.joints, self.chains, self.robot = scenario, joints, chains, robot
         self.near, self.known = joints.near, known
         self.collisions = CandidateCollisions.for_scenario(scenario, joints, chains.arm)
-        groups = dependent_groups(scenario, joints.waits)
+        groups = dependent_groups(scenario, joints.rest_intervals)
         self._group_of = {i: group for group in groups for i in group}
         check_branch(scenario, robot)
         waypoint_unknowns = scenario.unknowns.waypoints if scenario.unknowns is not None else ()

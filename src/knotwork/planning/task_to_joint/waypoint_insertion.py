@@ -20,7 +20,7 @@ from knotwork.robot import Robot
 from knotwork.robot.joint_axes import joint_axes
 from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
 from knotwork.task import ToolTolerances
-from knotwork.verification.bounds.path_criteria import PathLimits
+from knotwork.verification.bounds.path_criteria import PathTolerances
 from knotwork.verification.bounds.stretch_bounds import path_bounds, path_rounding
 
 FOLLOWING_SAMPLES = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
@@ -277,8 +277,8 @@ def _proved_utilisation(
     for i, speed in enumerate(timing.speeds.tolist()):
         begin, end = start + timing.times[i : i + 2]
         low, high = start + timing.full_speed_intervals[i]
-        limits = PathLimits.of(tolerance, speed, (low, high), part)
-        bounds = path_bounds(robot, curve, path, (begin, end), limits)
+        narrowed = PathTolerances.of(tolerance, speed, (low, high), part)
+        bounds = path_bounds(robot, curve, path, (begin, end), narrowed)
         middle = 0.5 * (bounds.times[1:] + bounds.times[:-1])
         interval = np.clip(np.searchsorted(times, middle) - 1, 0, len(utilisation) - 1)
         np.maximum.at(utilisation, interval, bounds.utilisation)

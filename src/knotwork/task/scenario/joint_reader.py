@@ -158,8 +158,8 @@ class JointReader:
         return JointState(position, self.array(given, *location, "velocity", missing=0.0))
 
 
-def find_waits(scenario: Scenario, targets: Sequence[JointState | None]) -> Iterator[int]:
-    """Find the waypoints at rest that are followed by an equal one without a tool path.
+def find_rest_intervals(scenario: Scenario, targets: Sequence[JointState | None]) -> Iterator[int]:
+    """Find the intervals between equal waypoints at rest without a tool path: waits, for example.
 
     Args:
         scenario: The scenario.

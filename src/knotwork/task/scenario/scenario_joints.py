@@ -14,10 +14,11 @@ import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.errors import InputError, RobotError, UnknownNameError
+from knotwork.errors.old_names import OldAttribute
 from knotwork.files.documents import Location
 from knotwork.joint_quantities import MOTION_QUANTITIES, JointLimits
 from knotwork.task import TaskUnits, Tool
-from knotwork.task.scenario.joint_reader import JointReader, JointState, find_waits
+from knotwork.task.scenario.joint_reader import JointReader, JointState, find_rest_intervals
 from knotwork.task.scenario.payloads import LoadedRobots, read_payload, robots_with_loads
 from knotwork.task.scenario.scenario import Scenario
 from knotwork.task.si_units import to_si
@@ -48,7 +49,7 @@ class ScenarioJoints:
         accelerations: Planner option of this name; values as an array of shape (n, d) in SI.
         tolerances: By `"joint_position"`, `"joint_velocity"` and `"joint_acceleration"`, each of
             shape (d,), in the unit of the joint, per second and per second squared.
-        waits: Waypoints at which the arm dwells until the next one, by index.
+        rest_intervals: Intervals over which the arm rests.
         chosen_sections: Sections of waypoints with a chosen motion, or `None`.
         near_at_waypoints: Joint positions near which solutions are chosen at waypoints [rad or m],
             shape (d,), by index of the waypoint.
@@ -65,10 +66,12 @@ class ScenarioJoints:
     end_acceleration: tuple[FloatArray, FloatArray] | None = None
     accelerations: str | FloatArray | None = None
     tolerances: Mapping[str, FloatArray] = field(default_factory=dict)
-    waits: tuple[int, ...] = ()
+    rest_intervals: tuple[int, ...] = ()
     chosen_sections: tuple[ChosenSection, ...] | None = None
     near_at_waypoints: Mapping[int, FloatArray] = field(default_factory=dict)
     units: Units = field(default_factory=Units)
+
+    waits = OldAttribute("rest_intervals")
 
 
 def to_file_units(
@@ -123,7 +126,7 @@ def read_scenario_joints(scenario: Scenario) -> ScenarioJoints:
         end_acceleration=reader.end_acceleration(),
         accelerations=reader.accelerations(),
         tolerances={f"joint_{name}": reader.tolerance(name) for name in MOTION_QUANTITIES[:3]},
-        waits=tuple(find_waits(scenario, targets)),
+        rest_intervals=tuple(find_rest_intervals(scenario, targets)),
         chosen_sections=reader.chosen_sections(),
         near_at_waypoints=reader.near_at_waypoints(),
         units=scenario.units,

@@ -61,4 +61,4 @@ class TaskReading:
         waypoint = self.task.waypoints[i]
         at_start = i == 0 and self.task.start is None
         at_end = i == len(self.task.waypoints) - 1
-        return bool(waypoint.stop or waypoint.dwell) or at_start or at_end
+        return bool(waypoint.stop or waypoint.wait_time) or at_start or at_end

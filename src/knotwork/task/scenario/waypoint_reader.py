@@ -69,8 +69,8 @@ def read_waypoints(reading: TaskReading, expected: Mapping[int, float]) -> Waypo
     paths = [
         replace(path, freedom=freedom_of(path, freedoms, locations)) for path in arrivals.paths
     ]
-    motions = {i: path.timed_path for path in paths for i in range(path.first, path.last + 1)}
-    reader = _WaypointReader(reading, arrivals, motions, freedoms)
+    timed_paths = {i: path.timed_path for path in paths for i in range(path.first, path.last + 1)}
+    reader = _WaypointReader(reading, arrivals, timed_paths, freedoms)
     waits: list[ScenarioPath] = []
     waypoints: list[ScenarioWaypoint] = []
     task_index: list[int] = []
@@ -80,7 +80,7 @@ def read_waypoints(reading: TaskReading, expected: Mapping[int, float]) -> Waypo
         task_index.append(-1)
     for i, name in enumerate(names):
         waypoint = reader.waypoint(i, name)
-        wait = task.waypoints[i].dwell
+        wait = task.waypoints[i].wait_time
         waypoints.append(waypoint)
         task_index.append(i)
         if wait is None:
@@ -113,7 +113,7 @@ def _names(reading: TaskReading) -> list[str]:
     owners |= {
         NAME_AFTER_WAIT.format(name): "another waypoint"
         for name, given in zip(names, task.waypoints, strict=True)
-        if given.dwell is not None
+        if given.wait_time is not None
     }
     for i, name in enumerate(names):
         if name in owners:
@@ -191,7 +191,7 @@ def _read_arrivals(
         else:
             time = _arrival(reading, i, before, expected.get(i), is_chosen=is_chosen)
         arrivals.times.append(time)
-        before = time + (waypoint.dwell or 0.0)
+        before = time + (waypoint.wait_time or 0.0)
     return arrivals
 
 
@@ -246,13 +246,13 @@ class _WaypointReader:
     Attributes:
         reading: The task in SI, with its frames.
         arrivals: Their times and poses.
-        motions: Motions along paths, by index of the waypoints on them.
+        timed_paths: Timed paths, by index of the waypoints on them.
         freedoms: Freedoms of their poses.
     """
 
     reading: TaskReading
     arrivals: _Arrivals
-    motions: Mapping[int, TimedPath]
+    timed_paths: Mapping[int, TimedPath]
     freedoms: Freedoms
 
     def waypoint(self, i: int, name: str) -> ScenarioWaypoint:
@@ -266,7 +266,7 @@ class _WaypointReader:
                 self._check_stop(i, "velocity: by joint name")
             return JointTarget(name, time, where)
         pose, twist = self._state(i, given)
-        moves = given.dwell is not None and self.reading.pose_frames[i].is_moving
+        moves = given.wait_time is not None and self.reading.pose_frames[i].is_moving
         if freedom is not None and freedom.position_is_free and (moves or twist.vector.any()):
             raise self.reading.locations.error(
                 ("waypoints", i, "free"),
@@ -280,13 +280,10 @@ class _WaypointReader:
         """Pose and velocity of a waypoint in the base, including the motion of its frame."""
         import pinocchio as pin
 
-        frame, time, motion = (
-            self.reading.pose_frames[i],
-            self.arrivals.times[i],
-            self.motions.get(i),
-        )
-        if motion is not None and not self.reading.stops(i):
-            return motion.pose(time), motion.twist(time)
+        frame, time = self.reading.pose_frames[i], self.arrivals.times[i]
+        timed_path = self.timed_paths.get(i)
+        if timed_path is not None and not self.reading.stops(i):
+            return timed_path.pose(time), timed_path.twist(time)
         pose = self.arrivals.poses[i]
         twist = self._twist(i, given) if isinstance(given, PoseWaypoint) else pin.Motion.Zero()
         return frame.pose_at(pose, time), frame.twist_at(pose, twist, time)

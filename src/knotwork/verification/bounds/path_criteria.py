@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from knotwork.task.task_options import ToolTolerances
 
 
-class SpeedLimit(NamedTuple):
-    """The speed of a stretch.
+class RequiredSpeed(NamedTuple):
+    """The required speed of a stretch.
 
     Attributes:
-        full_speed: Required speed [m/s].
+        full_speed: The speed [m/s].
         tolerance: Its tolerance [m/s].
         interval: Interval in which it is required [s]; outside, the speed changes.
     """
@@ -36,8 +36,8 @@ class SpeedLimit(NamedTuple):
     interval: tuple[float, float]
 
 
-class PathLimits(NamedTuple):
-    """Tolerances of a stretch, and its speed.
+class PathTolerances(NamedTuple):
+    """Tolerances of a stretch, and its required speed.
 
     Attributes:
         position: Tolerance of the distance from the path [m].
@@ -47,7 +47,7 @@ class PathLimits(NamedTuple):
 
     position: float
     orientation: float
-    speed: SpeedLimit | None
+    speed: RequiredSpeed | None
 
     @classmethod
     def of(
@@ -56,10 +56,10 @@ class PathLimits(NamedTuple):
         speed: float,
         interval: tuple[float, float],
         part: float = 1.0,
-    ) -> PathLimits:
-        """Limits from a part of the tolerances of a task, for a speed [m/s] in an interval [s]."""
-        limit = SpeedLimit(speed, part * tolerances.path_speed * speed, interval)
-        return cls(part * tolerances.path, part * tolerances.path_orientation, limit)
+    ) -> PathTolerances:
+        """A part of the tolerances of a task, for a speed [m/s] in an interval [s]."""
+        required = RequiredSpeed(speed, part * tolerances.path_speed * speed, interval)
+        return cls(part * tolerances.path, part * tolerances.path_orientation, required)
 
 
 class PathBound(NamedTuple):
@@ -164,7 +164,7 @@ def bounded_path_errors(
     samples: PathSamples,
     t: FloatArray,
     bounds: ToolMotionBounds,
-    limits: PathLimits,
+    tolerances: PathTolerances,
     freedom: PoseFreedom | None = None,
     start_turn: float = 0.0,
 ) -> PathErrors:
@@ -175,7 +175,7 @@ def bounded_path_errors(
         samples: Samples of the motion.
         t: Times of the samples [s], shape (n + 1,).
         bounds: Bounds on the intervals between them.
-        limits: Speed and tolerances.
+        tolerances: Tolerances, and the required speed.
         freedom: Freedom of the poses.
         start_turn: Approximate turn of the tool at the first time [rad].
     """
@@ -187,19 +187,19 @@ def bounded_path_errors(
     everywhere = np.ones(len(square), dtype=bool)
     upper = _worse_end(samples.distance) + chord_error
     angle_upper = rotation_angle(_worse_end(samples.rotation_difference) + rotation_error)
-    angle_limit = limits.orientation + (0.0 if freedom is None else freedom.tilt)
+    angle_limit = tolerances.orientation + (0.0 if freedom is None else freedom.tilt)
     criteria = {
-        "path_deviation": _criterion(limits.position, samples.distance, upper, everywhere),
+        "path_deviation": _criterion(tolerances.position, samples.distance, upper, everywhere),
         "path_orientation": _criterion(angle_limit, samples.angle, angle_upper, everywhere),
     }
     turns = (0.0, 0.0)
     if freedom is not None:
         excess, upper, turns = _follow_turn(path, samples, t, bounds, freedom, start_turn)
         limited = np.isfinite(_worse_end(excess))
-        criteria["path_turn"] = _criterion(limits.orientation, excess, upper, limited)
+        criteria["path_turn"] = _criterion(tolerances.orientation, excess, upper, limited)
     lowest, highest = np.inf, -np.inf
-    if limits.speed is not None:
-        full_speed, tolerance, (begin, end) = limits.speed
+    if tolerances.speed is not None:
+        full_speed, tolerance, (begin, end) = tolerances.speed
         speed = np.linalg.norm(samples.velocity, axis=1)
         velocity_error = square * bounds.jerk / 8.0 + bounds.rounding
         slowest = _least_velocity(samples, bend, velocity_error)

@@ -22,7 +22,7 @@ from knotwork.robot import Robot
 from knotwork.verification.bounds.path_criteria import (
     PathBound,
     PathErrors,
-    PathLimits,
+    PathTolerances,
     bounded_path_errors,
 )
 from knotwork.verification.bounds.path_samples import PathStretch
@@ -103,7 +103,7 @@ def path_bounds(
     curve: PiecewisePolynomial,
     path: TimedPath,
     interval: tuple[float, float],
-    limits: PathLimits,
+    tolerances: PathTolerances,
     freedom: PoseFreedom | None = None,
     start_turn: float = 0.0,
     clock: PiecewisePolynomial | None = None,
@@ -115,23 +115,24 @@ def path_bounds(
         curve: Joint positions, trailing shape (d,).
         path: The path and its timing.
         interval: Interval of the stretch [s].
-        limits: Speed and tolerances.
+        tolerances: Tolerances, and the required speed.
         freedom: Freedom of the poses: only the tool's z axis is compared, with the tilt added to
             the limit.
         start_turn: Approximate turn of the tool about that axis at the start [rad].
         clock: See `PathStretch`.
     """
     stretch = PathStretch(robot, curve, path, *interval, freedom, clock)
-    t = _first_times(curve, interval, limits.speed.interval if limits.speed else ())
+    t = _first_times(curve, interval, tolerances.speed.interval if tolerances.speed else ())
     inside = (curve.x > interval[0]) & (curve.x < interval[1])
     budget = max(SAMPLE_BUDGET, SAMPLES_PER_PIECE * int(inside.sum()))
     # the bounds alone give the required density of samples
     bounds = stretch.bounds(t)
     for _ in range(4):
-        angle = rotation_difference(limits.orientation + (0.0 if freedom is None else freedom.tilt))
-        utilisations = np.maximum(bounds.acceleration / limits.position, bounds.rotation / angle)
-        if limits.speed:
-            utilisations = np.maximum(utilisations, bounds.jerk / limits.speed.tolerance)
+        angle = tolerances.orientation + (0.0 if freedom is None else freedom.tilt)
+        bend, turn = bounds.acceleration / tolerances.position, bounds.rotation
+        utilisations = np.maximum(bend, turn / rotation_difference(angle))
+        if tolerances.speed:
+            utilisations = np.maximum(utilisations, bounds.jerk / tolerances.speed.tolerance)
         needed = np.diff(t) * np.sqrt(utilisations / (8.0 * BOUND_SHARE))
         finer = _divide(t, np.clip(np.ceil(needed), 1, MAX_DIVISION), needed, budget // 4)
         if len(finer) == len(t):
@@ -140,7 +141,7 @@ def path_bounds(
     samples = stretch.sample(t)
     for remaining in range(MAX_ROUNDS, -1, -1):
         errors = bounded_path_errors(
-            path.tool_path, samples, t, bounds, limits, freedom, start_turn
+            path.tool_path, samples, t, bounds, tolerances, freedom, start_turn
         )
         needed = np.max([error.parts for error in errors.criteria.values()], axis=0)
         if not remaining or not needed.any():

@@ -145,7 +145,7 @@ def _at_the_end(scenario: Scenario, after: int) -> tuple[dict[str, Any], list[Ch
     task = scenario.task
     last = task.waypoints[after]
     has_motion = getattr(last, "velocity", None) or getattr(last, "speed", None)
-    is_settled = isinstance(last, PathWaypoint) or last.stop or last.dwell or has_motion
+    is_settled = isinstance(last, PathWaypoint) or last.stop or last.wait_time or has_motion
     stop = {"at": (*scenario.locations.in_file(("waypoints", after)), "stop"), "value": True}
     added = {"after": last.after if isinstance(last.after, float) else 1.0}
     return added, [] if is_settled else [stop]
