@@ -200,7 +200,7 @@ def test_takes_first_speeds_with_motions_when_budget_ends(monkeypatch: pytest.Mo
 
     def record(*given: Any) -> Any:
         found = choose(*given)
-        tried.append([speed for path in found.by_path for speed, _ in path.by_stretch.values()])
+        tried.append([speed for problem in found.problems for speed, _ in problem.speeds.values()])
         return found
 
     monkeypatch.setattr(chosen_values, "maximum_path_speeds", record)

@@ -69,7 +69,7 @@ class SequencePlanner:
         self.unsupported: tuple[str, ...] = ()
         if requested_planner and requested_planner != original:
             self.options, unsupported = supported_options(self.options, original, requested_planner)
-            if not original_scenario.task.chosen:  # planning wrote it, not the user
+            if not original_scenario.task.chosen:  # `fix_arrival_times` wrote it, not the user
                 unsupported = tuple(name for name in unsupported if name != "chosen")
             self.unsupported = unsupported
 
@@ -90,30 +90,28 @@ class SequencePlanner:
         return solve_task(self.scenario, self.joints, knots, blocked_steps, earlier)
 
     def plan(self, solution: TaskSolution) -> Plan:
-        """Plan a sequence of solutions, and check the motion.
-
-        Unknowns are chosen first. They replace the times and velocities of the solution.
-        """
+        """Choose the unknowns for a sequence of solutions, plan its motion, and check it."""
         if self.original_scenario.unknowns is None:
             return self._interpolate(solution)
         from knotwork.planning.choosing import ChosenValues, SolvedScenario, choose_values
 
-        if self.scenario.unknowns is None:  # `fix_arrival_times` chose all
+        if self.scenario.unknowns is None:  # `fix_arrival_times` has chosen every unknown
             chosen_values = ChosenValues(self.original_scenario, self.scenario, solution)
             return self._interpolate(solution, chosen_values)
         solved = SolvedScenario(self.scenario, self.joints, solution, self.original_scenario)
         chosen_values = choose_values(solved, self.budget)
         self.budget.finish_all(chosen_values.duration)
-        # The keys `near` of the scenario with numbers lead to the same sequence of solutions. Its
-        # alternatives are those of the scenario with unknowns.
         timed = self.with_scenario(chosen_values.scenario)
-        timed_solution = timed.solve(earlier=chosen_values.solution)
-        solution = replace(
-            chosen_values.solution,
-            waypoints=timed_solution.waypoints,
-            infeasibilities=timed_solution.infeasibilities,
-        )
-        return timed._interpolate(solution, chosen_values)
+        return timed._interpolate(timed._solve_again(chosen_values.solution), chosen_values)
+
+    def _solve_again(self, before: TaskSolution) -> TaskSolution:
+        """The solution found before any value was chosen, with waypoints at the chosen values.
+
+        The keys `near` of the scenario lead to the same IK solutions. Its alternatives are still
+        those of the scenario with unknowns.
+        """
+        timed = self.solve(earlier=before)
+        return replace(before, waypoints=timed.waypoints, infeasibilities=timed.infeasibilities)
 
     def _interpolate(
         self, solution: TaskSolution, chosen_values: ChosenValues | None = None

@@ -2,8 +2,8 @@
 
 `choose_values` gives the `ChosenValues` of a `SolvedScenario`, in three steps:
 
-1. `maximum_path_speeds` chooses speeds along tool paths: a `PathSpeedProblem` and its `PathSpeeds`
-   for each path, `AllPathSpeeds` for the task.
+1. `maximum_path_speeds` chooses the `PathSpeeds` along all tool paths, from a `PathSpeedProblem`
+   for each of them.
 2. `solve_sections` finds a `TimedMotion` for each `TimingSection` between paths and waits:
    `solve_with_budget` for its `TimingProblem`, or `plan_clear_section` with `way: clear`.
 3. `with_chosen_values` writes the numbers into the task.

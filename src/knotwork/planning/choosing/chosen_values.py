@@ -12,7 +12,7 @@ import numpy as np
 from knotwork.errors import InputError, merge_errors
 from knotwork.errors.old_names import OldAttribute
 from knotwork.planning.choosing.chosen_path_speeds import (
-    AllPathSpeeds,
+    PathSpeeds,
     given_speeds_beyond_limits,
     maximum_path_speeds,
 )
@@ -147,7 +147,7 @@ def choose_values(solved: SolvedScenario, budget: Budget) -> ChosenValues:
 
 def _values_at_maximum_speeds(
     solved: SolvedScenario, problems: Sequence[PathSpeedProblem], budget: Budget
-) -> tuple[AllPathSpeeds, ChosenValues]:
+) -> tuple[PathSpeeds, ChosenValues]:
     """Choose the maximum speeds along paths, or the next lower ones with motions between them.
 
     Raises:
@@ -165,7 +165,7 @@ def _values_at_maximum_speeds(
     raise unsolved.error
 
 
-def _values_at_speeds(speeds: AllPathSpeeds, budget: Budget) -> ChosenValues:
+def _values_at_speeds(speeds: PathSpeeds, budget: Budget) -> ChosenValues:
     """Choose the motions of all sections, with known speeds along paths.
 
     Raises:
@@ -186,7 +186,7 @@ def _values_at_speeds(speeds: AllPathSpeeds, budget: Budget) -> ChosenValues:
     )
 
 
-def _check_given(speeds: AllPathSpeeds, sections: Sequence[TimingSection]) -> None:
+def _check_given(speeds: PathSpeeds, sections: Sequence[TimingSection]) -> None:
     """Refuse given values beyond a limit, and too short times.
 
     Speeds along paths come first, because sections begin and end with them.

@@ -12,7 +12,12 @@ from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.joint_quantities import rate_unit
 from knotwork.planning.choosing.chosen_values import ChosenValues
-from knotwork.planning.choosing.path_speed_problem import Reason
+from knotwork.planning.choosing.path_speed_problem import (
+    ADJACENT_MOTION,
+    AT_MOST,
+    PATH_ACCELERATION,
+    TOLERANCES,
+)
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.motion_segments import StoredClearMotion
 from knotwork.task.scenario.scenario_joints import ScenarioJoints
@@ -24,12 +29,12 @@ from knotwork.verification.finding import Group, Topic, Verdict
 SHOWN_CLEARANCE_PRECISION = 1e-5
 """Precision of the minimum clearance [m]."""
 
-REASON_TEXTS: dict[str, str] = {
-    Reason.AT_MOST: "at_most",
-    Reason.ADJACENT_MOTION: "the motion before or after",
-    Reason.TOLERANCES: "the tolerance of the path",
+SPEED_BOUND_TEXTS = {
+    AT_MOST.quantity: "at_most",
+    ADJACENT_MOTION.quantity: "the motion before or after",
+    TOLERANCES.quantity: "the tolerance of the path",
 }
-"""Texts of reasons without a value."""
+"""Texts of bounds of a speed along a path that have no value."""
 
 _Shares = list[tuple[str, float | None]]
 """Texts of active limits, each with its share of the time."""
@@ -151,10 +156,10 @@ def _limits_by_interval(chosen_values: ChosenValues) -> dict[tuple[str, str], _S
 
 def _quantity_text(quantity: str, scenario: Scenario) -> str:
     """A limited quantity, or another bound of a speed along a path."""
-    if quantity is Reason.PATH_ACCELERATION:
+    if quantity == PATH_ACCELERATION.quantity:
         path = next(path for path in scenario.paths if not path.timed_path.is_wait)
         return f"path.acceleration, {scenario.units.text(path.requested.acceleration, 'm/s²')}"
-    return REASON_TEXTS.get(quantity, quantity.replace("_", " "))
+    return SPEED_BOUND_TEXTS.get(quantity, quantity.replace("_", " "))
 
 
 def _longest(limits: _Shares) -> str:

@@ -2,7 +2,7 @@
 
 Where the speed is constant, it follows from the limits in closed form. The speeds are then lowered
 until changes of speed keep the limits as well. A planned motion corrects the expected utilisation,
-and caps the speeds with which it exceeds a limit.
+and lowers the upper bounds, here called caps, of speeds with which it exceeds a limit.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from enum import Enum
-from typing import NamedTuple, TypeAlias
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,6 +26,7 @@ from knotwork.planning.choosing.path_limit_utilisation import (
 from knotwork.planning.choosing.solved_scenario import SolvedScenario
 from knotwork.planning.timing.state_limits import LimitedQuantity
 from knotwork.task.scenario import ScenarioPath
+from knotwork.units import rounded_up
 
 SPEED_DIGITS = 4
 """Number of digits to which speeds are rounded down."""
@@ -49,49 +50,24 @@ MAX_SPEED_FACTOR = 0.995
 """Maximum factor on a speed that is lowered in one step."""
 
 
-class Reason(str, Enum):
-    """A bound of a speed along a path other than the limits of joints and of the tool.
+AT_MOST = LimitedQuantity("", "at_most")
+"""Bound of a speed: the upper bound in the task."""
 
-    Attributes:
-        AT_MOST: The upper bound of the speed in the task.
-        PATH_ACCELERATION: The acceleration along the path, with which speeds change.
-        TOLERANCES: The tolerances of the path.
-        ADJACENT_MOTION: The motion before or after the path.
-        NOTHING: Nothing bounds the speed.
-    """
+PATH_ACCELERATION = LimitedQuantity("", "path acceleration")
+"""Bound of a speed: the acceleration along the path, with which speeds change."""
 
-    AT_MOST = "at_most"
-    PATH_ACCELERATION = "path acceleration"
-    TOLERANCES = "path tolerance"
-    ADJACENT_MOTION = "adjacent motion"
-    NOTHING = "nothing"
+TOLERANCES = LimitedQuantity("", "path tolerance")
+"""Bound of a speed: the tolerances of the path."""
 
-    __str__ = str.__str__
-
-
-SpeedBound: TypeAlias = LimitedQuantity | Reason
+ADJACENT_MOTION = LimitedQuantity("", "adjacent motion")
+"""Bound of a speed: the motion before or after the path."""
 
 
 class BoundedSpeed(NamedTuple):
-    """A speed [m/s], and the bound for which it is not higher."""
+    """A speed along a path [m/s], and the limit or other bound for which it is not higher."""
 
     speed: float
-    bound: SpeedBound
-
-
-@dataclass(eq=False)
-class SpeedError(Exception):
-    """A stretch of a path on which no speed is feasible, or a given or chosen one is not.
-
-    Attributes:
-        path: The path.
-        stretch: Index of the stretch.
-        bound: The exceeded limit, or another bound of the speed.
-    """
-
-    path: ScenarioPath
-    stretch: int
-    bound: SpeedBound
+    bound: LimitedQuantity
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,34 +75,53 @@ class PathSpeedProblem:
     """The maximum speeds along one path under caps and limits.
 
     Attributes:
-        number: Index of the path among those of the task.
-        path: The path at its nominal speed.
-        per_metre: Number of the file's units of length per metre; speeds are round numbers of them.
-        utilisation: Utilisation of the limits along it, at any speeds.
+        solved: The scenario in which these speeds are unknown.
+        number: Index of the path among its paths.
+        utilisation: Utilisation of the limits along the path, at any speeds.
         caps: Upper bounds of the unknown speeds, by index of the stretch.
         correction: Ratio of the planned to the expected utilisation, shape (n, 3, m).
     """
 
+    solved: SolvedScenario
     number: int
-    path: ScenarioPath
-    per_metre: float
     utilisation: PathUtilisation
     caps: Mapping[int, BoundedSpeed]
     correction: FloatArray
 
-    def choose(self) -> PathSpeeds:
-        """Choose the maximum speeds that are expected to keep the limits.
+    @property
+    def path(self) -> ScenarioPath:
+        """The path at its nominal speed."""
+        return self.solved.scenario.paths[self.number]
+
+    def error(
+        self, stretch: int, bound: LimitedQuantity, cause: InputError | None = None
+    ) -> InputError:
+        """The error that no speed is feasible on a stretch, see `path_speed_error`."""
+        return path_speed_error(self.solved, self.path, stretch, bound, cause=cause)
+
+    @property
+    def speeds(self) -> Mapping[int, BoundedSpeed]:
+        """The maximum speeds that are expected to keep the limits, by index of the stretch.
 
         Raises:
-            SpeedError: No speeds are feasible.
+            InputError: No speeds are feasible.
         """
+        return self._solution[0]
+
+    @property
+    def timing(self) -> Timing:
+        """Timing of the path with the maximum speeds."""
+        return self._solution[1]
+
+    @cached_property
+    def _solution(self) -> tuple[dict[int, BoundedSpeed], Timing]:
         speeds = self._constant_speeds()
         while True:
             speeds, timing, all_speeds = self._with_ramps(speeds)
             expected = self.utilisation.with_timing(timing) * self.correction
             largest = (expected / MAX_EXPECTED_UTILISATION).max(axis=1)
             if largest.max() <= 1.0:
-                return PathSpeeds(self, speeds, timing)
+                return speeds, timing
             speeds = speeds | self._lowered(largest, all_speeds)
 
     def _constant_speeds(self) -> dict[int, BoundedSpeed]:
@@ -140,7 +135,11 @@ class PathSpeedProblem:
             limited = BoundedSpeed(speed, self.utilisation.limits.quantities[column])
             speeds[k] = cap if cap.speed <= speed else limited
             if math.isinf(speeds[k].speed):
-                raise SpeedError(self.path, k, Reason.NOTHING)
+                raise InputError(
+                    "nothing bounds the speed of the path; accepted: speed: {at_most: a speed}, "
+                    "or limits",
+                    where=self.solved.where(self.path.first + 1 + k, "speed"),
+                )
         return speeds
 
     def _with_ramps(
@@ -155,11 +154,12 @@ class PathSpeedProblem:
             The speeds, the timing of the path, and the speed of each stretch [m/s].
 
         Raises:
-            SpeedError: The given speeds do not allow the changes of speed.
+            InputError: The given speeds do not allow the changes of speed.
         """
+        per_metre = self.solved.scenario.units.per_metre
         while True:
             speeds = {
-                k: BoundedSpeed(round_speed(self.per_metre * speed) / self.per_metre, bound)
+                k: BoundedSpeed(round_speed(per_metre * speed) / per_metre, bound)
                 for k, (speed, bound) in speeds.items()
             }
             try:
@@ -171,9 +171,9 @@ class PathSpeedProblem:
                 k = error.stretch if isinstance(error, RampError | StretchTimeError) else 0
                 highest = error.highest_speed if isinstance(error, RampError) else None
                 if k not in speeds or highest is None:
-                    raise SpeedError(self.path, k, Reason.PATH_ACCELERATION) from error
+                    raise self.error(k, PATH_ACCELERATION) from error
                 lower = (1.0 - 10.0**-SPEED_DIGITS) * speeds[k].speed  # by rounding or more
-                speeds[k] = BoundedSpeed(min(highest, lower), Reason.PATH_ACCELERATION)
+                speeds[k] = BoundedSpeed(min(highest, lower), PATH_ACCELERATION)
             else:
                 return speeds, timing, all_speeds
 
@@ -188,10 +188,10 @@ class PathSpeedProblem:
             speeds: Speeds of the stretches [m/s], length n.
 
         Raises:
-            SpeedError: No lower speed may be chosen there.
+            InputError: No lower speed may be chosen there.
         """
         k = int(utilisation.max(axis=1).argmax())
-        factor, limit = self.required_slowdown(utilisation[k])
+        factor, limit = self._required_slowdown(utilisation[k])
         factor = min(factor, MAX_SPEED_FACTOR)
         stretches = [k]
         if k not in self.caps:  # the next stretches with a chosen speed
@@ -199,7 +199,7 @@ class PathSpeedProblem:
             after = [j for j in self.caps if j > k]
             stretches = before[-1:] + after[:1]
         if not stretches or factor * min(speeds[j] for j in stretches) < MIN_SPEED:
-            raise SpeedError(self.path, k, limit)
+            raise self.error(k, limit)
         lowered = {}
         for j in stretches:
             lower = factor * speeds[j]
@@ -208,7 +208,7 @@ class PathSpeedProblem:
             lowered[j] = BoundedSpeed(slower, limit)
         return lowered
 
-    def required_slowdown(self, utilisation: FloatArray) -> tuple[float, LimitedQuantity]:
+    def _required_slowdown(self, utilisation: FloatArray) -> tuple[float, LimitedQuantity]:
         """Factor on a speed that brings limits from their utilisation, shape (m,), to 1.
 
         A step lowers a speed at most by `MIN_SPEED_FACTOR`. The limit is the one with that factor.
@@ -218,76 +218,48 @@ class PathSpeedProblem:
         limit = self.utilisation.limits.quantities[column]
         return max(float(factors[column]), MIN_SPEED_FACTOR), limit
 
+    def slower_caps(self, factor: float, bound: LimitedQuantity) -> dict[int, BoundedSpeed]:
+        """Caps at a fraction of the maximum speeds, because of another bound."""
+        return {k: BoundedSpeed(factor * speed, bound) for k, (speed, _) in self.speeds.items()}
 
-@dataclass(frozen=True, eq=False)
-class PathSpeeds:
-    """Chosen speeds along one path.
-
-    Attributes:
-        problem: The problem that they solve; once the motion with them is planned, corrected by it.
-        by_stretch: Each speed and its bound, by index of the stretch.
-        timing: Timing of the whole path with them.
-        error: A limit that the motion with these speeds exceeds, or `None`.
-    """
-
-    problem: PathSpeedProblem
-    by_stretch: Mapping[int, BoundedSpeed]
-    timing: Timing
-    error: SpeedError | None = None
-
-    def slower_problem(self, factor: float, reason: Reason) -> PathSpeedProblem:
-        """The problem with caps at a fraction of these speeds."""
-        caps = {k: BoundedSpeed(factor * v, reason) for k, (v, _) in self.by_stretch.items()}
-        return replace(self.problem, caps=caps)
-
-    def without_motion(self, cause: InputError) -> PathSpeeds:
-        """These speeds with the error that they have no motion; their problem has lower caps."""
-        error = SpeedError(self.problem.path, 0, Reason.TOLERANCES)
-        error.__cause__ = cause
-        slower = self.slower_problem(MIN_SPEED_FACTOR, Reason.TOLERANCES)
-        return replace(self, problem=slower, error=error)
-
-    def corrected(self, timed: SolvedScenario) -> PathSpeeds:
-        """The speeds, with their error and a problem corrected by the planned motion.
-
-        The problem caps the speeds with which this motion exceeds a limit.
+    def corrected(self, timed: SolvedScenario) -> tuple[PathSpeedProblem, InputError | None]:
+        """The problem corrected by the motion planned with its speeds, and the error of the motion.
 
         Args:
-            timed: The task with these speeds.
+            timed: The task with these speeds, solved.
+
+        Returns:
+            The problem, with lower caps where the motion exceeds a limit; and the error for the
+            limit that it exceeds most, or `None`.
         """
-        problem = self.problem
-        limits = problem.utilisation.limits
-        planned = planned_utilisation(timed, timed.scenario.paths[problem.number], limits)
-        expected = problem.utilisation.with_timing(self.timing)
+        limits = self.utilisation.limits
+        planned = planned_utilisation(timed, timed.scenario.paths[self.number], limits)
+        expected = self.utilisation.with_timing(self.timing)
         ratio = np.clip(planned / np.maximum(expected, 1e-9), 0.1, 1e3)
-        compared = np.maximum(planned, problem.correction * expected) > SIGNIFICANT_UTILISATION
-        correction = np.where(compared, ratio, problem.correction)
-        caps = dict(problem.caps)
+        compared = np.maximum(planned, self.correction * expected) > SIGNIFICANT_UTILISATION
+        correction = np.where(compared, ratio, self.correction)
+        caps = dict(self.caps)
         largest = planned.max(axis=1)
         for k, of_stretch in enumerate(largest):
             if k in caps and of_stretch.max() > MAX_PLANNED_UTILISATION:
-                factor, limit = problem.required_slowdown(of_stretch / MAX_EXPECTED_UTILISATION)
-                caps[k] = BoundedSpeed(factor * self.by_stretch[k].speed, limit)
+                factor, limit = self._required_slowdown(of_stretch / MAX_EXPECTED_UTILISATION)
+                caps[k] = BoundedSpeed(factor * self.speeds[k].speed, limit)
         error = None
         if largest.max() > MAX_PLANNED_UTILISATION:
             k, column = divmod(int(largest.argmax()), largest.shape[1])
-            error = SpeedError(problem.path, k, limits.quantities[column])
-        problem = replace(problem, caps=caps, correction=correction)
-        return replace(self, problem=problem, error=error)
+            error = self.error(k, limits.quantities[column])
+        return replace(self, caps=caps, correction=correction), error
 
 
 def path_speed_problems(solved: SolvedScenario) -> list[PathSpeedProblem]:
     """The problems of all paths with chosen speeds, before anything is planned."""
-    per_metre = solved.scenario.units.per_metre
     problems = []
     for number, path in enumerate(solved.scenario.paths):
         if bounds := path.requested.max_speeds:
             utilisation = PathUtilisation(solved, path)
-            caps = {k: BoundedSpeed(speed, Reason.AT_MOST) for k, speed in bounds.items()}
+            caps = {k: BoundedSpeed(speed, AT_MOST) for k, speed in bounds.items()}
             correction = np.ones((len(path.stretches), 3, len(utilisation.limits.quantities)))
-            problems.append(
-                PathSpeedProblem(number, path, per_metre, utilisation, caps, correction)
-            )
+            problems.append(PathSpeedProblem(solved, number, utilisation, caps, correction))
     return problems
 
 
@@ -295,3 +267,64 @@ def round_speed(speed: float) -> float:
     """A speed rounded down to a few digits."""
     digit = 10.0 ** (math.floor(math.log10(speed)) - SPEED_DIGITS + 1)
     return float(f"{math.floor(speed / digit * (1.0 + 1e-12)) * digit:.{SPEED_DIGITS}g}")
+
+
+def path_speed_error(
+    solved: SolvedScenario,
+    path: ScenarioPath,
+    stretch: int,
+    bound: LimitedQuantity,
+    *,
+    utilisation: float | None = None,
+    cause: InputError | None = None,
+) -> InputError:
+    """The error for a stretch of a path without feasible speeds, with accepted changes.
+
+    Args:
+        solved: The scenario and its IK solutions.
+        path: The path in it.
+        stretch: Index of the stretch.
+        bound: The exceeded limit, or another bound of the speed.
+        utilisation: Utilisation of the limit, if known.
+        cause: The reason why the tolerances of the path are not kept, if known.
+    """
+    i = path.first + 1 + stretch
+    text = solved.scenario.units.text
+    start, end = (waypoint.name for waypoint in solved.scenario.waypoints[i - 1 : i + 1])
+    requested = path.requested
+    is_chosen = stretch in requested.max_speeds
+    duration = requested.durations[stretch]
+    given = requested.speeds[stretch] or path.stretches[stretch].speed
+    if requested.max_speeds and duration:  # the stretches still have the nominal speed
+        given = requested.lengths[stretch] / duration
+    speed = "no speed keeps the limits" if is_chosen else f"at {text(given, 'm/s')}"
+    if path.timed_path.has_own_clock:
+        weave = path.stretches[stretch].weave
+        accepted = "a slower frame" if weave is None else "a narrower weave, a lower frequency"
+    elif is_chosen:
+        accepted = "another path or path.acceleration"
+    else:
+        accepted = "speed: fastest"
+    last = "a higher limit"
+    if bound == PATH_ACCELERATION:
+        shown = text(requested.acceleration, "m/s²")
+        reason = f"the stretch is too short to change speed at path.acceleration, {shown}"
+        accepted += ", a higher path.acceleration"
+    elif bound == TOLERANCES:
+        reason = f"the tolerances are not kept{f' ({cause})' if cause else ''}"
+        accepted, last = "larger tolerances of the path", "another path"
+    else:
+        excess = f"reaches {rounded_up(utilisation, 4):.4g} times" if utilisation else "exceeds"
+        subject = repr(bound.subject) if bound.subject else "the tool"
+        reason = f"{subject} {excess} its limit of {bound.quantity.replace('_', ' ')}"
+    return InputError(
+        f"{speed} along the path from {start!r} to {end!r}: {reason}; accepted: {accepted}, or "
+        f"{last}",
+        where=solved.where(i, _key(solved, i)),
+    )
+
+
+def _key(solved: SolvedScenario, i: int) -> str:
+    """The key that gives the speed to waypoint i, on a path."""
+    given = solved.scenario.task.waypoints[solved.scenario.task_index[i]]
+    return next(key for key in ("speed", "after", "time") if getattr(given, key) is not None)

@@ -32,7 +32,8 @@ class ActiveLimit:
         start, end: Names of the waypoints at the ends of the interval.
         subject: Name of the joint or link; empty for the tool and for other bounds.
         quantity: `"velocity"`, `"acceleration"`, `"jerk"`, `"position"`, `"effort"` or
-            `"tool_speed"`; for a speed along a path also a `Reason`, which is a string too.
+            `"tool_speed"`; for a speed along a path also `"at_most"`, `"path acceleration"`,
+            `"path tolerance"` or `"adjacent motion"`.
         share: Fraction of the interval's duration in which the limit is active. It is 0 if a peak
             is only near the limit, and `None` for a bound on a constant speed along a path.
     """
