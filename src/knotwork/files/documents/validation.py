@@ -130,7 +130,7 @@ def _problem(model: type[BaseModel], document: Document, item: dict[str, Any]) -
     else:
         words = problem_words(kind, value, item["msg"], item.get("ctx", {}))
         if kind == "model_type":
-            accepted = f"parts accepted here: {', '.join(_keys(place.inner))}"
+            accepted = f"accepted: {', '.join(_keys(place.inner))}"
     location = place.location
     return Problem(document.line(location), document.path(location), words, accepted)
 
