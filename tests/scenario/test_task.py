@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import inspect
+from collections.abc import Callable
 from math import pi
 from pathlib import Path
 
@@ -14,7 +16,9 @@ from knotwork.errors import DocumentError
 from knotwork.files.documents import Location
 from knotwork.files.documents.values import marked
 from knotwork.task import (
+    Action,
     AlongPoints,
+    Arc,
     Collisions,
     Fastest,
     Frame,
@@ -218,6 +222,46 @@ def test_a_wrong_part_is_refused_where_it_is_made() -> None:
     assert "Pose.rpyy: unknown key (did you mean 'rpy'?" in words
     with pytest.raises(DocumentError, match=r"Task\.waypoints: is missing"):
         kw.Task(robot="ur5")
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (
+            lambda: PathWaypoint(along=Arc(through=[0, 0, 1]), pose=Placement(position=[0, 0, 1])),
+            "PathWaypoint.along: Arc(through=(0.0, 0.0, 1.0)): is not accepted (parts "
+            "accepted here: AlongArc, AlongPoints)",
+        ),
+        (
+            lambda: PoseWaypoint(pose=Fastest(fastest=True)),
+            "PoseWaypoint.pose: Fastest(fastest=True): is not accepted (parts accepted here: Pose)",
+        ),
+        (
+            lambda: kw.Task(waypoints=JointWaypoint(joints="home")),
+            "Task.waypoints: JointWaypoint(joints='home'): must be a list",
+        ),
+        (
+            lambda: Velocity([0, 0, 1]),
+            "Velocity: [0, 0, 1]: is without a name (accepted: linear=…, angular=…, axes=…)",
+        ),
+    ],
+)
+def test_what_a_part_accepts_is_named(make: Callable[[], object], words: str) -> None:
+    with pytest.raises(DocumentError) as caught:
+        make()
+    assert str(caught.value).startswith(words)
+
+
+def test_fields_are_the_signature_before_and_after_the_first_use() -> None:
+    class Unused(Collisions):
+        later: float | None = None
+
+    for _ in range(2):
+        signature = inspect.signature(Unused)
+        assert str(signature).startswith("(*, itself: 'Flag' = True, ")
+        assert [*signature.parameters] == [*Unused.model_fields]
+        Unused(later=1.0)
+    assert inspect.signature(Action).bind(gripper="open", after=1).arguments["after"] == 1
 
 
 def test_names_for_python_are_no_keys_of_files() -> None:

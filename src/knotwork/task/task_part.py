@@ -2,23 +2,51 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from inspect import Parameter, Signature, get_annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 from pydantic import ConfigDict
 
+from knotwork.errors import format_value
 from knotwork.files.documents import Document, StrictModel, validate
 
 if TYPE_CHECKING:
+    from pydantic._internal._model_construction import ModelMetaclass as _WithSignature
     from typing_extensions import Self
+else:
+
+    class _WithSignature(type(StrictModel)):
+        """Shows the fields as the signature; pydantic does so only after the first use."""
+
+        @property
+        def __signature__(cls) -> Signature:
+            types = {}
+            for base in reversed(cls.__mro__):
+                types |= get_annotations(base)
+            parameters = []
+            for name, field in cls.model_fields.items():
+                value = field.get_default(call_default_factory=True)
+                default = Parameter.empty if field.is_required() else value
+                parameters.append(
+                    Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=types[name])
+                )
+            if cls.model_config.get("extra") == "allow":
+                parameters.append(Parameter("values", Parameter.VAR_KEYWORD))
+            return Signature(parameters)
+
+        @__signature__.setter
+        def __signature__(cls, signature: Signature) -> None:
+            """Ignore that of pydantic."""
+
 
 _DEEPEST = 8
 """Maximum depth of a task. Deeper values are left unchanged here, and refused later."""
 
 
-class TaskPart(StrictModel):
+class TaskPart(StrictModel, metaclass=_WithSignature):
     """A part of a task.
 
     NumPy arrays are accepted in place of lists, and a `pin.SE3` in place of a pose.
@@ -36,11 +64,16 @@ class TaskPart(StrictModel):
 
     if not TYPE_CHECKING:  # type checkers know the fields
 
-        def __init__(self, **values: Any) -> None:
+        def __init__(self, *unnamed: Any, **values: Any) -> None:
             fields = type(self).model_fields
             keys = {name: field.validation_alias or name for name, field in fields.items()}
             data = {keys.get(name, name): plain(value) for name, value in values.items()}
-            validate(type(self), Document(data, prefix=(type(self).__name__,)), self)
+            document = Document(data, prefix=(type(self).__name__,))
+            if unnamed:
+                names = ", ".join(f"{name}=…" for name in fields)
+                given = format_value(plain(unnamed[0]))
+                raise document.error((), f"{given}: is without a name", f"accepted: {names}")
+            validate(type(self), document, self)
 
         # Parts read from a file are made without it, all at once.
         __init__.__pydantic_base_init__ = True
@@ -77,7 +110,7 @@ def plain(value: Any, depth: int = 0) -> Any:
     """A Python value as plain data: no arrays, poses or paths."""
     if isinstance(value, Mapping) and depth < _DEEPEST:
         return {key: plain(item, depth + 1) for key, item in value.items()}
-    if isinstance(value, list | tuple) and depth < _DEEPEST:
+    if isinstance(value, list | tuple | Iterator) and depth < _DEEPEST:
         return [plain(item, depth + 1) for item in value]
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()

@@ -73,16 +73,21 @@ def validate(model: type[ModelT], document: Document, instance: ModelT | None = 
         errors = [dict(item) for item in error.errors(include_url=False)]
     else:
         return cast(ModelT, checked)
-    errors = [item for item in errors if not _is_long_enough(item)]
+    errors = [item for item in errors if not _is_consequence(item)] or errors
     is_cut = len(errors) > MAX_REPORTED_PROBLEMS
     problems = [_problem(model, document, item) for item in errors[:MAX_REPORTED_PROBLEMS]]
     problems.sort(key=lambda problem: problem.line or 0)
     raise DocumentError(document.file, list(dict.fromkeys(problems)), complete=not is_cut)
 
 
-def _is_long_enough(item: dict[str, Any]) -> bool:
-    """Whether a list is called too short only because pydantic does not count its wrong items."""
-    return item["type"] == "too_short" and not len(item["input"]) < item["ctx"]["min_length"]
+def _is_consequence(item: dict[str, Any]) -> bool:
+    """Whether an error is only due to another one.
+
+    Pydantic does not count the wrong items of a list, and takes a part for a list of its fields.
+    """
+    value = item["input"]
+    too_short = item["type"] == "too_short" and isinstance(value, list)
+    return isinstance(value, tuple) or (too_short and not len(value) < item["ctx"]["min_length"])
 
 
 def field_at(model: type[BaseModel], data: Any, location: Location) -> FieldInfo | None:
@@ -119,10 +124,13 @@ def _problem(model: type[BaseModel], document: Document, item: dict[str, Any]) -
         accepted = suggest_name(place.location[-1], sorted(_keys(place.owners)))
     elif kind == "missing":
         words = "is missing and must be given"
+    elif isinstance(value, StrictModel) and place.inner:
+        words = f"{format_value(value)}: is not accepted"
+        accepted = f"parts accepted here: {', '.join(k.__name__ for k in place.inner)}"
     else:
         words = problem_words(kind, value, item["msg"], item.get("ctx", {}))
         if kind == "model_type":
-            accepted = f"accepted: {', '.join(_keys(place.inner))}"
+            accepted = f"parts accepted here: {', '.join(_keys(place.inner))}"
     location = place.location
     return Problem(document.line(location), document.path(location), words, accepted)
 
@@ -203,6 +211,8 @@ def problem_words(kind: str, value: Any, message: str, context: Mapping[str, Any
     if kind in _OWN_ERRORS:
         words = message.removeprefix("Value error, ")
         return words if isinstance(value, dict) else f"{_value_text(value)}: {words}"
+    if kind == "too_short" and isinstance(value, StrictModel):
+        kind = "tuple_type"
     if kind == "too_short" and not value:
         return f"{format_value(value)}: is empty"
     if kind in ("too_short", "too_long"):

@@ -252,10 +252,10 @@ def _plane_kernel(d: int) -> Kernel:
     import casadi as ca
 
     tau, start, end_acceleration = ca.SX.sym("tau"), ca.SX.sym("start", 3 * d), ca.SX.sym("a1", d)
-    given = symbols(fraction=1, normal=d, offset=1)
-    q, _, _ = state_inside(tau, ca.vertsplit(start, d), end_acceleration, given["fraction"])
-    distance = ca.dot(given["normal"], q) - given["offset"]
-    return Kernel(ca.vertcat(tau, start, end_acceleration), given, {"distance": distance})
+    parameters = symbols(fraction=1, normal=d, offset=1)
+    q, _, _ = state_inside(tau, ca.vertsplit(start, d), end_acceleration, parameters["fraction"])
+    distance = ca.dot(parameters["normal"], q) - parameters["offset"]
+    return Kernel(ca.vertcat(tau, start, end_acceleration), parameters, {"distance": distance})
 
 
 class Plane(NamedTuple):
