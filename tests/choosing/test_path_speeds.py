@@ -249,7 +249,7 @@ def test_speeds_are_expected_for_the_given_solution(monkeypatch: pytest.MonkeyPa
     scenario = kw.load_scenario(reach(line("a", 100), limits=LIMITS))
     joints = read_scenario_joints(scenario)
     best = solve_task(scenario, joints)
-    other = solve_task(scenario, joints, avoided=[(0, best.sequence[0], best.sequence[1])])
+    other = solve_task(scenario, joints, blocked_steps=[(0, best.sequence[0], best.sequence[1])])
     starts: list[Any] = []
     solve = solved_scenario.solve_task
 

@@ -203,10 +203,10 @@ def _watch(
         verdict = "passed" if motion.report.ok else "FAILED"
         return scene, source_files(motion), f"{verdict}: {motion.report.summary}"
 
-    given = [_file(name) for name in (source, reference) if name is not None]
+    files = [_file(name) for name in (source, reference) if name is not None]
     server = LiveServer(source, port or 0)
     with server, offered(server.address, f"showing {source} after each save", no_open):
-        serve_live(server, WatchedFiles(given), build)
+        serve_live(server, WatchedFiles(files), build)
 
 
 def _file(name: str) -> Path:

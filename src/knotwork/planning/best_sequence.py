@@ -31,13 +31,13 @@ class SequenceAttempt:
 
     Attributes:
         plan: The motion, or `None` if none was found.
-        blocked: Steps with a collision or without a motion, which the next sequence must avoid. If
-            it is empty, no other sequence is worth planning.
+        blocked_steps: Steps with a collision or without a motion, which the next sequence must
+            avoid. If it is empty, no other sequence is worth planning.
         error: The reason why no motion was found, or `None`.
     """
 
     plan: Plan | None
-    blocked: Sequence[SequenceStep]
+    blocked_steps: Sequence[SequenceStep]
     error: InputError | None = None
 
 
@@ -112,9 +112,10 @@ def _next_sequence(
     has_unknowns = sequence_planner.scenario.unknowns is not None
     count = MAX_SEQUENCES_WITH_UNKNOWNS if has_unknowns else MAX_SEQUENCES_WITHOUT_UNKNOWNS
     is_last = len(attempts) == count or sequence_planner.budget.has_ended
-    if is_last or not attempts[-1].blocked:
+    if is_last or not attempts[-1].blocked_steps:
         return None
-    following = sequence_planner.solve([step for attempt in attempts for step in attempt.blocked])
+    blocked_steps = [step for attempt in attempts for step in attempt.blocked_steps]
+    following = sequence_planner.solve(blocked_steps)
     takes_blocked_step = following.collisions > first.collisions
     return None if following.sequence is None or takes_blocked_step else following
 

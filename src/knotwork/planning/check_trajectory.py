@@ -72,9 +72,9 @@ def check_without_task(
         raise surroundings.error((), "is not a mapping", accepted)
     replaced = marked(Task, "defines_motion")
     data = {key: value for key, value in surroundings.data.items() if key not in replaced}
-    given = data.get("limits") or {}
-    if limits is not None and isinstance(given, dict):  # anything else is refused below
-        data["limits"] = {**given, **_limits(limits)}
+    own_limits = data.get("limits") or {}
+    if limits is not None and isinstance(own_limits, dict):  # anything else is refused below
+        data["limits"] = {**own_limits, **_limits(limits)}
     if robot is not None:
         data["robot"] = Path(robot).resolve().as_posix() if Path(robot).is_file() else str(robot)
     if not data.get("robot"):

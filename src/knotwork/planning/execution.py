@@ -271,8 +271,8 @@ def _task_of(plan: CheckedMotion, executed: Execution) -> Task:
             del waypoints[-1]["velocity"]
             waypoints[-1]["wait"] = reached.time - waypoints[-1]["time"]
         else:
-            given = planned[task_i] if 0 <= task_i < len(planned) else None
-            waypoints.append(waypoint_at_state(trajectory, reached.time, task, reached.name, given))
+            old = planned[task_i] if 0 <= task_i < len(planned) else None
+            waypoints.append(waypoint_at_state(trajectory, reached.time, task, reached.name, old))
     _add_actions(waypoints, plan, executed)
     start, end = (
         to_file_units(trajectory, trajectory(t, 2), task.units)

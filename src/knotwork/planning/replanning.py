@@ -103,7 +103,7 @@ def waypoint_at_state(
     time: float,
     task: Task,
     name: str | None,
-    given: Waypoint | None = None,
+    reached: Waypoint | None = None,
 ) -> dict[str, Any]:
     """The state of a motion as a waypoint of a task.
 
@@ -112,12 +112,12 @@ def waypoint_at_state(
         time: Its time [s].
         task: The task, in whose units the values are.
         name: Name of the waypoint.
-        given: The waypoint that the motion reaches there, if any. The new waypoint has those of its
-            values that neither define the motion nor belong to a pose.
+        reached: The waypoint that the motion reaches there, if any. The new waypoint has those of
+            its values that neither define the motion nor belong to a pose.
     """
     q, v = (to_file_units(motion, motion(time, nu), task.units) for nu in range(2))
     kept = JointWaypoint.model_fields.keys() - marked(JointWaypoint, "defines_motion")
-    values = {} if given is None else given.to_dict()
+    values = {} if reached is None else reached.to_dict()
     values = {key: value for key, value in values.items() if key in kept}
     return values | {"name": name, "time": time, "joints": q, "velocity": v}
 
@@ -167,10 +167,10 @@ def task_with_scene_from(
     for held in scenario.scene.held:
         taken, released = times[held.taken_at], times[held.released_at]
         if taken < last - TIME_TOLERANCE and first < released:
-            given = task.tool.holds[held.name]  # type: ignore[union-attr]  # it holds something
-            holds[held.name] = shift_appearance(given, held.appears).replace(
-                taken_at=given.taken_at if first < taken else ends[0],
-                released_at=given.released_at if released <= last else ends[1],
+            task_object = task.tool.holds[held.name]  # type: ignore[union-attr]  # it holds something
+            holds[held.name] = shift_appearance(task_object, held.appears).replace(
+                taken_at=task_object.taken_at if first < taken else ends[0],
+                released_at=task_object.released_at if released <= last else ends[1],
             )
         else:
             i = held.taken_at if last - TIME_TOLERANCE <= taken else held.released_at
@@ -226,9 +226,9 @@ def _put_down(
     elif scenario.pose_frame_link and not waypoint.in_world_frame:
         parent = _frame_of_joints(scenario) or "base"
         placed = scenario.frame_placements[parent].actInv(placed)
-    given = task.tool.holds[held.name]  # type: ignore[union-attr]
+    task_object = task.tool.holds[held.name]  # type: ignore[union-attr]
     described = SceneObject.model_fields.keys() - Placement.model_fields.keys()
-    shape = {key: getattr(given, key) for key in described & given.model_fields_set}
+    shape = {key: getattr(task_object, key) for key in described & task_object.model_fields_set}
     place = plain(placed)
     place["position"] = (placed.translation / task.units.in_si[0]).tolist()
     is_near = near[0] <= span[1] and span[0] <= near[-1]

@@ -80,14 +80,14 @@ class SequencePlanner:
         )
 
     def solve(
-        self, avoided: Sequence[SequenceStep] = (), earlier: TaskSolution | None = None
+        self, blocked_steps: Sequence[SequenceStep] = (), earlier: TaskSolution | None = None
     ) -> TaskSolution:
-        """Find the best sequence of solutions that takes none of the steps to avoid."""
+        """Find the best sequence of solutions that takes no blocked step."""
         base, set_by_rule = planner_and_rule(self.scenario.planner)
         knots = PlannerOptions().knots
         if "knots" in PLANNER_SPECS[base].supports:
             knots = set_by_rule.get("knots", self.options.knots)
-        return solve_task(self.scenario, self.joints, knots, avoided, earlier)
+        return solve_task(self.scenario, self.joints, knots, blocked_steps, earlier)
 
     def plan(self, solution: TaskSolution) -> Plan:
         """Choose the unknowns for a sequence of solutions, plan its motion, and check it."""

@@ -230,16 +230,16 @@ class Robot(ChainModel):
         >>> kw.load_robot("planar2").with_limits(velocity={"elbow": 0.5}).limits.velocity
         array([3. , 0.5])
         """
-        given = {
+        plain_tables = {
             kind: table.tolist() if isinstance(table, np.generic | np.ndarray) else table
             for kind, table in {"position": position, **magnitudes}.items()
             if table is not None and (not isinstance(table, Mapping) or table)
         }
-        if not given:
+        if not plain_tables:
             return self
         spec = self._spec
-        tables = limits_by_joint(validate(JointLimitFields, Document(given)), spec.urdf)
-        for kind, table in given.items():
+        tables = limits_by_joint(validate(JointLimitFields, Document(plain_tables)), spec.urdf)
+        for kind, table in plain_tables.items():
             for joint in table if isinstance(table, Mapping) else ():
                 self._require_joint(joint, f"robot {self.name!r}: limits.{kind}")
         earlier = spec.limits

@@ -185,8 +185,8 @@ class _Builder:
         bodies = [body for body in bodies if body.link not in self.other_arm_links]
         if scene.tool:
             bodies = [replace(x, name=x.identity) if x.link == TOOL_BODY else x for x in bodies]
-        given = resolve_rules(scene, self.robot, bodies, self.locations)
-        pairs, ignored = Pairing(self.robot, self.tree, scene, given).pairs(bodies)
+        exclusions = resolve_rules(scene, self.robot, bodies, self.locations)
+        pairs, ignored = Pairing(self.robot, self.tree, scene, exclusions).pairs(bodies)
         return CollisionModel(
             self.tree,
             tuple(bodies),

@@ -264,8 +264,8 @@ class Weave(TaskPart):
             is_accepted = axes in (("across",), ("normal",))
             accepted = "in: [across] or in: [normal]"
         if not is_accepted:
-            given = ", ".join(axes)
-            raise ValueError(f"gives in: [{given}]; shape: {self.shape} accepts {accepted}")
+            listed = ", ".join(axes)
+            raise ValueError(f"gives in: [{listed}]; shape: {self.shape} accepts {accepted}")
         return self
 
 

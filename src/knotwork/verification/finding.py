@@ -74,7 +74,7 @@ class Finding:
     Plots, the time strip, figures of sweeps and verdicts on logs pick some by their quantity.
 
     Attributes:
-        group: Heading in the report, for example `"Joint limits"`.
+        group: Heading in the report, for example `"Joint limits"`; those of `Group`, or a new one.
         subject: Kind of subject, for example `"joint"`.
         name: Name of the subject, for example of the joint; empty if there is only one.
         quantity: Quantity, for example `"velocity"`.

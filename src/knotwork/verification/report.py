@@ -63,7 +63,7 @@ def check(
         scenario: The scenario.
         joints: The scenario's joints and robot, if already loaded.
         defects: Texts on known faults of the trajectory; each becomes a finding that fails.
-        known: Findings to add to the report.
+        known: Findings that are known already, for the report.
         without: Names of checks to leave out.
 
     Raises:

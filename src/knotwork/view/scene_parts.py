@@ -53,9 +53,9 @@ class SceneParts:
     def draw(self, name: str, mesh: Mesh | None, *, lit: bool = True, **more: Any) -> None:
         """Add a mesh, if there is one; `None` values in `more` are left out."""
         if mesh is not None:
-            given = {key: value for key, value in more.items() if value is not None}
+            details = {key: value for key, value in more.items() if value is not None}
             self.meshes.append(
-                {"name": name, "mesh": pack_mesh(mesh), "lit": lit, "hidden": False} | given
+                {"name": name, "mesh": pack_mesh(mesh), "lit": lit, "hidden": False} | details
             )
 
     def write(self, text: str, kind: str, at: FloatArray, detail: str, **more: Any) -> None:
@@ -68,9 +68,9 @@ class SceneParts:
             detail: Text that is shown on demand.
             more: The `carrier`, and a `time` [s] near which the text is shown.
         """
-        given = {key: value for key, value in more.items() if value is not None}
+        details = {key: value for key, value in more.items() if value is not None}
         label = {"text": text, "kind": kind, "at": at.tolist(), "detail": detail}
-        self.labels.append(label | given)
+        self.labels.append(label | details)
 
 
 def pack_numbers(array: np.ndarray[Any, Any]) -> str:

@@ -35,14 +35,16 @@ def time_strip(shown: ShownMotion) -> dict[str, Any]:
     start, end = float(curve.x[0]), float(curve.x[-1])
     time = np.linspace(start, end, STRIP_SAMPLES)
     utilisations = list(sample_utilisation(shown, shown.findings, time))
-    given = [[low - start, high - start, part.speed] for _, part, low, high in full_speeds(shown)]
+    full_speed_spans = [
+        [low - start, high - start, part.speed] for _, part, low, high in full_speeds(shown)
+    ]
     by_limit = [utilisation for _, utilisation in utilisations]
     largest = np.max([np.zeros(STRIP_SAMPLES), *by_limit], axis=0)
     with np.errstate(over="ignore"):  # larger ones are infinite
         use = pack_numbers(largest.astype("<f4"))
     return {
         "use": use,
-        "given": given,
+        "given": full_speed_spans,
         "exceeded": exceeded_spans(shown.failures, utilisations, time),
         "clearance": _clearance(shown),
         "speed_limit": scenario.motion_limits.tool_speed,

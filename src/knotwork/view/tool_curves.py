@@ -144,7 +144,7 @@ class ToolRow:
         unit: SI unit of the quantity, or `"%"`.
         curve: Function that samples the quantity over a motion.
         component: Index of the displayed value.
-        given: Part of the waypoints' velocities to mark, `"linear"` or `"angular"`, or none.
+        given_part: Part of the waypoints' velocities to mark, `"linear"` or `"angular"`, or none.
         limit: Limit in SI, or `None`.
         tolerance: Whether the limit is a tolerance along tool paths, to both sides.
         judged: Quantity and name of the findings on the limit.
@@ -155,7 +155,7 @@ class ToolRow:
     unit: str
     curve: Callable[[ShownMotion], Curve]
     component: int = 0
-    given: str = ""
+    given_part: str = ""
     limit: float | None = None
     tolerance: bool = False
     judged: tuple[str, str] = ("", "")

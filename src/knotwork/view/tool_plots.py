@@ -94,10 +94,10 @@ def _draw_panel(
         for waypoint in scenario.waypoints
         if isinstance(waypoint, CartesianWaypoint) and waypoint.name not in chosen
     ]
-    if row.given and poses:
-        given = [factor * float(np.linalg.norm(getattr(pose, row.given))) for pose in poses]
+    if row.given_part and poses:
+        given = [factor * float(np.linalg.norm(getattr(pose, row.given_part))) for pose in poses]
         panel.mark("given", row.title, np.array([pose.time for pose in poses]), np.array(given))
-    if row.given == "linear":
+    if row.given_part == "linear":
         part = scenario.tolerances.path_speed
         for path, stretch, start, end in full_speeds(first):
             if path.timed_path.has_own_clock:

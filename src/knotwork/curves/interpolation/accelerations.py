@@ -2,7 +2,7 @@
 
 Take an interval of length h between two waypoints with accelerations a0, a1. Its two knots are the
 time p h after the first waypoint and b h before the second; q = 1 - b. Position and velocity at the
-far end determine the accelerations at the knots, A and B, as sums of a0, a1 and given terms (page
+far end determine the accelerations at the knots, A and B, as sums of a0, a1 and constants (page
 "The method" of the documentation). The first jerk of the interval is (A - a0) / (p h), and its last
 jerk is (a1 - B) / (b h). There is no knot at a waypoint, so the last jerk of an interval equals the
 first jerk of the next one. This is one equation in three neighbouring accelerations. These are Eqs.
@@ -48,16 +48,16 @@ class _Sums(NamedTuple):
     Attributes:
         start: Weights of a0, shape (n-1,).
         end: Weights of a1, shape (n-1,).
-        given: Terms of positions and velocities, shape (d, n-1).
+        constant: Terms of positions and velocities, shape (d, n-1).
     """
 
     start: FloatArray
     end: FloatArray
-    given: FloatArray
+    constant: FloatArray
 
     def evaluate(self, a: FloatArray) -> FloatArray:
         """Compute accelerations at knots, shape (d, n-1), from those at the waypoints, (d, n)."""
-        return a[:, :-1] * self.start + a[:, 1:] * self.end + self.given
+        return a[:, :-1] * self.start + a[:, 1:] * self.end + self.constant
 
 
 def solve_knot_accelerations(
@@ -80,7 +80,7 @@ def solve_knot_accelerations(
     # The jerks (A - a)/(p h) after and (a - B)/(b h) before waypoint i are equal, so row i reads,
     # with the weights of a0 and a1 in A and B,
     #     -B0/(b h) a[i-1] + ((1 - B1)/(b h) + (1 - A0)/(p h)) a[i] - A1/(p h) a[i+1]
-    #         = the given terms of A/(p h) and B/(b h)
+    #         = the constant terms of A/(p h) and B/(b h)
     # Where the acceleration is known, row i reads a[i] = its value. An unknown one at an end is
     # computed afterwards.
     rate_after, rate_before = 1.0 / after, 1.0 / before
@@ -92,8 +92,8 @@ def solve_knot_accelerations(
     diagonal, rhs = np.zeros(x.size), np.zeros(data.y.shape)
     diagonal[1:] = (1.0 - B.end) * rate_before
     diagonal[:-1] += (1.0 - A.start) * rate_after
-    rhs[:, 1:] = B.given * rate_before
-    rhs[:, :-1] += A.given * rate_after
+    rhs[:, 1:] = B.constant * rate_before
+    rhs[:, :-1] += A.constant * rate_after
     fixed = known.copy()
     fixed[0] = fixed[-1] = True
     diagonal[fixed] = 1.0

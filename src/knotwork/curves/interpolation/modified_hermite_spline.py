@@ -93,7 +93,7 @@ class ModifiedHermiteSpline(PiecewisePolynomial):
             )
         trailing = values.shape[1:]
         flat = times.size, math.prod(trailing)
-        given = np.full(flat, np.nan)
+        required = np.full(flat, np.nan)
         if acceleration is not None:
             array, _ = _move_time_axis(acceleration, times.size, axis, "acceleration", unknown=True)
             if array.shape != values.shape:
@@ -101,20 +101,20 @@ class ModifiedHermiteSpline(PiecewisePolynomial):
                     f"acceleration must have the shape of y; with the time axis first they have "
                     f"{array.shape} and {values.shape}"
                 )
-            given[:] = array.reshape(flat)
-        check_known_rows(given)
-        known = known_rows(given) & (flat[1] > 0)
+            required[:] = array.reshape(flat)
+        check_known_rows(required)
+        known = known_rows(required) & (flat[1] > 0)
         ends = end_accelerations(end_acceleration, trailing)
         if ends is not None:
             for row, end_value in zip((0, -1), ends, strict=True):
                 if not known[row]:
-                    given[row], known[row] = end_value, True
+                    required[row], known[row] = end_value, True
         # contiguous rows, because NumPy would keep the order of a transposed view
         y_rows, v_rows = (
             np.ascontiguousarray(rows.reshape(flat).T) for rows in (values, derivatives)
         )
         data = SplineData(times, y_rows, v_rows, *place_knots(times, knots, known), known)
-        a, left, right = solve_knot_accelerations(data, given[known].T)
+        a, left, right = solve_knot_accelerations(data, required[known].T)
         breaks, c = assemble_pieces(data, a, left, right)
         _check_range(a, c)
         self._assign(c.reshape(*c.shape[:2], *trailing), breaks, own_axis)

@@ -136,14 +136,14 @@ def optional(
         "unit": unit, "path": path, "names_frame": names_frame, "needs_robot": needs_robot,
         "names_waypoint": names_waypoint, "defines_motion": defines_motion,
     }  # fmt: skip
-    given = {name: mark for name, mark in marks.items() if mark}
+    used_marks = {name: mark for name, mark in marks.items() if mark}
     if unit:
         clause, semicolon, others = description.partition(";")
         description = f"{clause} [{unit}]{semicolon}{others}"
     if si_default is not None:
         si_unit = unit.replace("length", "m").replace("angle", "rad")
         description += f"; left out: {readable(si_default)} {si_unit}"
-    about: dict[str, Any] = {"description": description, "json_schema_extra": given or None}
+    about: dict[str, Any] = {"description": description, "json_schema_extra": used_marks or None}
     if key is not None:
         about |= {"validation_alias": key, "serialization_alias": key}
     if si_default is not None:

@@ -157,8 +157,8 @@ def to_rapid(
 
     def move(step: ProgramStep) -> Iterator[str]:
         if len(step.events_in_motion) > MAX_TRIGGERS:
-            given = f"{len(step.events_in_motion)} signals at {points.time[step.to]:.6g} s"
-            raise ExportError(f"{given}; an ABB move switches at most {MAX_TRIGGERS}")
+            signals = f"{len(step.events_in_motion)} signals at {points.time[step.to]:.6g} s"
+            raise ExportError(f"{signals}; an ABB move switches at most {MAX_TRIGGERS}")
         first, *others = [triggers[event] for event in step.events_in_motion] or [""]
         name = "TriggAbsJ" if first else "MoveAbsJ"
         names = first + "".join(rf"\T{n}:={other}" for n, other in enumerate(others, 2))

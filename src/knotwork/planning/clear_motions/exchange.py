@@ -182,7 +182,7 @@ class ExchangeSearch:
             np.clip(bound, low[layout.q], high[layout.q]) for bound in nearest
         )
         # duration of each piece, the state at its start and the acceleration at its end
-        pieces = np.vstack((layout.piece[: 1 + 3 * d], layout.a[1:].T))
+        pieces = np.vstack((layout.piece_columns[: 1 + 3 * d], layout.a[1:].T))
         plane_block = Block(
             _plane_kernel(d),
             pieces[:, [plane.piece for plane in planes]],
@@ -252,10 +252,10 @@ def _plane_kernel(d: int) -> Kernel:
     import casadi as ca
 
     tau, start, end_acceleration = ca.SX.sym("tau"), ca.SX.sym("start", 3 * d), ca.SX.sym("a1", d)
-    given = symbols(fraction=1, normal=d, offset=1)
-    q, _, _ = state_inside(tau, ca.vertsplit(start, d), end_acceleration, given["fraction"])
-    distance = ca.dot(given["normal"], q) - given["offset"]
-    return Kernel(ca.vertcat(tau, start, end_acceleration), given, {"distance": distance})
+    parameters = symbols(fraction=1, normal=d, offset=1)
+    q, _, _ = state_inside(tau, ca.vertsplit(start, d), end_acceleration, parameters["fraction"])
+    distance = ca.dot(parameters["normal"], q) - parameters["offset"]
+    return Kernel(ca.vertcat(tau, start, end_acceleration), parameters, {"distance": distance})
 
 
 class Plane(NamedTuple):

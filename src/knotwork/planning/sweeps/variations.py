@@ -117,16 +117,16 @@ def _checked_axes(axes: Sequence[Mapping[str, Sequence[Any]]]) -> tuple[Axis, ..
     return grid
 
 
-def _values(path: str, given: Any) -> Sequence[Any] | _Uniform:
-    if isinstance(given, str):
-        return parse_values(path, given)
-    if isinstance(given, np.ndarray | Iterable) and not isinstance(given, Mapping | bytes):
-        listed = [plain(value) for value in given]
+def _values(path: str, variation: Any) -> Sequence[Any] | _Uniform:
+    if isinstance(variation, str):
+        return parse_values(path, variation)
+    if isinstance(variation, np.ndarray | Iterable) and not isinstance(variation, Mapping | bytes):
+        listed = [plain(value) for value in variation]
         for value in listed:
             _check_finite(path, value)
         return listed
     raise InputError(
-        f"{path} is varied over {format_value(given)}; accepted: a list of values, {ACCEPTED}"
+        f"{path} is varied over {format_value(variation)}; accepted: a list of values, {ACCEPTED}"
     )
 
 

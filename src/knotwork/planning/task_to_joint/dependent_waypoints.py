@@ -73,14 +73,14 @@ class GroupSolver:
         scenario: The scenario.
         chains: The robot with the virtual joints of each pose.
         collisions: Collision model of the arm and the scene, or `None`.
-        known: Tracks of the same task with other speeds along its paths, by index of their first
-            waypoint.
+        earlier_tracks: Tracks of the same task with other speeds along its paths, by index of their
+            first waypoint.
     """
 
     scenario: Scenario
     chains: FreedomChains
     collisions: CandidateCollisions | None
-    known: Mapping[int, PathTrack]
+    earlier_tracks: Mapping[int, PathTrack]
 
     def solve(self, group: range, first: Candidates) -> GroupSolution:
         """Find the candidates that can follow a group from its first waypoint to its end.
@@ -112,8 +112,8 @@ class GroupSolver:
             if path.first in group[:-1]
         ]
         depends_on_time = rate or any(track.path.timed_path.has_own_clock for track in tracks)
-        if self.known and len(first.q) == 1 and not depends_on_time:
-            yield first, [self.known[t.path.first]._replace(path=t.path) for t in tracks]
+        if self.earlier_tracks and len(first.q) == 1 and not depends_on_time:
+            yield first, [self.earlier_tracks[t.path.first]._replace(path=t.path) for t in tracks]
         yield first, tracks
         yield from self._guided(first, tracks)
         if any(track.chain.robot.virtual_joints for track in tracks):

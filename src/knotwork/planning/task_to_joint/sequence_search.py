@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple, cast
 
 import numpy as np
@@ -74,8 +74,8 @@ class SequenceSearch:
         scenario: The scenario.
         joints: The joints of the scenario, followed by the virtual joints of its freedoms.
         chains: The robot with the virtual joints of each pose.
-        avoided: Steps that count as collisions.
-        known: Tracks that are known: see `GroupSolver`.
+        blocked_steps: Steps that count as collisions.
+        earlier_tracks: See `GroupSolver`.
 
     Attributes:
         robot: The robot with its virtual joints.
@@ -90,12 +90,12 @@ class SequenceSearch:
         scenario: Scenario,
         joints: ScenarioJoints,
         chains: FreedomChains,
-        avoided: Iterable[SequenceStep],
-        known: Mapping[int, PathTrack],
+        blocked_steps: Sequence[SequenceStep],
+        earlier_tracks: Mapping[int, PathTrack],
     ) -> None:
         robot = chains.whole
         self.scenario, self.joints, self.chains, self.robot = scenario, joints, chains, robot
-        self.near, self.known = joints.near, known
+        self.near, self.earlier_tracks = joints.near, earlier_tracks
         self.collisions = CandidateCollisions.for_scenario(scenario, joints, chains.arm)
         groups = dependent_groups(scenario, joints.rest_intervals)
         self._group_of = {i: group for group in groups for i in group}
@@ -105,7 +105,9 @@ class SequenceSearch:
             i for i, waypoint in enumerate(waypoint_unknowns) if waypoint.velocity_kind != "given"
         )
         self.joint_rules = joint_rules(robot)
-        self.steps = step_rules(scenario, chains, joints.targets, self.unknown_speeds, avoided)
+        self.steps = step_rules(
+            scenario, chains, joints.targets, self.unknown_speeds, blocked_steps
+        )
 
     def solve(self) -> ChosenSequence:
         """Choose positions and velocities at all waypoints.
@@ -143,7 +145,7 @@ class SequenceSearch:
             for i, on_chain in self._find_on_chain(chain).items():
                 reference = self.joints.near_at_waypoints.get(i, self._reference(i))
                 candidates[i] = chain.expand(on_chain, self.robot, reference)
-        solver = GroupSolver(self.scenario, self.chains, self.collisions, self.known)
+        solver = GroupSolver(self.scenario, self.chains, self.collisions, self.earlier_tracks)
         for group in dict.fromkeys(self._group_of.values()):
             first = candidates[group[0]]
             if first is not None:
@@ -181,8 +183,8 @@ class SequenceSearch:
         """The last known configuration before a waypoint, without a search."""
         if self.near is not None:
             return self.near
-        given = (target.position for target in self.joints.targets[:i][::-1] if target is not None)
-        return next(given, home(self.joints))
+        before = (target.position for target in self.joints.targets[:i][::-1] if target is not None)
+        return next(before, home(self.joints))
 
     def _layer(self, i: int, candidates_by_waypoint: Sequence[Candidates | None]) -> Layer:
         """The candidates at a waypoint in the requested branch, with their costs."""

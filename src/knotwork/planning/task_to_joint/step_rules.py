@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
 from typing import Literal
 
 import numpy as np
@@ -14,7 +14,7 @@ from knotwork.robot import Robot
 from knotwork.robot.kinematics.chain.joint_ranges import arm_limits, unbounded_joints
 from knotwork.robot.kinematics.sequence.step_costs import (
     STEP_TOLERANCE,
-    CollidingStep,
+    BlockedStep,
     JointRules,
     StepRules,
 )
@@ -23,7 +23,7 @@ from knotwork.task.scenario.joint_reader import JointState
 from knotwork.waypoints import CartesianWaypoint
 
 COLLISION_DISTANCE = 0.3
-"""For a redundant arm, steps within this distance of a colliding step are avoided [rad or m]."""
+"""For a redundant arm, steps within this distance of a blocked step are blocked [rad or m]."""
 
 
 def joint_rules(robot: Robot) -> JointRules:
@@ -47,7 +47,7 @@ def step_rules(
     chains: FreedomChains,
     targets: Iterable[JointState | None],
     unknown_speeds: Collection[int],
-    avoided: Iterable[SequenceStep],
+    blocked_steps: Sequence[SequenceStep],
 ) -> list[StepRules]:
     """Rules for the cost of the step in each interval.
 
@@ -56,13 +56,9 @@ def step_rules(
         chains: The robot with the virtual joints of each pose.
         targets: State of the joints at each waypoint, `None` where a pose is given.
         unknown_speeds: Waypoints whose speed is chosen later, by index.
-        avoided: Steps that count as collisions.
+        blocked_steps: Steps that count as collisions.
     """
-    unknowns, tolerance, collided = (
-        scenario.unknowns,
-        _avoided_distance(chains),
-        list(avoided),
-    )
+    unknowns, tolerance = scenario.unknowns, _blocked_distance(chains)
     passes = [
         isinstance(w, CartesianWaypoint) and (i in unknown_speeds or bool(w.twist.vector.any()))
         for i, w in enumerate(scenario.waypoints)
@@ -87,9 +83,9 @@ def step_rules(
                 branch_change="forbidden" if scenario.branch == "fixed" else change,
                 is_timed=has_given_speeds and end.duration_is_given,
                 rest_to_rest=rests and not (moves[i] or moves[i + 1]),
-                colliding=tuple(
-                    CollidingStep(q_start, q_end, tolerance)
-                    for interval, q_start, q_end in collided
+                blocked_steps=tuple(
+                    BlockedStep(q_start, q_end, tolerance)
+                    for interval, q_start, q_end in blocked_steps
                     if interval == i
                 ),
             )
@@ -97,8 +93,8 @@ def step_rules(
     return rules
 
 
-def _avoided_distance(chains: FreedomChains) -> FloatArray:
-    """Distance to a colliding step within which a step is avoided [rad or m], shape (d,).
+def _blocked_distance(chains: FreedomChains) -> FloatArray:
+    """Distance to a blocked step within which a step is blocked too [rad or m], shape (d,).
 
     It is infinite for virtual joints, and for the last joint if the turn about it is free.
     """

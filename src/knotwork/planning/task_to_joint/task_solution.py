@@ -50,7 +50,7 @@ class TaskSolution:
         choices: The solutions chosen at the waypoints given by poses, in order.
         sequence: Joint positions at the scenario's waypoints [rad or m], with the virtual joints of
             its poses, shape (n, d). It is `None` if no other sequence is better.
-        collisions: Number of solutions and steps in it that collide, or are to be avoided.
+        collisions: Number of solutions and steps in it that collide or are blocked.
         tracks: Tracks of the tool paths with the motion along each, by index of its first waypoint.
     """
 

@@ -22,7 +22,7 @@ def solve_task(
     scenario: Scenario,
     joints: ScenarioJoints,
     knots: Any = "paper",
-    avoided: Sequence[SequenceStep] = (),
+    blocked_steps: Sequence[SequenceStep] = (),
     earlier: TaskSolution | None = None,
 ) -> TaskSolution:
     """Find the joint positions and velocities that meet each waypoint, over the whole sequence.
@@ -45,7 +45,8 @@ def solve_task(
         scenario: The scenario.
         joints: The joints and the robot.
         knots: Knot placement of the motion along tool paths: see `ModifiedHermiteSpline`.
-        avoided: Steps that count as collisions, because no motion with them was clear or possible.
+        blocked_steps: Steps that count as collisions, because their motion collided or none was
+            found.
         earlier: A solution with other speeds along the paths, which are not followed again from the
             same start.
 
@@ -69,7 +70,7 @@ def solve_task(
         return _solve_joint_targets(scenario, joints, knots)
     if joints.robot is None:
         raise TypeError("poses need a robot")
-    return _solve_poses(scenario, joints, joints.robot, knots, avoided, earlier)
+    return _solve_poses(scenario, joints, joints.robot, knots, blocked_steps, earlier)
 
 
 def _solve_poses(
@@ -77,7 +78,7 @@ def _solve_poses(
     joints: ScenarioJoints,
     robot: Robot,
     knots: Any,
-    avoided: Sequence[SequenceStep],
+    blocked_steps: Sequence[SequenceStep],
     earlier: TaskSolution | None,
 ) -> TaskSolution:
     """The solution if a waypoint is a pose."""
@@ -94,7 +95,8 @@ def _solve_poses(
 
     chains = FreedomChains(scenario, robot)
     extended = with_virtual_joints(scenario, joints, chains)
-    search = SequenceSearch(scenario, extended, chains, avoided, earlier.tracks if earlier else {})
+    earlier_tracks = earlier.tracks if earlier else {}
+    search = SequenceSearch(scenario, extended, chains, blocked_steps, earlier_tracks)
     chosen = search.solve()
     infeasibilities = find_infeasibilities(search, chosen)
     waypoints, tracks = complete_waypoints(

@@ -66,10 +66,10 @@ class EventReader:
         return tuple(sorted(in_file, key=lambda requested: requested.event.time))
 
     def _requested_events(self) -> Iterator[tuple[Location, RequestedEvent]]:
-        for i, given in enumerate(self.reading.task.waypoints):
+        for i, waypoint in enumerate(self.reading.task.waypoints):
             waited = 0.0
-            for j, action in enumerate(given.actions):
-                item = () if isinstance(given.do, Action) else (j,)
+            for j, action in enumerate(waypoint.actions):
+                item = () if isinstance(waypoint.do, Action) else (j,)
                 location: Location = ("waypoints", i, "do", *item)
                 if action.wait is not None:
                     waited += action.wait

@@ -90,11 +90,11 @@ class JointReader:
 
     def accelerations(self) -> str | FloatArray | None:
         """The planner option of this name; values have shape (n, d)."""
-        given = self.scenario.task.planner_options.accelerations
-        if given is None or isinstance(given, str):
-            return given
+        accelerations = self.scenario.task.planner_options.accelerations
+        if accelerations is None or isinstance(accelerations, str):
+            return accelerations
         location = "planner_options", "accelerations"
-        return np.array([self.array(row, *location, i) for i, row in enumerate(given)])
+        return np.array([self.array(row, *location, i) for i, row in enumerate(accelerations)])
 
     def near_at_waypoints(self) -> dict[int, FloatArray]:
         """Joint positions near which solutions are chosen, shape (d,), by index of the waypoint."""
@@ -154,8 +154,8 @@ class JointReader:
         if not isinstance(waypoint, JointWaypoint):
             return None
         position = self.array(waypoint.joints, *location, "joints")
-        given = waypoint.velocity if isinstance(waypoint.velocity, dict) else {}
-        return JointState(position, self.array(given, *location, "velocity", missing=0.0))
+        velocity = waypoint.velocity if isinstance(waypoint.velocity, dict) else {}
+        return JointState(position, self.array(velocity, *location, "velocity", missing=0.0))
 
 
 def find_rest_intervals(scenario: Scenario, targets: Sequence[JointState | None]) -> Iterator[int]:

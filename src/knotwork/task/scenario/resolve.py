@@ -73,7 +73,7 @@ def resolve_task(
     unknowns = read_unknowns(task_in_si, reading.waypoint_unknowns, locations, task_index)
     if task_in_si.frames and unknowns is not None:
         unknowns = reading.pose_frames.with_time_dependent(unknowns, task_index)
-    events = EventReader(reading, waypoints, paths, task_index)
+    event_reader = EventReader(reading, waypoints, paths, task_index)
     file_name = "scenario" if locations.file is None else locations.file.stem
     return Scenario(
         name=expanded.name or file_name,
@@ -86,7 +86,7 @@ def resolve_task(
         task_index=task_index,
         paths=paths,
         units=reading.units,
-        events=events.events(timed=unknowns is None),
+        events=event_reader.events(timed=unknowns is None),
         unknowns=unknowns,
         pose_frame_link=reading.pose_frames.link,
         motion_limits=_motion_limits(task_in_si.limits),
@@ -109,12 +109,12 @@ def change_task(
     return replace(resolved, continued_motion=scenario.continued_motion)
 
 
-def _check_keys(reading: TaskReading, given: ExpandedTask) -> None:
+def _check_keys(reading: TaskReading, in_file_units: ExpandedTask) -> None:
     """Refuse keys that exclude each other, unknown frames and too small tolerances.
 
     Args:
         reading: The task in SI, with its frames.
-        given: The task in its own units.
+        in_file_units: The task before its conversion to SI.
     """
     task, locations = reading.task, reading.locations
     if task.robot is None:
@@ -134,12 +134,12 @@ def _check_keys(reading: TaskReading, given: ExpandedTask) -> None:
     if task.frame is not None or task.frames:
         reading.pose_frames.named.checked_name(task.frame or "base", ("frame",))
     for name in ("path", "path_orientation", "path_speed"):
-        value, given_value = getattr(task.tolerances, name), getattr(given.tolerances, name)
+        value, in_file = (getattr(x.tolerances, name) for x in (task, in_file_units))
         if value < MIN_PATH_TOLERANCE:
             raise locations.error(
                 ("tolerances", name),
-                f"is {given_value:g}, below the resolution of floating point",
-                f"at least {MIN_PATH_TOLERANCE * given_value / value:.4g}",
+                f"is {in_file:g}, below the resolution of floating point",
+                f"at least {MIN_PATH_TOLERANCE * in_file / value:.4g}",
             )
 
 

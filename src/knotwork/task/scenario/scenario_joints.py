@@ -190,10 +190,10 @@ def robot_with_tool(scenario: Scenario) -> Robot:
 
 def _with_unplanned_joints(scenario: Scenario, robot: Robot) -> Robot:
     """The robot with its unplanned joints set from the task's named configurations."""
-    given: dict[Location, Any] = {("start",): scenario.task.start}
+    joint_values: dict[Location, Any] = {("start",): scenario.task.start}
     for i, waypoint in enumerate(scenario.task.waypoints):
-        given["waypoints", i, "joints"] = getattr(waypoint, "joints", None)
-    for location, joints in given.items():
+        joint_values["waypoints", i, "joints"] = getattr(waypoint, "joints", None)
+    for location, joints in joint_values.items():
         if isinstance(joints, str) and joints in robot.configurations:
             with scenario.locations.errors_at(*location):
                 robot = robot.with_unplanned_at(joints)

@@ -162,11 +162,11 @@ def read_unknowns(
 
 
 def _objective(task: ExpandedTask, *, has_unknown_times: bool) -> Weights:
-    given = task.objective
-    if isinstance(given, Weights):
-        return given
+    objective = task.objective
+    if isinstance(objective, Weights):
+        return objective
     duration_is_unknown = has_unknown_times and task.duration is None
-    return Weights(**{given or ("time" if duration_is_unknown else "jerk"): 1.0})
+    return Weights(**{objective or ("time" if duration_is_unknown else "jerk"): 1.0})
 
 
 def check_unknowns(

@@ -108,12 +108,12 @@ def read_waypoints(reading: TaskReading, expected: Mapping[int, float]) -> Waypo
 def _names(reading: TaskReading) -> list[str]:
     """Names of the task's waypoints, each once."""
     task = reading.task
-    names = [given.name or default_waypoint_name(i) for i, given in enumerate(task.waypoints)]
+    names = [waypoint.name or default_waypoint_name(i) for i, waypoint in enumerate(task.waypoints)]
     owners = {START: "the start of the motion"} if task.start is not None else {}
     owners |= {
         NAME_AFTER_WAIT.format(name): "another waypoint"
-        for name, given in zip(names, task.waypoints, strict=True)
-        if given.wait_time is not None
+        for name, waypoint in zip(names, task.waypoints, strict=True)
+        if waypoint.wait_time is not None
     }
     for i, name in enumerate(names):
         if name in owners:
@@ -257,16 +257,16 @@ class _WaypointReader:
 
     def waypoint(self, i: int, name: str) -> ScenarioWaypoint:
         """A waypoint at the arrival of the tool, possibly along a path."""
-        given = self.reading.task.waypoints[i]
+        waypoint = self.reading.task.waypoints[i]
         where = self.reading.locations.where(("waypoints", i))
         time = self.arrivals.times[i]
         freedom = self.freedoms[i]
-        if isinstance(given, JointWaypoint):
-            if given.velocity is None:
+        if isinstance(waypoint, JointWaypoint):
+            if waypoint.velocity is None:
                 self._check_stop(i, "velocity: by joint name")
             return JointTarget(name, time, where)
-        pose, twist = self._state(i, given)
-        moves = given.wait_time is not None and self.reading.pose_frames[i].is_moving
+        pose, twist = self._state(i, waypoint)
+        moves = waypoint.wait_time is not None and self.reading.pose_frames[i].is_moving
         if freedom is not None and freedom.position_is_free and (moves or twist.vector.any()):
             raise self.reading.locations.error(
                 ("waypoints", i, "free"),
@@ -276,7 +276,7 @@ class _WaypointReader:
         in_world_frame = self.reading.pose_frames.in_world_frame(i)
         return CartesianWaypoint(name, time, pose, twist, where, freedom, in_world_frame)
 
-    def _state(self, i: int, given: PoseWaypoint | PathWaypoint) -> tuple[pin.SE3, pin.Motion]:
+    def _state(self, i: int, waypoint: PoseWaypoint | PathWaypoint) -> tuple[pin.SE3, pin.Motion]:
         """Pose and velocity of a waypoint in the base, including the motion of its frame."""
         import pinocchio as pin
 
@@ -285,7 +285,9 @@ class _WaypointReader:
         if timed_path is not None and not self.reading.stops(i):
             return timed_path.pose(time), timed_path.twist(time)
         pose = self.arrivals.poses[i]
-        twist = self._twist(i, given) if isinstance(given, PoseWaypoint) else pin.Motion.Zero()
+        twist = pin.Motion.Zero()
+        if isinstance(waypoint, PoseWaypoint):
+            twist = self._twist(i, waypoint)
         return frame.pose_at(pose, time), frame.twist_at(pose, twist, time)
 
     def _twist(self, i: int, waypoint: PoseWaypoint) -> pin.Motion:

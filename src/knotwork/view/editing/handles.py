@@ -89,7 +89,7 @@ def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
         (("scene", "objects"), in_si.scene.objects, task.scene.objects),
         (("frames",), in_si.frames, task.frames),
     )
-    for where, parts, given in placed_parts:
+    for where, parts, parts_in_file in placed_parts:
         for name, part in parts.items():
             if (name if where == ("frames",) else part.parent) not in fixed_frames:
                 continue
@@ -99,7 +99,7 @@ def handles(scenario: Scenario, robot: Robot) -> list[Handle]:
             pose = parent * read_placement(part, scenario.locations, at)
             form, order = _form(part)
             axes, kind = (parent, parent.rotation), where[-1].removesuffix("s")
-            numbered = given[name].position, form or "rpy", order
+            numbered = parts_in_file[name].position, form or "rpy", order
             by_place[at] = Handle(at, name, kind, pose, axes, *numbered)
     return list(by_place.values())
 
@@ -113,12 +113,12 @@ def _waypoint_handles(scenario: Scenario, in_si: Task, i: int, frame: Any) -> It
     shown = cast(CartesianWaypoint, scenario.waypoints[scenario.task_index.index(i)])
     turn = frame(None).rotation @ shown.pose.rotation
     at = scenario.locations.in_file(("waypoints", i))
-    given = cast(PoseWaypoint, scenario.task.waypoints[i])
+    in_file = cast(PoseWaypoint, scenario.task.waypoints[i])
     pose = pin.SE3(turn, parent * np.array(waypoint.pose.position))
-    form, position = _form(waypoint.pose), given.pose.position
+    form, position = _form(waypoint.pose), in_file.pose.position
     yield Handle((*at, "pose"), shown.name, "waypoint", pose, (parent, axes), position, *form)
     if isinstance(waypoint, PathWaypoint):
-        points = zip(_points(waypoint.along), _points(getattr(given, "along", None)), strict=True)
+        points = zip(_points(waypoint.along), _points(getattr(in_file, "along", None)), strict=True)
         for (place, point), (_, position) in points:
             pose = pin.SE3(turn, parent * np.array(point))
             name = f"{shown.name}: {place[-1]}"

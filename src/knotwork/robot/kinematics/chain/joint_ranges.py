@@ -5,7 +5,6 @@ A pair of limits is a tuple of two arrays of shape (d,) [rad or m], infinite whe
 
 from __future__ import annotations
 
-import math
 from functools import lru_cache
 from typing import TypeAlias
 
@@ -99,30 +98,19 @@ def nearest_turns(robot: Robot, q: FloatArray, near: FloatArray) -> FloatArray:
 
     Args:
         robot: The robot.
-        q: Joint positions [rad or m], shape (d,). A joint that no turn brings inside its limits
+        q: Joint positions [rad or m], shape (..., d). A joint that no turn brings inside its limits
             gets the turn with the smallest excess.
         near: Preferred configuration, shape (d,).
     """
-    # A loop over the joints is several times faster than arrays for six numbers.
-    result = q.copy()
     lower, upper = position_limits(robot)
-    joints = zip(q.tolist(), near.tolist(), lower.tolist(), upper.tolist(), strict=True)
-    for i, (angle, goal, low, high) in enumerate(joints):
-        turns: float = round((goal - angle) / FULL_TURN)
-        if robot.joint_units[i] != "rad" or (turns == 0 and low <= angle <= high):
-            continue
-        min_turns, max_turns = (low - angle) / FULL_TURN, (high - angle) / FULL_TURN
-        min_turns = math.ceil(min_turns) if math.isfinite(min_turns) else min_turns
-        max_turns = math.floor(max_turns) if math.isfinite(max_turns) else max_turns
-        if min_turns <= max_turns:
-            moved = angle + min(max(turns, min_turns), max_turns) * FULL_TURN
-            # Rounding may leave a joint just outside its limit.
-            result[i] = min(max(moved, low), high)
-        else:
-            below = low - (angle + max_turns * FULL_TURN)
-            above = angle + min_turns * FULL_TURN - high
-            result[i] = angle + (max_turns if below <= above else min_turns) * FULL_TURN
-    return result
+    first, last = np.ceil((lower - q) / FULL_TURN), np.floor((upper - q) / FULL_TURN)
+    nearest = np.minimum(np.maximum(np.rint((near - q) / FULL_TURN), first), last)
+    highest, lowest = q + FULL_TURN * last, q + FULL_TURN * first
+    # Rounding may leave a joint just outside its limit.
+    inside = np.minimum(np.maximum(q + FULL_TURN * nearest, lower), upper)
+    outside = np.where(lower - highest <= lowest - upper, highest, lowest)
+    turned = np.where(first <= last, inside, outside)
+    return np.where(joint_axes(robot).is_revolute, turned, q)
 
 
 def turn_into_limits(robot: Robot, q: FloatArray, near: FloatArray) -> FloatArray:

@@ -6,7 +6,7 @@ from .cost import make_cost as make_cost
 from .nearness import travel_weights as travel_weights
 from .shortest_sequence import ConfigurationSequence as ConfigurationSequence
 from .shortest_sequence import choose_sequence as choose_sequence
-from .step_costs import CollidingStep as CollidingStep
+from .step_costs import BlockedStep as BlockedStep
 from .step_costs import JointRules as JointRules
 from .step_costs import Layer as Layer
 from .step_costs import StepRules as StepRules

@@ -54,8 +54,8 @@ class Layer(NamedTuple):
         return Layer._make(parts)._replace(cost=self.cost[:, index])
 
 
-class CollidingStep(NamedTuple):
-    """A step with a collision in its motion.
+class BlockedStep(NamedTuple):
+    """A step whose motion collides, or that has none.
 
     Attributes:
         start, end: Joint positions at its ends [rad or m], shape (d,).
@@ -75,8 +75,8 @@ class CollidingStep(NamedTuple):
             unbounded: Whether whole turns of each joint are ignored, shape (d,).
         """
         near: list[BoolArray] = []
-        for q, collided in ((start, self.start), (end, self.end)):
-            difference = q - collided
+        for q, blocked in ((start, self.start), (end, self.end)):
+            difference = q - blocked
             difference -= np.where(unbounded, whole_turns(difference), 0.0)
             near.append(np.asarray((np.abs(difference) < self.tolerance).all(axis=1)))
         return near[0][:, None] & near[1][None, :]
@@ -132,14 +132,14 @@ class StepRules(NamedTuple):
         is_timed: Whether the duration and the speeds at both ends are given. If one is chosen
             later, velocity limits do not restrict the step.
         rest_to_rest: Whether it is from rest to rest with a duration chosen later.
-        colliding: Steps whose motion collided.
+        blocked_steps: Steps that count as collisions.
     """
 
     duration: float
     branch_change: Literal["allowed", "avoided", "forbidden"] = "allowed"
     is_timed: bool = True
     rest_to_rest: bool = False
-    colliding: tuple[CollidingStep, ...] = ()
+    blocked_steps: tuple[BlockedStep, ...] = ()
 
 
 def compute_step_costs(
@@ -181,7 +181,7 @@ def compute_step_costs(
                 cost[CostLevel.CHANGES] = changed
             else:
                 cost[CostLevel.IMPOSSIBLE] = np.where(changed, np.inf, 0.0)
-    for step in rules.colliding:
+    for step in rules.blocked_steps:
         cost[CostLevel.COLLISIONS] += step.matches(start.q, end.q, joints.unbounded)
     return cost, moves
 

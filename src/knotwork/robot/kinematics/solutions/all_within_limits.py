@@ -49,7 +49,7 @@ def turn_solutions_into_limits(search: PoseSearch, solutions: FloatArray) -> Flo
         return solutions
     robot, limits = search.robot, position_limits(search.robot)
     centre = range_middles(limits)
-    turned = np.array([nearest_turns(robot, q, centre) for q in solutions])
+    turned = nearest_turns(robot, solutions, centre)
     q = clip_to_limits(turned, limits)
     beyond = np.abs(turned - q).max(axis=1, initial=0.0)
     tip, rotation, _ = joint_axes(robot).compute_poses_and_jacobians(q)

@@ -190,7 +190,7 @@ class _NearestSolution:
 
     def keep_nearest(self, solutions: FloatArray) -> None:
         """Keep the nearest of some solutions, starting with the apparently nearest."""
-        turned = (nearest_turns(self.search.robot, q, self.goal) for q in solutions)
+        turned = nearest_turns(self.search.robot, solutions, self.goal)
         nearest_first = sorted(turned, key=self._distance_from_goal)
         for q in nearest_first[: MAX_FOLLOWED if self._follow else 1]:
             self.keep(q)
