@@ -13,6 +13,8 @@ from typing import Any
 from docutils import nodes
 from sphinx.application import Sphinx
 
+from knotwork.files.documents import StrictModel
+
 HIDDEN = "\x1f"
 
 
@@ -67,6 +69,18 @@ def split_names(_app: Any, _what: str, _name: str, _obj: Any, _opt: Any, lines: 
             for name in found[2].split(", ")
             for text in (f":{found[1]} {name}: {found[3]}", *rest)
         ] + [""] * (end < len(lines) and not lines[end - 1].strip())
+
+
+def list_fields(_app: Any, what: str, _name: str, obj: Any, _opt: Any, lines: list[str]) -> None:
+    """List the fields of a part of a file as its parameters, with their units."""
+    if what != "class" or not issubclass(obj, StrictModel):
+        return
+    place = next((i for i, line in enumerate(lines) if line.startswith(":raises")), len(lines))
+    for name, field in reversed(obj.model_fields.items()):
+        left_out = "; required" if field.is_required() else ""
+        if field.default and isinstance(field.default, str | float | int):
+            left_out = f"; default: ``{field.default!r}``"
+        lines.insert(place, f":param {name}: {field.description}{left_out}")
 
 
 def hide_colons(_app: Any, _what: str, _name: str, _obj: Any, _opt: Any, lines: list[str]) -> None:
@@ -135,11 +149,12 @@ def show_dashes(_app: Any, doctree: nodes.document) -> None:
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Hook both in, before Napoleon and after it."""
+    """Hook all in, before Napoleon and after it."""
     app.connect("autodoc-process-docstring", show_blocks, priority=400)
     app.connect("autodoc-process-docstring", hide_colons, priority=450)
     app.connect("autodoc-process-docstring", show_colons, priority=550)
     app.connect("autodoc-process-docstring", split_names, priority=600)
+    app.connect("autodoc-process-docstring", list_fields, priority=650)
     app.connect("autodoc-process-docstring", hide_borrowed, priority=300)
     app.connect("autodoc-skip-member", skip_fields)
     app.connect("autodoc-process-signature", name_aliases)

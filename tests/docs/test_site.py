@@ -105,10 +105,11 @@ def test_file_keys_are_described(site: Site, page: str, kind: str, root: type[St
         start = content.index(f'id="{kind}-{model.__name__.lower()}"')
         section = text_of(content[start : content.index("</section>", start)])
         for name, field in model.model_fields.items():
-            assert re.search(rf"^{field.validation_alias or name}$", section, re.MULTILINE), (
-                model,
-                name,
-            )
+            key = field.validation_alias or name
+            assert re.search(rf"^{key}$", section, re.MULTILINE), (model, name)
+            if kind == "scenario" and model.__module__.startswith("knotwork.task"):
+                described = f"<strong>{name}</strong> – {html.escape(str(field.description)[:9])}"
+                assert described in site.page("api/tasks"), (model, name)
 
 
 def test_every_example_is_shown() -> None:

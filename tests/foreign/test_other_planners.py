@@ -200,8 +200,14 @@ def test_files_of_other_tools_need_the_names_of_joints(name: str, run: Command) 
     assert Path("a.html").is_file()
 
 
-def test_a_report_of_a_trajectory_needs_its_scenario(run: Command) -> None:
+def test_report_and_page_of_a_plan_find_its_scenario(run: Command) -> None:
     source = file_of("planned", run)
+    ran = run("report", source, "--html", "a.html")
+    assert (ran.code, ran.out) == (0, f"{SCENARIO}: passed; wrote a.html\n")
+    ran = run("view", source, "--html", "b.html", "--beside", source)
+    assert (ran.code, ran.out) == (0, "wrote b.html\n")
+    Path("a.html").unlink()
+    Path(source, "report.json").unlink()
     for line, words in (
         ((source,), "--scenario"),
         ((SCENARIO, "-s", SCENARIO), "leave out --scenario"),

@@ -158,7 +158,7 @@ def check(
     if scene_only is not None and (reference is not None or log is not None):
         raise click.UsageError("--robot and --scene take neither a scenario nor a log")
     if reference is None and scene_only is None:
-        reference = planned_scenario(log) if log is not None else read_stated_scenario(trajectory)
+        reference = planned_scenario(trajectory, log)
     report, scenario = _checked_report(trajectory, reference, log, scene_only)
     if as_json:
         echo_json(report.to_dict())
@@ -231,7 +231,7 @@ def _checked_motion(
     log: LogOptions | None = None,
 ) -> CheckedMotion:
     """Read one motion as `read_motions` does, and refuse one without a scenario."""
-    motion = read_motions(source, reference, options, log=log)[0]
+    motion = read_motions(source, reference, options, log=log, find_scenario=True)[0]
     if isinstance(motion, JointTrajectory):
         raise InputError(f"give the scenario of {source} with --scenario")
     return motion
@@ -271,8 +271,8 @@ def report(
     """Write a page about a motion to print or send: verdict, tables, plots, 3D view.
 
     SCENARIO is the name of a shipped scenario or the path of a file; it is planned first.
-    TRAJECTORY is any input of `knotwork check`, with --scenario. The page is one file and needs
-    no network.
+    TRAJECTORY is any input of `knotwork check`; only a folder of `knotwork plan` needs no
+    --scenario. The page is one file and needs no network.
     """
     from knotwork.view.html_report import report_page
     from knotwork.view.picture_files import checked_path

@@ -171,9 +171,10 @@ def checked_log(path: str | Path, reference: str, log: LogOptions) -> CheckedMot
     return CheckedMotion(scenario, joints, None, alignment.trajectory, report)
 
 
-def planned_scenario(log: LogOptions | None) -> str | None:
-    """The scenario of the plan that a log is compared with, if the plan's report states it."""
-    return None if log is None or log.against is None else read_stated_scenario(log.against)
+def planned_scenario(source: str | Path, log: LogOptions | None) -> str | None:
+    """The scenario that a report states: of a plan, or of the one that a log is compared with."""
+    plan = source if log is None else log.against
+    return None if plan is None else read_stated_scenario(plan)
 
 
 def read_stated_scenario(plan: str | Path) -> str | None:

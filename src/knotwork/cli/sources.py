@@ -42,6 +42,7 @@ def read_motions(
     *,
     robot: Robot | None = None,
     log: LogOptions | None = None,
+    find_scenario: bool = False,
 ) -> list[AnyMotion]:
     """Plan a scenario, or read a trajectory and check it if its scenario is given.
 
@@ -52,6 +53,7 @@ def read_motions(
         compare: Other planners for a scenario; their plans follow the first plan.
         robot: Robot of a trajectory without a scenario, if known.
         log: Options of a log. The plan with which the log is compared follows it.
+        find_scenario: Take the scenario that the report of a plan states.
 
     Raises:
         InputError: An option does not apply to the source, or the motion can't be planned or
@@ -65,8 +67,8 @@ def read_motions(
         return list(_plan_all(source, options, compare or []))
     unfit = {"--compare": compare, **{f"--{key}": value for key, value in asdict(options).items()}}
     refuse(unfit, f"{source} is a trajectory, which is planned already")
-    if reference is None and robot is None:
-        reference = planned_scenario(log)
+    if reference is None and robot is None and (find_scenario or log is not None):
+        reference = planned_scenario(source, log)
     if reference is not None:
         against = [] if log is None or log.against is None else [log.against]
         checked = read_checked(source, reference, log)

@@ -107,7 +107,7 @@ def view(
         checked_path("page", out)
         served = {"--port": port, "--no-open": no_open or None, "--watch": watch or None}
         refuse(served, "--html writes a file")
-    read = partial(read_motions, source, reference, options, robot=arm, log=log)
+    read = partial(read_motions, source, reference, options, robot=arm, log=log, find_scenario=True)
     given: dict[str, Any] = {"--watch": watch or None, "--beside": beside}
     if meshcat:
         refuse({"--html": out, **given, "--port": port}, "--meshcat plays in Meshcat's own page")
@@ -146,7 +146,9 @@ def _map(source: str, out: Path | None, port: int | None, no_open: bool) -> None
 
 def _beside(source: str, other: str, reference: str | None, options: PlanOptions) -> Page:
     """The page that shows two motions side by side."""
-    shown = checked_motions([read_motions(name, reference, options)[0] for name in (source, other)])
+    shown = checked_motions(
+        read_motions(name, reference, options, find_scenario=True)[0] for name in (source, other)
+    )
     if len(shown) < 2:
         raise InputError("side by side, two motions need their tasks: give --scenario")
     names = [motion.scenario.name for motion in shown]

@@ -55,7 +55,7 @@ def chosen_values_findings(
     highlight = _duration(chosen_values, given=given)
     verdict: Verdict = "warning" if chosen_values.status != "optimal" else "information"
     group = Group.CHOSEN_TIMES if has_unknown_times else Group.CHOSEN_MOTION
-    fact = f"{group.removeprefix('Chosen ')} chosen: {highlight}"
+    fact = f"{'times' if has_unknown_times else 'motion'} chosen: {highlight}"
     yield Topic(group).finding(
         "duration", fact, verdict, value=chosen_values.duration, unit="s", highlight=highlight
     )

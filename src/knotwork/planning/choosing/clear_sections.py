@@ -56,8 +56,8 @@ def plan_clear_section(
         problem = replace(problem, position=np.stack((start, *problem.position[1:])))
     clear_problem = ClearMotionProblem(
         problem,
-        starts=_solutions(section, problem, robot, 0),
-        goals=_solutions(section, problem, robot, -1),
+        starts=_start_solutions(section, problem, robot),
+        goals=_goal_solutions(section, problem, robot),
         arm_model=robot.model,
         collision_model=_bodies(section),
         resolution=solved.scenario.scene.collisions.resolution,
@@ -127,35 +127,55 @@ def _bodies(section: TimingSection) -> CollisionModel:
     return first
 
 
-def _solutions(
-    section: TimingSection, problem: TimingProblem, robot: Robot, end: int
-) -> FloatArray:
-    """Joint positions at the start, 0, or the end, -1, of a motion, shape (m, d).
+def _start_solutions(section: TimingSection, problem: TimingProblem, robot: Robot) -> FloatArray:
+    """Joint positions at the start: all solutions of its pose, if no motion precedes it."""
+    if section.indices[0] > 0:
+        return problem.position[:1]
+    return _independent_solutions(section, problem, robot, 0, problem.position[-1])
 
-    All solutions of the pose, in order of the distance to the other end, if no other motion depends
-    on the choice. This is so if the arm stops there, no motion precedes the start, and a motion
-    after the end is planned collision-free as well.
+
+def _goal_solutions(section: TimingSection, problem: TimingProblem, robot: Robot) -> FloatArray:
+    """Joint positions at the end: all solutions of its pose, if no given motion follows.
+
+    A following motion that is planned collision-free may begin with any of them.
+    """
+    i = section.indices[-1]
+    if any(waypoint.way is None for waypoint in section.solved.unknowns.waypoints[i + 1 : i + 2]):
+        return problem.position[-1:]
+    return _independent_solutions(section, problem, robot, -1, problem.position[0])
+
+
+def _independent_solutions(
+    section: TimingSection, problem: TimingProblem, robot: Robot, end: int, other_end: FloatArray
+) -> FloatArray:
+    """Solutions of the pose at an end with no dependent motion beyond it, shape (m, d).
+
+    All of them, in order of the distance to the other end, if the arm stops there and the task
+    leaves the choice to planning; otherwise the chosen one.
+
+    Args:
+        section: The section.
+        problem: Its timing problem.
+        robot: The arm.
+        end: Index of the end in the section, 0 or -1.
+        other_end: Joint positions at the other end, shape (d,).
     """
     scenario, i = section.solved.scenario, section.indices[end]
     chosen, waypoint = problem.position[end], scenario.waypoints[i]
     task_waypoint = scenario.task.waypoints[scenario.task_index[i]]
-    if not isinstance(waypoint, CartesianWaypoint) or not isinstance(task_waypoint, PoseWaypoint):
-        return np.array(chosen[None])
-    following = section.solved.unknowns.waypoints[i + 1 : i + 2]
-    tied = any(waypoint.way is None for waypoint in following) if end else i > 0
-    fixed = (
-        task_waypoint.near is not None
+    if (
+        not isinstance(waypoint, CartesianWaypoint)
+        or not isinstance(task_waypoint, PoseWaypoint)
+        or task_waypoint.near is not None
         or scenario.task.near is not None
         or scenario.branch != "free"
         or problem.velocity[end].any()
-        or tied
         or waypoint.in_world_frame
-    )
-    if fixed:
-        return np.array(chosen[None])
+    ):
+        return np.array([chosen])
     turns = [q for solution in robot.solve_pose_ik_all(waypoint.pose) for q in solution.turns]
     solutions = np.array([chosen, *turns])
-    far = (np.abs(solutions - problem.position[-1 - end]) / problem.limits.velocity).max(axis=1)
+    far = (np.abs(solutions - other_end) / problem.limits.velocity).max(axis=1)
     order = np.argsort(far, kind="stable")[:MAX_SOLUTIONS]
     return np.concatenate((chosen[None], solutions[order[order > 0]]))
 

@@ -159,14 +159,19 @@ def _speeds(scenario: Scenario, chosen_values: ChosenValues) -> dict[int, Any]:
     until = unknowns.waypoints[: unknowns.time_dependent[-1] + 1]
     ends = [scenario.task_index[i] for i, end in enumerate(until) if end.path_speed_is_unknown]
     # a part of the task has its first waypoints only
-    return {k: {"speed": timed[k].speed} for k in ends if k < len(timed)}  # type: ignore[union-attr]
+    return {
+        task_i: {"speed": timed[task_i].speed}  # type: ignore[union-attr]  # it ends a path
+        for task_i in ends
+        if task_i < len(timed)
+    }
 
 
 def _solutions(scenario: Scenario, chosen_values: ChosenValues) -> dict[int, Any]:
     """Chosen solutions of the poses up to the last moving frame, for the task."""
     timed = chosen_values.scenario.task.waypoints
     reached = scenario.task_index[1 : scenario.required_unknowns.time_dependent[-1] + 1]
-    return {k: {"near": near} for k in reached if (near := getattr(timed[k], "near", None))}
+    near = {task_i: getattr(timed[task_i], "near", None) for task_i in reached}
+    return {task_i: {"near": values} for task_i, values in near.items() if values}
 
 
 def _times(scenario: Scenario, chosen_values: ChosenValues) -> FloatArray:

@@ -83,11 +83,11 @@ class SolvedScenario:
         return tuple(models[id(robot)] for robot in robots)
 
     @cached_property
-    def zero_acceleration_points(self) -> Mapping[int, str]:
-        """Reason for each waypoint with zero acceleration, by index.
+    def split_reasons(self) -> Mapping[int, str]:
+        """Reason for each waypoint at which sections are split, by index.
 
-        Sections are split there. Two collision-free motions are one if only a position is given
-        between them.
+        The acceleration is zero there if none is given. Two collision-free motions are one if only
+        a position is given between them.
         """
         waypoints = self.unknowns.waypoints
         loads = enumerate(pairwise(self.dynamics), start=1)
@@ -122,6 +122,6 @@ class SolvedScenario:
 
     def where(self, i: int, *key: str) -> str:
         """Location of a key of waypoint i of the scenario, for messages."""
-        k = self.scenario.task_index[i]
-        location: tuple[str | int, ...] = ("waypoints", k) if k >= 0 else ("start",)
+        task_i = self.scenario.task_index[i]
+        location: tuple[str | int, ...] = ("waypoints", task_i) if task_i >= 0 else ("start",)
         return self.scenario.where(*location, *key)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -66,7 +67,7 @@ class TimingSection:
         """Whether anything is chosen between the waypoints or at them."""
         ends = {self.indices[0], self.indices[-1]}
         return bool(
-            self.solved.zero_acceleration_points.keys() & ends
+            self.solved.split_reasons.keys() & ends
             or self.solved.unknowns.knots_are_unknown
             or self.has_unknown_durations
             or any(waypoint.velocity_kind != "given" for waypoint in self.waypoint_unknowns)
@@ -144,7 +145,7 @@ class TimingSection:
                 accelerations[end] = given[row]
             elif row == last and joints.end_acceleration is not None:
                 accelerations[end] = joints.end_acceleration[end]
-            elif self.indices[end] in solved.zero_acceleration_points or (
+            elif self.indices[end] in solved.split_reasons or (
                 row == last and solved.unknowns.has_unknown_durations
             ):
                 accelerations[end] = 0.0
@@ -159,8 +160,8 @@ def find_sections(solved: SolvedScenario) -> list[TimingSection]:
             waypoint where the motion must be split.
     """
     scenario, waypoint_unknowns = solved.scenario, solved.unknowns.waypoints
-    closed = set(solved.joints.rest_intervals)
-    for i in closed:
+    not_planned = set(solved.joints.rest_intervals)
+    for i in not_planned:
         if waypoint_unknowns[i + 1].duration_is_unknown:
             stops = (quoted_waypoint(scenario.waypoints[k].name) for k in (i, i + 1))
             raise InputError(
@@ -168,26 +169,22 @@ def find_sections(solved: SolvedScenario) -> list[TimingSection]:
                 "them is zero; accepted: wait: seconds at the first of them, or after: seconds",
                 where=solved.where(i + 1),
             )
-    ends = solved.zero_acceleration_points
-    for i, why in ends.items():
+    for i, reason in solved.split_reasons.items():
         if waypoint_unknowns[i].velocity_kind != "given":
             accepted = "stop, or a velocity"
             if [bool(end.way) for end in waypoint_unknowns[i : i + 2]] == [True, True]:
                 accepted += ", or velocity: free between ways of equal options without times"
-            message = f"the velocity is chosen, but {why} here; accepted: {accepted}"
+            message = f"the velocity is chosen, but {reason} here; accepted: {accepted}"
             raise InputError(message, where=solved.where(i))
-    closed.update(i for path in scenario.paths for i in range(path.first, path.last))
-    last = len(scenario.waypoints) - 1
-    sections: list[TimingSection] = []
-    first = 0
-    for i in range(last + 1):
-        if i < last and i not in closed and i not in ends:
-            continue
-        section = TimingSection(solved, range(first, i + 1))
-        if i > first and section.has_unknowns:
-            sections.append(section)
-        first = i + 1 if i in closed else i
-    return sections
+    not_planned.update(i for path in scenario.paths for i in range(path.first, path.last))
+    splits = {0, len(scenario.waypoints) - 1, *solved.split_reasons}
+    splits |= not_planned | {i + 1 for i in not_planned}
+    sections = [
+        TimingSection(solved, range(first, last + 1))
+        for first, last in pairwise(sorted(splits))
+        if first not in not_planned
+    ]
+    return [section for section in sections if section.has_unknowns]
 
 
 def jerk_limits(joints: ScenarioJoints) -> FloatArray:
@@ -206,6 +203,7 @@ def assumed_jerk(joints: ScenarioJoints) -> dict[str, float]:
 
 def _moving_base_error(scenario: Scenario, robot: Robot) -> InputError:
     """Make the error for what needs dynamics, unknown where joints move the frame of the poses."""
+    # without tool speed, only the objective: effort limits are dropped where the base moves
     key = ("limits", "tool_speed") if scenario.motion_limits.tool_speed else ("objective", "effort")
     return InputError(
         f"does not apply to chosen times here, because the frame of the poses is on "

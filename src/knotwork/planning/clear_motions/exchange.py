@@ -182,7 +182,7 @@ class ExchangeSearch:
             np.clip(bound, low[layout.q], high[layout.q]) for bound in nearest
         )
         # duration of each piece, the state at its start and the acceleration at its end
-        pieces = np.vstack((layout.piece[: 1 + 3 * d], layout.a[1:].T))
+        pieces = np.vstack((layout.piece_columns[: 1 + 3 * d], layout.a[1:].T))
         plane_block = Block(
             _plane_kernel(d),
             pieces[:, [plane.piece for plane in planes]],

@@ -44,8 +44,8 @@ class Kernel:
             the operations.
 
     Attributes:
-        variables, parameter_count, constraint_count: Total numbers of rows.
-        parameters, constraints: Number of rows of each, by name.
+        variable_count, parameter_count, constraint_count: Total numbers of rows.
+        parameter_rows, constraint_rows: Number of rows of each, by name.
         value: Function of variables and parameters: cost and constraints.
         first: Function of these: first derivatives of cost and constraints.
         second: Function of these and of weights: second derivative of the Lagrange function.
@@ -65,19 +65,19 @@ class Kernel:
         p = ca.vertcat(empty, *parameters.values())
         g = ca.densify(ca.vertcat(empty, *constraints.values()))
         cost = ca.densify(ca.SX(cost))
-        self.variables = z.numel()
+        self.variable_count = z.numel()
         self.parameter_count = p.numel()
         self.constraint_count = g.numel()
-        self.parameters = {name: column.numel() for name, column in parameters.items()}
-        self.constraints = {name: column.numel() for name, column in constraints.items()}
+        self.parameter_rows = {name: column.numel() for name, column in parameters.items()}
+        self.constraint_rows = {name: column.numel() for name, column in constraints.items()}
         multipliers, weight = ca.SX.sym("multipliers", g.numel()), ca.SX.sym("weight")
         inner_symbols, inner_values = inner or (empty, empty)
         symbolic = ca.vertcat(z, inner_symbols)
-        change = ca.vertcat(ca.SX.eye(self.variables), ca.jacobian(inner_values, z))
+        change = ca.vertcat(ca.SX.eye(self.variable_count), ca.jacobian(inner_values, z))
         curvature, slope = ca.hessian(weight * cost + ca.dot(multipliers, g), symbolic)
         pull = ca.SX.sym("pull", inner_symbols.numel())
         inner_curvature = ca.substitute(
-            ca.hessian(ca.dot(pull, inner_values), z)[0], pull, slope[self.variables :, :]
+            ca.hessian(ca.dot(pull, inner_values), z)[0], pull, slope[self.variable_count :, :]
         )
         gradient = ca.densify(ca.mtimes(ca.gradient(cost, symbolic).T, change).T)
         jacobian = ca.mtimes(ca.jacobian(g, symbolic), change)
@@ -114,11 +114,11 @@ class Block:
     @property
     def parameter_values(self) -> FloatArray:
         """Parameters of all repetitions, one repetition after the other."""
-        return self._column(self.kernel.parameters, self.parameters)
+        return self._column(self.kernel.parameter_rows, self.parameters)
 
     def bound_values(self, side: int) -> FloatArray:
         """Lower (0) or upper (1) bounds of all repetitions, one repetition after the other."""
-        names = self.kernel.constraints
+        names = self.kernel.constraint_rows
         bounds = {name: self.bounds.get(name, (0.0, 0.0))[side] for name in names}
         return self._column(names, bounds)
 
@@ -223,7 +223,7 @@ def _solver(
         columns = np.frombuffer(content, dtype=np.intp).reshape(-1, times).T.ravel().tolist()
         rows = list(range(len(columns)))
         select = ca.DM.ones(ca.Sparsity.triplet(len(columns), size, rows, columns))
-        z = ca.reshape(ca.mtimes(select, x), kernel.variables, times)
+        z = ca.reshape(ca.mtimes(select, x), kernel.variable_count, times)
         values = ca.reshape(p_of_block, kernel.parameter_count, times)
         factors = ca.reshape(multipliers_of_block, kernel.constraint_count, times)
         costs, g = kernel.value.map(times)(z, values)

@@ -26,11 +26,11 @@ if TYPE_CHECKING:
 SAMPLES_PER_PIECE = 16
 """Samples in each piece, without its end."""
 
-POSITIONS_IN_PIECE: dict[str, tuple[float, ...]] = {
+FRACTIONS_IN_PIECE: dict[str, tuple[float, ...]] = {
     "effort": (0.5,),
     "tool_speed": (0.25, 0.5, 0.75),
 }
-"""Limits, with the positions in each piece at which the solver applies them.
+"""Limits, with the fractions of a piece's duration at which the solver applies them.
 
 Tool speed may vary much faster than effort.
 """
@@ -56,15 +56,15 @@ def state_inside(tau: Any, start: Sequence[Any], end_acceleration: Any, at: Any)
 
 def _inside_kernel(
     d: int,
-    positions: Sequence[float],
+    fractions: Sequence[float],
     parameters: Mapping[str, Any],
     terms: Callable[[Any, list[Any]], tuple[Mapping[str, Any], Any]],
 ) -> Kernel:
-    """Kernel of a piece for terms of the states inside it; its variables are `Layout.piece`.
+    """Kernel of a piece for terms of the states inside it, with variables `Layout.piece_columns`.
 
     Args:
         d: Number of joints.
-        positions: Positions of the states in the piece, as fractions of its duration.
+        fractions: Fractions of its duration at which the states are.
         parameters: Parameters in addition to `units` of a state.
         terms: Function from the duration of the piece and the positions, velocities and
             accelerations of the states, in SI units, to the constraints by name and the cost.
@@ -74,9 +74,9 @@ def _inside_kernel(
     tau, ends, given = ca.SX.sym("tau"), ca.SX.sym("ends", 6 * d), symbols(units=3 * d)
     q0, v0, a0, _, _, a1 = ca.vertsplit(ends, d)
     values = [
-        ca.vertcat(*state_inside(tau, (q0, v0, a0), a1, at)) * given["units"] for at in positions
+        ca.vertcat(*state_inside(tau, (q0, v0, a0), a1, at)) * given["units"] for at in fractions
     ]
-    states = [ca.SX.sym(f"state{k}", 3 * d) for k in range(len(positions))]
+    states = [ca.SX.sym(f"state{k}", 3 * d) for k in range(len(fractions))]
     constraints, cost = terms(tau, [ca.vertsplit(state, d) for state in states])
     inner = ca.vertcat(*states), ca.vertcat(*values)
     return Kernel(ca.vertcat(tau, ends), {**given, **parameters}, constraints, cost, inner)
@@ -90,9 +90,9 @@ def limit_kernel(dynamics: Dynamics, name: str, *, inside: bool) -> Kernel:
 
     Args:
         dynamics: The dynamics of the robot.
-        name: Name of the limit in `POSITIONS_IN_PIECE`.
-        inside: Whether the limit applies at its positions inside a piece, `Layout.piece`; otherwise
-            at a break, whose variables are a column of `Layout.state`.
+        name: Name of the limit in `FRACTIONS_IN_PIECE`.
+        inside: Whether the limit applies at its fractions of a piece, whose variables are a column
+            of `Layout.piece_columns`; otherwise at a break, of `Layout.state_columns`.
     """
     import casadi as ca
 
@@ -108,7 +108,7 @@ def limit_kernel(dynamics: Dynamics, name: str, *, inside: bool) -> Kernel:
         return {"utilisation": ca.vertcat(*(utilisation(*state) for state in states))}, 0.0
 
     if inside:
-        return _inside_kernel(d, POSITIONS_IN_PIECE[name], given, terms)
+        return _inside_kernel(d, FRACTIONS_IN_PIECE[name], given, terms)
     state, given = ca.SX.sym("state", 3 * d), {**symbols(units=3 * d), **given}
     at_break = utilisation(*ca.vertsplit(state * given["units"], d))
     return Kernel(state, given, {"utilisation": at_break})
@@ -125,7 +125,7 @@ def robot_limit_blocks(
 
     Args:
         problem: The problem.
-        allowed_utilisation: Allowed utilisation of each limit in `POSITIONS_IN_PIECE` in the
+        allowed_utilisation: Allowed utilisation of each limit in `FRACTIONS_IN_PIECE` in the
             program, alternately at each break and inside each piece, shape (2 pieces + 1, d or 1).
         margin: Relative margin to each.
         scale: Units of the program.
@@ -136,10 +136,10 @@ def robot_limit_blocks(
         known = problem.velocity_known
         if name == "effort":
             known = known & problem.acceleration_known
-        unknown = np.full(layout.pieces + 1, True)
+        unknown = np.full(layout.piece_count + 1, True)
         unknown[:: layout.interval_pieces][known] = False
-        at_breaks = layout.state[:, unknown], allowed[::2][unknown]
-        inside_pieces = layout.piece, allowed[1::2]
+        at_breaks = layout.state_columns[:, unknown], allowed[::2][unknown]
+        inside_pieces = layout.piece_columns, allowed[1::2]
         for inside, (columns, utilisation) in ((False, at_breaks), (True, inside_pieces)):
             yield Block(
                 limit_kernel(problem.required_dynamics, name, inside=inside),
@@ -174,9 +174,9 @@ def sampled_utilisation(
 ) -> Mapping[str, FloatArray]:
     """Largest utilisation at samples of each piece, shape (pieces, d or 1).
 
-    Its keys are the names of those in `POSITIONS_IN_PIECE` that the problem has.
+    Its keys are the names of those in `FRACTIONS_IN_PIECE` that the problem has.
     """
-    names = [name for name in POSITIONS_IN_PIECE if np.isfinite(problem.limit(name)).any()]
+    names = [name for name in FRACTIONS_IN_PIECE if np.isfinite(problem.limit(name)).any()]
     if not names:
         return {}
     span = np.diff(curve.x)[:, None]

@@ -43,72 +43,73 @@ class Layout:
     """Indices of the variables: state and next piece of each break in turn, then the factors.
 
     Attributes:
-        intervals: Number of intervals.
+        interval_count: Number of intervals.
         interval_pieces: Number of pieces of each interval.
         joint_count: Number of joints.
-        factors: Number of velocities along directions.
+        factor_count: Number of velocities along directions.
     """
 
-    intervals: int
+    interval_count: int
     interval_pieces: int
     joint_count: int
-    factors: int
+    factor_count: int
 
     @property
-    def pieces(self) -> int:
+    def piece_count(self) -> int:
         """Number of pieces of the whole motion."""
-        return self.interval_pieces * self.intervals
+        return self.interval_pieces * self.interval_count
 
     @property
     def size(self) -> int:
         """Number of variables."""
-        return (3 * self.joint_count + 1) * self.pieces + 3 * self.joint_count + self.factors
+        d = self.joint_count
+        return (3 * d + 1) * self.piece_count + 3 * d + self.factor_count
 
     @property
-    def waypoints(self) -> slice:
+    def waypoint_breaks(self) -> slice:
         """The waypoints among the breaks."""
         return slice(None, None, self.interval_pieces)
 
     @property
-    def factor(self) -> IndexArray:
-        """Factors of the velocities along directions, shape (factors,)."""
-        return np.arange(self.size - self.factors, self.size)
+    def factor_columns(self) -> IndexArray:
+        """Factors of the velocities along directions, shape (factor_count,)."""
+        return np.arange(self.size - self.factor_count, self.size)
 
     @cached_property
-    def state(self) -> IndexArray:
+    def state_columns(self) -> IndexArray:
         """States of the breaks, one per column: positions, velocities and accelerations."""
-        starts = (3 * self.joint_count + 1) * np.arange(self.pieces + 1)
+        starts = (3 * self.joint_count + 1) * np.arange(self.piece_count + 1)
         return starts + np.arange(3 * self.joint_count)[:, None]
 
     @property
     def q(self) -> IndexArray:
-        """Positions at the breaks, shape (pieces + 1, joints)."""
-        return self.state[: self.joint_count].T
+        """Positions at the breaks, shape (piece_count + 1, joint_count)."""
+        return self.state_columns[: self.joint_count].T
 
     @property
     def v(self) -> IndexArray:
-        """Velocities at the breaks, shape (pieces + 1, joints)."""
-        return self.state[self.joint_count : 2 * self.joint_count].T
+        """Velocities at the breaks, shape (piece_count + 1, joint_count)."""
+        return self.state_columns[self.joint_count : 2 * self.joint_count].T
 
     @property
     def a(self) -> IndexArray:
-        """Accelerations at the breaks, shape (pieces + 1, joints)."""
-        return self.state[2 * self.joint_count :].T
+        """Accelerations at the breaks, shape (piece_count + 1, joint_count)."""
+        return self.state_columns[2 * self.joint_count :].T
 
     @property
     def tau(self) -> IndexArray:
-        """Durations of the pieces, shape (pieces,)."""
-        return self.state[-1, :-1] + 1
+        """Durations of the pieces, shape (piece_count,)."""
+        return self.state_columns[-1, :-1] + 1
 
     @property
-    def piece(self) -> IndexArray:
+    def piece_columns(self) -> IndexArray:
         """Duration and states at both ends of each piece, one per column."""
-        return np.vstack((self.tau, self.state[:, :-1], self.state[:, 1:]))
+        return np.vstack((self.tau, self.state_columns[:, :-1], self.state_columns[:, 1:]))
 
 
 @lru_cache(maxsize=64)
 def piece_kernel(d: int, jerk: bool, position: bool) -> Kernel:
-    """Kernel of the equations, limits and costs of one piece; its variables are `Layout.piece`.
+    """Kernel of the equations, limits and costs of one piece, see `Layout.piece_columns`.
 
     Args:
         d: Number of joints.

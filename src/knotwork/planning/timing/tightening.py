@@ -31,7 +31,7 @@ class Tightening:
     Attributes:
         margin: Relative margin to each limit.
         limits_positions: Whether positions between the breaks are limited.
-        allowed_utilisation: Allowed utilisation of the limits in `POSITIONS_IN_PIECE` that the
+        allowed_utilisation: Allowed utilisation of the limits in `FRACTIONS_IN_PIECE` that the
             solver has, by name: see `robot_limit_blocks`.
     """
 
@@ -113,7 +113,7 @@ def exceeded_limit(
 
     Returns:
         Name of the limit, and its utilisation, shape (k, d or 1): in each piece for
-        `POSITIONS_IN_PIECE`, over the whole curve for velocity, acceleration and jerk.
+        `FRACTIONS_IN_PIECE`, over the whole curve for velocity, acceleration and jerk.
     """
     for order, name in enumerate(RATE_QUANTITIES, 1):
         utilisation = curve.extrema(order).peak / problem.limits[name]

@@ -103,8 +103,8 @@ class TimingProgram:
         x[layout.q] = states.q / scale.unit(0)
         x[layout.v] = states.v / scale.unit(1)
         x[layout.a] = np.clip(states.a, -limit, limit) / scale.unit(2)
-        at_waypoints = states.v[layout.waypoints]
-        for column, i in zip(layout.factor, self.directed, strict=True):
+        at_waypoints = states.v[layout.waypoint_breaks]
+        for column, i in zip(layout.factor_columns, self.directed, strict=True):
             direction = self.problem.velocity[i]
             length = float(direction @ direction)
             x[column] = float(at_waypoints[i] @ direction) / length if length else 0.0
@@ -115,12 +115,12 @@ class TimingProgram:
         layout, problem, scale = self.layout, self.problem, self.scale
         low, high = np.full(layout.size, -np.inf), np.full(layout.size, np.inf)
         low[layout.tau] = MIN_PIECE_SHARE * self.guess.span / scale.time
-        low[layout.factor] = 0.0
-        high[layout.factor] = problem.max_factor[self.directed]
+        low[layout.factor_columns] = 0.0
+        high[layout.factor_columns] = problem.max_factor[self.directed]
         for side, edge in zip((low, high), self._position_range(), strict=True):
             at_breaks = np.repeat(edge, layout.interval_pieces, axis=0)
             side[layout.q[:-1]] = at_breaks / scale.unit(0)
-        max_velocity = np.tile(problem.limits.velocity, (layout.pieces + 1, 1))
+        max_velocity = np.tile(problem.limits.velocity, (layout.piece_count + 1, 1))
         max_velocity *= 1.0 - self.margin
         for k in MIDDLE_BREAKS:
             middle = max_velocity[k :: layout.interval_pieces]
@@ -134,9 +134,9 @@ class TimingProgram:
             (layout.v, problem.velocity, problem.velocity_known, 1),
             (layout.a, problem.acceleration, problem.acceleration_known, 2),
         ):
-            fixed = columns[layout.waypoints][known]
+            fixed = columns[layout.waypoint_breaks][known]
             low[fixed] = high[fixed] = values[known] / scale.unit(order)
-        unaccelerated = layout.a[layout.waypoints][self._has_zero_acceleration()]
+        unaccelerated = layout.a[layout.waypoint_breaks][self._has_zero_acceleration()]
         low[unaccelerated] = high[unaccelerated] = 0.0
         return low, high
 
@@ -162,7 +162,7 @@ class TimingProgram:
         position limit, and at points that are constant because the waypoint is at rest.
         """
         problem, layout = self.problem, self.layout
-        shape = (4, layout.intervals, layout.interval_pieces, layout.joint_count)
+        shape = (4, layout.interval_count, layout.interval_pieces, layout.joint_count)
         q = problem.position
         at_rest = ~problem.is_direction & (problem.velocity == 0.0).all(axis=1)
         still = at_rest & (problem.acceleration == 0.0).all(axis=1)
@@ -177,7 +177,7 @@ class TimingProgram:
                 points[k, is_constant[:-1], 0] = unbounded
                 points[3 - k, is_constant[1:], -1] = unbounded
             points /= self.scale.unit(0)
-            ranges.append(points.transpose(0, 3, 1, 2).reshape(-1, layout.pieces))
+            ranges.append(points.transpose(0, 3, 1, 2).reshape(-1, layout.piece_count))
         return ranges[0], ranges[1]
 
     def blocks(self) -> list[Block]:
@@ -188,13 +188,13 @@ class TimingProgram:
             total = problem.total / scale.time
             all_pieces = layout.tau[:, None]
             blocks.append(
-                Block(sum_kernel(layout.pieces), all_pieces, bounds={"sum": (total, total)})
+                Block(sum_kernel(layout.piece_count), all_pieces, bounds={"sum": (total, total)})
             )
         if problem.objective.effort:
             weight = problem.objective.effort * scale.time / self.typical_cost()
             parameters = {"units": scale.state[:, None], "weight": weight}
             kernel = work_kernel(problem.required_dynamics)
-            blocks.append(Block(kernel, layout.piece, parameters))
+            blocks.append(Block(kernel, layout.piece_columns, parameters))
         allowed = self.tightening.allowed_utilisation
         return [*blocks, *robot_limit_blocks(problem, allowed, self.margin, scale, layout)]
 
@@ -206,15 +206,15 @@ class TimingProgram:
         lower = np.where(is_unknown, problem.min_duration, problem.duration)[bounded]
         lower = lower / self.scale.time
         upper = np.where(is_unknown[bounded], np.inf, lower)
-        pieces = layout.tau.reshape(layout.intervals, -1)[bounded].T
+        pieces = layout.tau.reshape(layout.interval_count, -1)[bounded].T
         return Block(sum_kernel(layout.interval_pieces), pieces, bounds={"sum": (lower, upper)})
 
     def _direction_block(self) -> Block:
         """Velocities that are a direction with an unknown factor."""
         layout = self.layout
-        v = layout.v[layout.waypoints][self.directed]
+        v = layout.v[layout.waypoint_breaks][self.directed]
         directions = self.problem.velocity[self.directed] / self.scale.unit(1)
-        columns = np.concatenate((v, layout.factor[:, None]), axis=1).T
+        columns = np.concatenate((v, layout.factor_columns[:, None]), axis=1).T
         return Block(direction_kernel(layout.joint_count), columns, {"direction": directions.T})
 
     def _piece_block(self) -> Block:
@@ -243,7 +243,7 @@ class TimingProgram:
             bounds["position_points"] = self._positions_between()
         limits_jerk = bool(np.isfinite(problem.limits.jerk).any())
         kernel = piece_kernel(layout.joint_count, limits_jerk, self.tightening.limits_positions)
-        return Block(kernel, layout.piece, parameters, bounds)
+        return Block(kernel, layout.piece_columns, parameters, bounds)
 
     def typical_cost(self) -> float:
         """Typical value of the objective, by which it is divided to be of order one."""
@@ -261,14 +261,14 @@ class TimingProgram:
     def _max_velocities(self) -> FloatArray:
         """Maximum velocities at two Bézier points of each piece, scaled, shape (2 d, pieces)."""
         layout, limit = self.layout, self.problem.limits.velocity
-        shape = (2, layout.intervals, layout.interval_pieces, layout.joint_count)
+        shape = (2, layout.interval_count, layout.interval_pieces, layout.joint_count)
         points = np.broadcast_to((1.0 - self.margin) * limit, shape).copy()
         # with zero acceleration, the point next to the waypoint has its velocity
         passed = np.where(self._passes_at_limit(), 1.001 * limit, 0.0)
         points[0, :, 0] = np.maximum(points[0, :, 0], passed[:-1])
         points[1, :, -1] = np.maximum(points[1, :, -1], passed[1:])
         points /= self.scale.unit(1)
-        return points.transpose(0, 3, 1, 2).reshape(-1, layout.pieces)
+        return points.transpose(0, 3, 1, 2).reshape(-1, layout.piece_count)
 
     def _passes_at_limit(self) -> BoolArray:
         """Whether each joint passes each waypoint at its velocity limit, without acceleration."""
@@ -290,17 +290,17 @@ class TimingProgram:
         """Times of the waypoints from 0 on [s], and the curve, from the variables."""
         problem, layout, scale = self.problem, self.layout, self.scale
         v, a = x[layout.v] * scale.unit(1), x[layout.a] * scale.unit(2)
-        spans = (x[layout.tau] * scale.time).reshape(layout.intervals, -1)
+        spans = (x[layout.tau] * scale.time).reshape(layout.interval_count, -1)
         time = np.append(0.0, np.cumsum(self._exact_durations(spans.sum(axis=1))))
         share = spans / spans.sum(axis=1)[:, None]
         velocity_known = problem.velocity_known[:, None]
-        velocity = np.where(velocity_known, problem.velocity, v[layout.waypoints])
-        for column, i in zip(layout.factor, self.directed, strict=True):
+        velocity = np.where(velocity_known, problem.velocity, v[layout.waypoint_breaks])
+        for column, i in zip(layout.factor_columns, self.directed, strict=True):
             velocity[i] = max(float(x[column]), 0.0) * problem.velocity[i]
-        at_waypoints, acceleration_known = a[layout.waypoints], problem.acceleration_known
+        at_waypoints, acceleration_known = a[layout.waypoint_breaks], problem.acceleration_known
         at_waypoints[acceleration_known] = problem.acceleration[acceleration_known]
         at_waypoints[self._has_zero_acceleration()] = 0.0
-        starts = np.arange(layout.intervals)[:, None] * layout.interval_pieces
+        starts = np.arange(layout.interval_count)[:, None] * layout.interval_pieces
         acceleration = a[starts + np.arange(layout.interval_pieces + 1)]
         return time, exact_curve(time, share, problem.position, velocity, acceleration)
 
