@@ -149,7 +149,7 @@ def test_units_name_quantity(heading: str, factor: float, order: int, tmp_path: 
 @pytest.mark.parametrize(
     ("units", "words"),
     [
-        ({"time": "ms"}, "units.time: is 'ms' (s, rad or m, or these per s or s²)"),
+        ({"time": "ms"}, "units.time: is 'ms'; accepted: s, rad or m, or these per s or s²"),
         ({"positions": "deg"}, "units.positions: is 'deg'"),
         ({"velocities": ["rad/s", "deg/s", "m/s"]}, "units.velocities[1]: is 'deg/s'"),
         ({"joints": ["rad", "rad", "mm"]}, "units.joints[2]: is 'mm'"),

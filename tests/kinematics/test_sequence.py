@@ -89,12 +89,12 @@ def cost_of(
         legs = np.diff(points, axis=0) / third
         halfway = np.abs(legs[0] + 2 * legs[1] + legs[2]) / 4 / SPEED
         if halfway.max() > 1:
-            total[CostLevel.MIDWAY_EXCESS] += 2 - 1 / halfway.max()
+            total[CostLevel.CUBIC_EXCESS] += 2 - 1 / halfway.max()
         basis = np.array(
             [[(1 - s) ** 3, 3 * s * (1 - s) ** 2, 3 * s**2 * (1 - s), s**3] for s in QUARTERS]
         )
         beyond = float((np.abs(basis @ points) - HIGHEST).max())
-        total[CostLevel.MIDWAY_EXCESS] += 1 + beyond if beyond > 1e-9 else 0.0
+        total[CostLevel.CUBIC_EXCESS] += 1 + beyond if beyond > 1e-9 else 0.0
         if (here.flags[a] != there.flags[b]).any():
             total[CostLevel.IMPOSSIBLE] += np.inf if steps[i].branch_change == "forbidden" else 0.0
             total[CostLevel.CHANGES] += steps[i].branch_change == "avoided"

@@ -219,7 +219,7 @@ def test_a_wrong_part_is_refused_where_it_is_made() -> None:
         Pose(position=[0, 0], rpyy=DOWN)
     words = str(caught.value)
     assert "Pose.position" in words
-    assert "Pose.rpyy: unknown key (did you mean 'rpy'?" in words
+    assert "Pose.rpyy: unknown key; did you mean 'rpy'?" in words
     with pytest.raises(DocumentError, match=r"Task\.waypoints: is missing"):
         kw.Task(robot="ur5")
 
@@ -229,12 +229,12 @@ def test_a_wrong_part_is_refused_where_it_is_made() -> None:
     [
         (
             lambda: PathWaypoint(along=Arc(through=[0, 0, 1]), pose=Placement(position=[0, 0, 1])),
-            "PathWaypoint.along: Arc(through=(0.0, 0.0, 1.0)): is not accepted (parts "
-            "accepted here: AlongArc, AlongPoints)",
+            "PathWaypoint.along: Arc(through=(0.0, 0.0, 1.0)): is not accepted; "
+            "accepted: AlongArc, AlongPoints",
         ),
         (
             lambda: PoseWaypoint(pose=Fastest(fastest=True)),
-            "PoseWaypoint.pose: Fastest(fastest=True): is not accepted (parts accepted here: Pose)",
+            "PoseWaypoint.pose: Fastest(fastest=True): is not accepted; accepted: Pose",
         ),
         (
             lambda: kw.Task(waypoints=JointWaypoint(joints="home")),
@@ -242,7 +242,7 @@ def test_a_wrong_part_is_refused_where_it_is_made() -> None:
         ),
         (
             lambda: Velocity([0, 0, 1]),
-            "Velocity: [0, 0, 1]: is without a name (accepted: linear=…, angular=…, axes=…)",
+            "Velocity: [0, 0, 1]: is without a name; accepted: linear=…, angular=…, axes=…",
         ),
     ],
 )

@@ -167,7 +167,7 @@ def collisions_to_dict(robot: Robot, model: CollisionModel) -> dict[str, Any]:
         "checked": [[names[pair.first], names[pair.second]] for pair in model.pairs],
         "ignored": [
             {"first": pair.first, "second": pair.second, "reason": pair.reason}
-            for pair in model.ignored
+            for pair in model.excluded
         ],
         "missing": list(model.missing_shapes_notes),
         "without_shapes": list(model.bare),

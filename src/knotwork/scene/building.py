@@ -27,7 +27,7 @@ from knotwork.robot.joint_tree import (
 )
 from knotwork.scene.bodies import Body
 from knotwork.scene.collision_model import TOOL_BODY, CollisionModel, find_carrier
-from knotwork.scene.excluded_pairs import resolve_rules
+from knotwork.scene.excluded_pairs import read_exclusions
 from knotwork.scene.link_bodies import read_link_bodies
 from knotwork.scene.other_robots import are_in_one_cell, load_other_motion
 from knotwork.scene.pairing import Pairing
@@ -55,7 +55,7 @@ def build_robot_collision_model(robot: Robot) -> CollisionModel:
         InputError: A link's mesh or the SRDF can't be read.
 
     >>> model = build_robot_collision_model(kw.load_robot("ur5"))
-    >>> len(model.bodies), model.ignored[0].first, model.ignored[0].reason
+    >>> len(model.bodies), model.excluded[0].first, model.excluded[0].reason
     (8, 'base_link', 'a joint joins them')
     """
     return _Builder(robot, Scene(), Locations()).model()
@@ -185,13 +185,13 @@ class _Builder:
         bodies = [body for body in bodies if body.link not in self.other_arm_links]
         if scene.tool:
             bodies = [replace(x, name=x.identity) if x.link == TOOL_BODY else x for x in bodies]
-        exclusions = resolve_rules(scene, self.robot, bodies, self.locations)
-        pairs, ignored = Pairing(self.robot, self.tree, scene, exclusions).pairs(bodies)
+        exclusions = read_exclusions(scene, self.robot, bodies, self.locations)
+        pairs, excluded = Pairing(self.robot, self.tree, scene, exclusions).pairs(bodies)
         return CollisionModel(
             self.tree,
             tuple(bodies),
             tuple(pairs),
-            tuple(ignored),
+            tuple(excluded),
             missing_shapes_notes=self.links.missing_notes,
             bare=self.links.bare,
             known_motions=tuple(self.known_motions),

@@ -38,7 +38,7 @@ class Exclusion(Enum):
     SELF_CHECK_OFF = "the scenario says `self: false`"
 
 
-class IgnoredPair(NamedTuple):
+class ExcludedPair(NamedTuple):
     """Two bodies excluded from the check.
 
     Attributes:
@@ -100,7 +100,7 @@ class CollisionModel:
         tree: The robot's joints, and those of known motions.
         bodies: All bodies.
         pairs: Pairs to check.
-        ignored: Excluded pairs of bodies, with the reason.
+        excluded: Pairs of bodies that are not checked, with the reason.
         missing_shapes_notes: Sentences on links whose shapes are not available.
         bare: Names of links with visual shapes but no collision shapes.
         known_motions: Positions over time of the joints that follow the robot's in `tree`.
@@ -113,7 +113,7 @@ class CollisionModel:
     tree: JointTree
     bodies: tuple[Body, ...]
     pairs: tuple[Pair, ...]
-    ignored: tuple[IgnoredPair, ...]
+    excluded: tuple[ExcludedPair, ...]
     missing_shapes_notes: tuple[str, ...] = ()
     bare: tuple[str, ...] = ()
     known_motions: tuple[ExtendedCurve, ...] = ()
@@ -177,10 +177,10 @@ class CollisionModel:
         return f"links {listed} have no collision shapes and are not checked for collisions"
 
     @property
-    def ignored_pairs_notes(self) -> list[str]:
+    def excluded_pairs_notes(self) -> list[str]:
         """A sentence for each reason why pairs that move relative to each other are excluded."""
         pairs: dict[str, list[str]] = {}
-        for pair in self.ignored:
+        for pair in self.excluded:
             if pair.exclusion not in (Exclusion.MOVE_TOGETHER, Exclusion.NEITHER_MOVES):
                 pairs.setdefault(pair.reason, []).append(f"{pair.first} and {pair.second}")
         return [

@@ -14,7 +14,7 @@ from knotwork.task.scenario import Scene
 Exclusions = dict[frozenset[str], Exclusion]
 
 
-def resolve_rules(
+def read_exclusions(
     scene: Scene, robot: Robot, bodies: Sequence[Body], locations: Locations
 ) -> Exclusions:
     """Find the pairs that `allow` and `ignore` exclude, each with the reason.

@@ -12,7 +12,7 @@ from knotwork.robot.joint_tree import JointTree
 from knotwork.robot.urdf import MAX_URDF_BYTES, parse_root
 from knotwork.robot.urdf_rules import child_elements
 from knotwork.scene.bodies import Body
-from knotwork.scene.collision_model import Exclusion, IgnoredPair, Pair
+from knotwork.scene.collision_model import ExcludedPair, Exclusion, Pair
 from knotwork.scene.excluded_pairs import Exclusions
 from knotwork.task.scenario import Scene
 
@@ -36,9 +36,9 @@ class Pairing:
         self.joined = robot.joined_links
         self.held = {item.name for item in scene.held}
 
-    def pairs(self, bodies: Sequence[Body]) -> tuple[list[Pair], list[IgnoredPair]]:
+    def pairs(self, bodies: Sequence[Body]) -> tuple[list[Pair], list[ExcludedPair]]:
         """List the pairs to check, and the excluded ones with the reason."""
-        pairs, ignored = [], []
+        pairs, excluded = [], []
         for (i, first), (j, second) in itertools.combinations(enumerate(bodies), 2):
             if first.start >= second.end or second.start >= first.end:
                 continue
@@ -48,13 +48,13 @@ class Pairing:
                 by_srdf = exclusion is Exclusion.BY_SRDF
                 reason = self.srdf_reasons[frozenset((first.link, second.link))] if by_srdf else ""
                 names = self._reported_name(first), self._reported_name(second)
-                ignored.append(IgnoredPair(*names, exclusion, reason))
+                excluded.append(ExcludedPair(*names, exclusion, reason))
                 continue
             involves_scene = "object" in (first.kind, second.kind)
             second_moves = second.kind != "object" if involves_scene else bool(second.joint)
             order = (i, j) if second_moves else (j, i)
             pairs.append(Pair(*order, self.scene.margin if involves_scene else 0.0, involves_scene))
-        return pairs, [pair for pair in dict.fromkeys(ignored) if pair.first != pair.second]
+        return pairs, [pair for pair in dict.fromkeys(excluded) if pair.first != pair.second]
 
     def _reported_name(self, body: Body) -> str:
         """Name of a body in reports: bodies of another robot are listed under its name."""

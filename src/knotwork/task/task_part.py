@@ -72,7 +72,7 @@ class TaskPart(StrictModel, metaclass=_WithSignature):
             if unnamed:
                 names = ", ".join(f"{name}=…" for name in fields)
                 given = format_value(plain(unnamed[0]))
-                raise document.error((), f"{given}: is without a name", f"accepted: {names}")
+                raise document.error((), f"{given}: is without a name", names)
             validate(type(self), document, self)
 
         # Parts read from a file are made without it, all at once.

@@ -117,7 +117,7 @@ def _shape_findings(model: CollisionModel, scenario: Scenario, robot: Robot) -> 
         notes.append(("warning" if has_bodies else "information", model.bare_links_note))
     for verdict, message in notes:
         yield Topic(Group.COLLISIONS).finding("collision_shapes", message, verdict)
-    for message in model.ignored_pairs_notes:
+    for message in model.excluded_pairs_notes:
         yield Topic(Group.COLLISIONS).finding("pairs_not_checked", message)
 
 

@@ -218,7 +218,7 @@ def _stretch_findings(scenario: Scenario, followed: _FollowedStretch) -> Finding
         proof: Proof = "bounded"
         if not bound.proved:
             proof = "sampled"
-            low, high = bound.where
+            low, high = bound.worst_interval
             upper = units.text(bound.bound, unit, ".3g")
             fact += f"; this is not proved: from {low:.6g} s to {high:.6g} s it may be {upper}"
         highlight = ""

@@ -52,7 +52,7 @@ class PiecewisePolynomial(ReadOnlyArrays):
     _c: FloatArray
     _axis: int
     _extrema: dict[int, Extrema]
-    _orders: dict[int, FloatArray]
+    _derivatives: dict[int, FloatArray]
 
     def __init__(self, c: ArrayLike, x: ArrayLike, *, axis: int = 0) -> None:
         breaks = checked_times(x, subject="break")
@@ -64,10 +64,10 @@ class PiecewisePolynomial(ReadOnlyArrays):
         x.setflags(write=False)
         self._c, self._x, self._axis = c, x, axis
         self._extrema = {}  # a cache: checks need them often
-        self._orders = {}
+        self._derivatives = {}
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "_orders": {}}  # the cached derivatives are dropped
+        return {**self.__dict__, "_derivatives": {}}  # they are large; extrema are not
 
     @staticmethod
     def _from_parts(c: FloatArray, x: FloatArray, axis: int) -> PiecewisePolynomial:
@@ -97,12 +97,12 @@ class PiecewisePolynomial(ReadOnlyArrays):
 
     def _derivative_coefficients(self, nu: int) -> FloatArray:
         """Coefficients of a derivative with the trailing axes as one, shape (≤ k+1, m, d)."""
-        if nu in self._orders:
-            return self._orders[nu]
+        if nu in self._derivatives:
+            return self._derivatives[nu]
         c = self.derivative(nu).c if nu else self._c
         flat = c.reshape(*c.shape[:2], math.prod(c.shape[2:]))
         if flat.size <= MAX_CACHED_COEFFICIENTS or not nu:
-            self._orders[nu] = flat
+            self._derivatives[nu] = flat
         return flat
 
     def __call__(self, x: ArrayLike, nu: int = 0) -> FloatArray:

@@ -65,7 +65,7 @@ def read_points(path: Path | str, length_unit: float = 1.0) -> PathPoints:
         message = "is the same point as line"
         raise DocumentError(
             path,
-            [Problem(lines[i + 1], "", f"{message} {lines[i]}", "leave one out") for i in repeated],
+            [Problem(lines[i + 1], "", f"{message} {lines[i]}", "another point") for i in repeated],
         )
     rotations = normals = None
     if QUATERNION_COLUMNS[0] in names:

@@ -46,7 +46,7 @@ _ERROR_WORDS = {
 """Message by pydantic's name of the error, with placeholders for its bounds."""
 _OWN_ERRORS = ("kind", "waypoint_kind", "value_error")
 """Errors with a message of this package."""
-_STATING_ACCEPTED = (*_OWN_ERRORS, "literal_error")
+_STATING_ACCEPTED = (*_OWN_ERRORS, "literal_error", "bool_type")
 """Errors whose message already states the accepted values."""
 
 
@@ -126,11 +126,11 @@ def _problem(model: type[BaseModel], document: Document, item: dict[str, Any]) -
         words = "is missing and must be given"
     elif isinstance(value, StrictModel) and place.inner:
         words = f"{format_value(value)}: is not accepted"
-        accepted = f"parts accepted here: {', '.join(k.__name__ for k in place.inner)}"
+        accepted = ", ".join(kind.__name__ for kind in place.inner)
     else:
         words = problem_words(kind, value, item["msg"], item.get("ctx", {}))
         if kind == "model_type":
-            accepted = f"accepted: {', '.join(_keys(place.inner))}"
+            accepted = ", ".join(_keys(place.inner))
     location = place.location
     return Problem(document.line(location), document.path(location), words, accepted)
 

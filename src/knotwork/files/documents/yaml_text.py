@@ -94,7 +94,7 @@ class _Reader:
         self.values += 1
         if self.values > self.max_values:
             message = f"its aliases repeat more than {MAX_REPEATED} values"
-            accepted = "write them out, or as JSON"
+            accepted = "the values written out, or JSON"
             line = node.start_mark.line + 1
             raise DocumentError(self.file, [Problem(line, "", message, accepted)])
         if isinstance(node, yaml.ScalarNode):

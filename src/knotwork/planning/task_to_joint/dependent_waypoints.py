@@ -92,7 +92,7 @@ class GroupSolver:
             BranchError: No candidate at the first waypoint is in the requested branch.
             FollowingError: No candidate in this branch can follow a path to its end.
         """
-        allowed_rows(self.scenario, self.chains.whole, group[0], first)
+        allowed_rows(self.scenario, self.chains.arm_with_freedoms, group[0], first)
         blocked = []
         for candidates, tracks in self._attempts(group, first):
             try:
@@ -164,7 +164,7 @@ class GroupSolver:
             if not (motions.reaches_end & in_branch).any():
                 raise _BlockedPathError(motions, np.flatnonzero(in_branch))
             candidates = [waypoint.select(motions.reaches_end) for waypoint in candidates]
-            candidates += motions.at_waypoints(self.chains.whole)
+            candidates += motions.at_waypoints(self.chains.arm_with_freedoms)
             followed.append(track._replace(continuation=motions.continuation))
         return GroupSolution(candidates, followed)
 

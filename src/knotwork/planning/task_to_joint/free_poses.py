@@ -80,7 +80,7 @@ class FreedomChains:
 
     Attributes:
         arm: The arm.
-        whole: The arm with the virtual joints of all freedoms, common joints once.
+        arm_with_freedoms: The arm with the virtual joints of all freedoms, common joints once.
 
     Raises:
         BranchError: The scenario asks for a branch, and a pose has a freedom.
@@ -103,7 +103,7 @@ class FreedomChains:
         joints_of |= {freedom: _virtual_joints(freedom) for freedom in freedoms}
         shared = _merge_joints([joint for joints in joints_of.values() for joint in joints])
         column_of = {kind: robot.dof + k for k, kind in enumerate(shared)}
-        self.whole = robot.with_virtual_joints(*shared.values()) if shared else robot
+        self.arm_with_freedoms = robot.with_virtual_joints(*shared.values()) if shared else robot
         self._chains: dict[tuple[bool, PoseFreedom | None], FreedomChain] = {}
         in_base = [(False, freedom) for freedom in joints_of]
         of_poses = [(True, pose.freedom) for pose in poses if pose.in_world_frame]
@@ -112,10 +112,12 @@ class FreedomChains:
             joints = joints_of[freedom]
             columns = [*moving, *(column_of[_kind(joint)] for joint in joints)]
             chain = arm.with_virtual_joints(*joints) if joints else arm
-            if len(columns) == self.whole.dof and all(map(operator.is_, joints, shared.values())):
-                chain = self.whole
+            if len(columns) == self.arm_with_freedoms.dof and all(
+                map(operator.is_, joints, shared.values())
+            ):
+                chain = self.arm_with_freedoms
             self._chains[in_world_frame, freedom] = FreedomChain(
-                chain, np.array(columns), self.whole.dof
+                chain, np.array(columns), self.arm_with_freedoms.dof
             )
 
     def __iter__(self) -> Iterator[FreedomChain]:
@@ -143,7 +145,7 @@ def with_virtual_joints(
         joints: The joints of the scenario.
         chains: The arm with its virtual joints.
     """
-    robot = chains.whole
+    robot = chains.arm_with_freedoms
     if robot is chains.arm:
         return joints
     count = robot.dof - chains.arm.dof

@@ -93,7 +93,7 @@ class SequenceSearch:
         blocked_steps: Sequence[SequenceStep],
         earlier_tracks: Mapping[int, PathTrack],
     ) -> None:
-        robot = chains.whole
+        robot = chains.arm_with_freedoms
         self.scenario, self.joints, self.chains, self.robot = scenario, joints, chains, robot
         self.near, self.earlier_tracks = joints.near, earlier_tracks
         self.collisions = CandidateCollisions.for_scenario(scenario, joints, chains.arm)

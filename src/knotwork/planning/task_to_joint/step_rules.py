@@ -98,7 +98,7 @@ def _blocked_distance(chains: FreedomChains) -> FloatArray:
 
     It is infinite for virtual joints, and for the last joint if the turn about it is free.
     """
-    robot, dof = chains.whole, chains.arm.dof
+    robot, dof = chains.arm_with_freedoms, chains.arm.dof
     if not robot.is_redundant:
         return np.full(robot.dof, STEP_TOLERANCE)
     distance = np.where(robot.is_virtual, np.inf, COLLISION_DISTANCE)

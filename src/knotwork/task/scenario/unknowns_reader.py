@@ -249,12 +249,12 @@ def _misused(
         yield ("objective",), message, accepted
     if task.chosen is not None and unknowns.has_any:
         message = "gives the motion between waypoints, but times or speeds are to be chosen"
-        yield ("chosen",), message, "numbers for all of them; leave out chosen"
+        yield ("chosen",), message, "numbers for all of them, or no chosen"
     if isinstance(task.knots, tuple) and unknowns.has_any:
         yield (
             ("knots",),
             "knot times are given, but waypoint times are to be chosen",
-            "leave out knots",
+            "no knots",
         )
     if task.planner != "modified-hermite" and unknowns.has_any:
         accepted = "modified-hermite; its plan.freeze (--freeze) writes numbers for any planner"

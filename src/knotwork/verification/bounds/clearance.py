@@ -212,9 +212,9 @@ class _ClearanceSearch:
         """Measure where needed, decide intervals, and divide the undecided ones into three."""
         motions = RelativeMotion(self.table, self.curve, intervals)
         time = self.curve.x[intervals.piece] + intervals.middle
-        where = tests.interval, tests.solid_pair
-        distance_bound = self.table.min_distances(*where, *motions.placed)
-        motion = motions.largest(*where)
+        tested = tests.interval, tests.solid_pair
+        distance_bound = self.table.min_distances(*tested, *motions.placed)
+        motion = motions.largest(*tested)
         self._measure(tests, time, motions.placed, distance_bound - motion, motion)
         is_measured = ~np.isnan(tests.distance)
         distance_bound[is_measured] = tests.distance[is_measured] - DISTANCE_ERROR
@@ -253,10 +253,10 @@ class _ClearanceSearch:
         rows = np.flatnonzero(is_separable)
         solid_pair = tests.solid_pair[rows]
         normal = self.table.separating_normals(solid_pair, tests.normal[rows])
-        where = tests.interval[rows], solid_pair, normal
-        distance = self.table.distances_along(*where, *motions.placed) - DISTANCE_ERROR
+        tested = tests.interval[rows], solid_pair, normal
+        distance = self.table.distances_along(*tested, *motions.placed) - DISTANCE_ERROR
         by_planes = np.full_like(lower, -np.inf)
-        by_planes[rows] = distance - motions.approach(*where)
+        by_planes[rows] = distance - motions.approach(*tested)
         return np.maximum(lower, by_planes)
 
     def _measure(

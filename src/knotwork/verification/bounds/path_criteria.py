@@ -71,7 +71,7 @@ class PathBound(NamedTuple):
         time: Time of the worst sample [s].
         bound: Upper bound over the stretch.
         proved: Whether the bound keeps the limit, or a sample exceeds it.
-        where: Interval in which the upper bound is largest [s].
+        worst_interval: Interval in which the upper bound is largest [s].
     """
 
     limit: float
@@ -79,7 +79,7 @@ class PathBound(NamedTuple):
     time: float
     bound: float
     proved: bool
-    where: tuple[float, float]
+    worst_interval: tuple[float, float]
 
 
 class PathCriterion(NamedTuple):

@@ -31,7 +31,7 @@ class CostLevel(IntEnum):
         COLLISIONS: Number of colliding candidates and steps.
         OVERSPEED: Sum of the ratios of joint speeds above their limits, on average over an
             interval or at a waypoint, to the limits.
-        MIDWAY_EXCESS: Excess of cubics between waypoints: 2 − 1/u for one at u times a velocity
+        CUBIC_EXCESS: Excess of cubics between waypoints: 2 − 1/u for one at u times a velocity
             limit halfway, 1 + excess [rad or m] for one beyond a position limit.
         CHANGES: Number of avoidable changes of branch.
         DISTANCE: Distance from the preferred configuration [s].
@@ -41,7 +41,7 @@ class CostLevel(IntEnum):
     IMPOSSIBLE = 0
     COLLISIONS = 1
     OVERSPEED = 2
-    MIDWAY_EXCESS = 3
+    CUBIC_EXCESS = 3
     CHANGES = 4
     DISTANCE = 5
     TRAVEL = 6

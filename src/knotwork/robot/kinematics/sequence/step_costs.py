@@ -171,10 +171,10 @@ def compute_step_costs(
         if rules.is_timed:
             utilisation = _utilisation(joints, moves / rules.duration)
             cost[CostLevel.OVERSPEED] = np.where(utilisation > OVERSPEED_FACTOR, utilisation, 0.0)
-            cost[CostLevel.MIDWAY_EXCESS] = _halfway_overspeed(
+            cost[CostLevel.CUBIC_EXCESS] = _halfway_overspeed(
                 joints, rules.duration, moves, start, end
             )
-            cost[CostLevel.MIDWAY_EXCESS] += _position_excess(joints, rules.duration, start, end)
+            cost[CostLevel.CUBIC_EXCESS] += _position_excess(joints, rules.duration, start, end)
         if rules.branch_change != "allowed":
             changed = (start.flags[:, None, :] * end.flags[None, :, :] < 0).any(axis=2)
             if rules.branch_change == "avoided":
