@@ -134,21 +134,21 @@ def solve_pose_ik(
     goal = first if near is None else checked_array(near, (robot.dof,), "near")
     margin = TOLERANCE_MARGIN
     search = PoseSearch(robot, pose, margin * position_tolerance, margin * orientation_tolerance)
-    solution = _NearestSolution(search, goal, nearest)
-    solution.search_from(first, HASTY_BUDGET)
+    best = _BestSolution(search, goal, nearest)
+    best.search_from(first, HASTY_BUDGET)
     hopeless = joint_axes(robot).distance_beyond_reach(pose.translation) > position_tolerance
-    if not hopeless and (solution.is_nearest() if nearest else solution.find_any()):
-        return solution.result(f"{'nearest' if nearest else 'first'} solution")
+    if not hopeless and (best.is_nearest() if nearest else best.find_any()):
+        return best.result(f"{'nearest' if nearest else 'first'} solution")
     every = np.empty((0, robot.dof)) if hopeless else find_solutions_within_limits(search, goal)
-    solution.keep_nearest(every)
-    if solution.q is None:
+    best.keep_nearest(every)
+    if best.q is None:
         q = find_solution_or_raise(search, goal, waypoint=waypoint, where=where, units=units)
-        solution.keep(q)
-    return solution.result(f"nearest of {max(len(every), 1)} solutions")
+        best.keep(q)
+    return best.result(f"nearest of {max(len(every), 1)} solutions")
 
 
-class _NearestSolution:
-    """Keeps the nearest solution found so far, and counts the searches."""
+class _BestSolution:
+    """The solution found so far that is nearest to `goal`, and the number of searches for it."""
 
     def __init__(self, search: PoseSearch, goal: FloatArray, nearest: bool) -> None:
         self.search = search
@@ -158,12 +158,13 @@ class _NearestSolution:
         self.q: FloatArray | None = None
         self.distance = np.inf
         self.iterations = 0
-        self.restarts = -1
+        self.searches = 0
 
     def search_from(self, start: FloatArray, budget: SearchBudget) -> None:
+        """Search from one start, and keep a solution that is nearer."""
         solution = self.search.solve(start, self.limits, budget)
         self.iterations += solution.iterations
-        self.restarts += 1
+        self.searches += 1
         if solution.converged:
             self.keep(solution.q)
 
@@ -235,7 +236,7 @@ class _NearestSolution:
             *errors,
             distance=self.distance,
             iterations=self.iterations,
-            restarts=self.restarts,
+            restarts=self.searches - 1,
             converged=self.search.is_within(*errors),
             reason=reason,
         )
