@@ -146,7 +146,9 @@ def _rest_poses(reading: TaskReading) -> dict[int, pin.SE3]:
 def _require_orientation(reading: TaskReading, i: int, waypoint: PoseWaypoint) -> None:
     """Refuse a pose without orientation unless a path with an orientation begins there."""
     following = reading.task.waypoints[i + 1 : i + 2]
-    begins_torch = any(isinstance(getattr(end, "orientation", None), Torch) for end in following)
+    begins_torch = any(
+        isinstance(end, PathWaypoint) and isinstance(end.orientation, Torch) for end in following
+    )
     if not waypoint.pose.has_orientation and not begins_torch:
         raise reading.locations.error(
             ("waypoints", i, "pose"),
