@@ -91,9 +91,9 @@ def complete_waypoints(
         )
         rows.position[path.last] = followed.position[-1]
         # where another path follows, its first waypoint replaces the last of this one
-        joined = any(following.path.first == path.last for following in tracks)
-        parts += rows.slice(done, path.first), followed.slice(0, len(followed.time) - joined)
-        done = path.last + 1 - joined
+        shared = 1 if any(following.path.first == path.last for following in tracks) else 0
+        parts += rows.slice(done, path.first), followed.slice(0, len(followed.time) - shared)
+        done = path.last + 1 - shared
     _hold(rows, joints.rest_intervals)
     parts.append(rows.slice(done, len(positions)))
     rows = JointRows(*map(np.concatenate, zip(*parts, strict=True)))
