@@ -24,7 +24,9 @@ if TYPE_CHECKING:
     from knotwork.curves.tool_paths import TimedPath
 
 START = "start"
+"""Name of the waypoint at the start of the motion."""
 NAME_AFTER_WAIT = "{}, after the wait"
+"""Name of the waypoint at the end of a wait."""
 
 EXPECTED_DURATION = 1.0
 """Expected time to a waypoint whose time is chosen later [s]."""
