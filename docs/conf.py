@@ -90,7 +90,7 @@ nitpick_ignore_regex = [
     (r"py:.*", r"(numpy|np|scipy|pin|pinocchio|matplotlib|meshcat|pydrake|click|yaml)\..*"),
     (r"py:.*", r"(collections|collections\.abc|pathlib|typing|types|enum|fractions)\..*"),
     (r"py:.*", r"(bool|bytes|dict|float|frozenset|int|list|object|str|tuple|type|None)"),
-    (r"py:.*", r"(Any|Callable|Iterable|Iterator|Literal|Mapping|Path|Sequence|TypeAlias)"),
+    (r"py:.*", r"(Any|Callable|Iterable|Iterator|Literal|Mapping|Path|Sequence|TypeAlias|Unpack)"),
     (r"py:.*", r"(Exception|AssertionError|ValueError|ArrayLike|Figure|PPoly|optional)"),
     # Parts that callers never name: a file as it was read, what a robot is made of, a union of
     # types that its description spells out.
@@ -98,7 +98,7 @@ nitpick_ignore_regex = [
         r"py:.*",
         r"(knotwork\.[\w.]+\.)?(Document|Locations|RobotSpec|VirtualJoint|AnyMotion|CheckedMotion|"
         r"Findings|Subject|TaskFrame|ToolMotion|ExtendedCurve|TorchRanges|PathTrack|ExpandedTask|LoadedRobots|"
-        r"EndAcceleration(Like)?|Status|ObstructionCause|JointTree|WeavePattern|Window|StudyFolder|Outcome|"
+        r"KnotPlacement|EndAcceleration(Like)?|Status|ObstructionCause|JointTree|WeavePattern|Window|StudyFolder|Outcome|"
         r"FeasibleDurations|TimedCurve)",
     ),
     # Arrays of NumPy under shorter names.

@@ -240,3 +240,9 @@ def test_only_known_verdicts_pass() -> None:
     finding = Finding("Mine", "motion", "", "mine", "met", "it is right")
     object.__setattr__(finding, "verdict", "fail")
     assert not finding.ok
+
+
+def test_upper_limit_below_zero_is_no_lower_limit() -> None:
+    ends = {"joints": {"a": -0.4}}, {"joints": {"a": -0.2}, "after": 1}
+    plan = kw.plan({"limits": {"position": {"a": [-3, -0.07]}}, "waypoints": ends})
+    assert "35 %: a position -0.2 rad, at most -0.07 rad," in str(plan.report)

@@ -140,9 +140,9 @@ def test_quiet_plan_shows_progress(
 def test_progress_names_the_check_and_the_duration_found() -> None:
     states: list[Any] = []
     plan = kw.plan(WALL, progress=states.append)
-    assert (states[-1].trying, states[-1].done) == ("check", 1.0)
+    assert (states[-1].trying, states[-1].fraction) == ("check", 1.0)
     assert states[-1].duration == pytest.approx(plan.trajectory.duration)
-    shares = [one.done for one in states]
+    shares = [one.fraction for one in states]
     assert shares == sorted(shares)
     lines = [plan_state(one) for one in states]
     assert any(re.match(r"50 % done, a motion of [\d.]+ s, way 2 of 2", line) for _, line in lines)

@@ -51,6 +51,12 @@ MODULES = {
     ),
     "knotwork.joint_quantities": ("JointLimits",),
     "knotwork.curves.trajectory": ("Continuity", "Jump", "Knots", "Samples"),
+    "knotwork.curves.trajectory.exportable": (
+        "DriveOptions",
+        "MessageOptions",
+        "ProgramOptions",
+        "TableOptions",
+    ),
     "knotwork.task.scenario.scenario_joints": ("ScenarioJoints", "read_scenario_joints"),
     "knotwork.planning.task_to_joint": (
         "Choice",

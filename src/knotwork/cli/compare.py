@@ -141,7 +141,7 @@ def _cell(score: Score, name: str, factor: float) -> str:
     """A figure in the shown unit, or a peak in percent of its limit."""
     value = getattr(score, name)
     if value is None:
-        return "inf" if "jerk" in name else "-"
+        return "inf" if name == "peak_jerk" else "-"  # where the acceleration jumps
     if isinstance(value, Peak) and value.utilisation is not None:
         percent = 100 * value.utilisation
         return f"{percent:.0f} %" if percent >= 10 else f"{percent:.2g} %"

@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from datetime import timedelta
+from functools import partial
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from knotwork.cli.terminal import echo
@@ -52,7 +53,7 @@ def show_sweep(quiet: bool) -> Iterator[Callable[[SweepProgress], None] | None]:
 
 def plan_state(update: Progress) -> State:
     """Progress of choosing times, or of the search for a collision-free motion."""
-    share = update.done if 0.0 < update.done < 1.0 else None  # unknown within a part
+    share = update.fraction if 0.0 < update.fraction < 1.0 else None  # unknown within a part
     words = [] if share is None else [f"{100 * share:.0f} % done"]
     if update.trying:
         time_found = update.duration
@@ -84,8 +85,8 @@ def _show(
         return
     updates: list[Any] = [None]
     ended, console = threading.Event(), _terminal()
-    arguments: tuple[Any, ...] = (lambda: describe(updates[0]), ended, console or interval)
-    show = threading.Thread(target=_draw if console else _log, args=arguments, daemon=True)
+    draw = partial(_draw, console=console) if console else partial(_log, interval=interval)
+    show = threading.Thread(target=draw, args=(lambda: describe(updates[0]), ended), daemon=True)
     show.start()
     try:
         yield lambda update: updates.__setitem__(0, update)

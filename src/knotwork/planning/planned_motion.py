@@ -113,11 +113,11 @@ class Plan(CheckedMotion):
         target = Path(path)
         return storage.write_file(target, frozen_text(self.chosen_values.scenario, target.parent))
 
-    def _given_file(self, folder: Path) -> str | None:
+    def _scenario_reference(self, folder: Path) -> str | None:
         """Name of a shipped scenario, or its path from a folder; `None` if no file has its times.
 
         Raises:
-            InputError: `save` would replace the file by one with its times.
+            InputError: The file in the folder has this scenario without the chosen times.
         """
         source = self.scenario.source
         if source is None:
@@ -163,7 +163,7 @@ class Plan(CheckedMotion):
             "trajectory.json": storage.json_text(storage.trajectory_to_dict(self.trajectory)),
             "samples.csv": to_csv(self.trajectory, rate=rate),
         }
-        scenario_file = self._given_file(Path(folder))
+        scenario_file = self._scenario_reference(Path(folder))
         if scenario_file is None:
             from knotwork.planning.choosing import saved_text
 

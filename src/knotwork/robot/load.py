@@ -125,7 +125,8 @@ def _load_document(document: Document, folder: Path) -> Robot:
     )
     if robot.tool_frame is not None:
         for configuration in content.configurations:
-            _check_configuration(robot, configuration)
+            with document.errors_at("configurations", configuration):
+                _check_configuration(robot, configuration)
     return robot
 
 

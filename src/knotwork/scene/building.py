@@ -58,7 +58,7 @@ def build_robot_collision_model(robot: Robot) -> CollisionModel:
     >>> len(model.bodies), model.excluded[0].first, model.excluded[0].reason
     (8, 'base_link', 'a joint joins them')
     """
-    return _Builder(robot, Scene(), Locations()).model()
+    return _Builder(robot, Scene(), Locations()).build()
 
 
 class Hold(NamedTuple):
@@ -140,7 +140,7 @@ def build_collision_model(
     appearance_times = {
         item.name: times[item.appears] for item in items if item.appears is not None
     }
-    return _Builder(robot, scene, scenario.locations, holds, appearance_times).model()
+    return _Builder(robot, scene, scenario.locations, holds, appearance_times).build()
 
 
 class _Builder:
@@ -166,7 +166,8 @@ class _Builder:
         self.robots: dict[str, tuple[Robot, int]] = {}
         self.other_arm_links: set[str] = set()
 
-    def model(self) -> CollisionModel:
+    def build(self) -> CollisionModel:
+        """The model. Only once, as this adds frames and robots to the tree."""
         scene = self.scene
         bodies = list(self.links.bodies)
         if scene.tool:

@@ -38,7 +38,7 @@ from knotwork.task.task_options import (
 )
 from knotwork.task.task_part import TaskPart
 from knotwork.task.task_source import moved_paths, read_document, with_moved_paths
-from knotwork.task.task_waypoints import KINDS, TaggedWaypoint, Waypoint, by_key
+from knotwork.task.task_waypoints import KINDS, JointWaypoint, TaggedWaypoint, Waypoint, by_key
 from knotwork.task.tool_and_limits import Limits, Tool
 from knotwork.units import Units
 
@@ -315,7 +315,8 @@ class ExpandedTask(Task):
 
     def frame_of(self, waypoint: Waypoint) -> str:
         """Name of the frame of a waypoint; joint values do not depend on it."""
-        return getattr(waypoint, "frame", None) or self.frame or "base"
+        own = None if isinstance(waypoint, JointWaypoint) else waypoint.frame
+        return own or self.frame or "base"
 
     def with_waypoints(self, changes: Mapping[int, Mapping[str, Any]]) -> ExpandedTask:
         """A copy with changed values at some waypoints, validated.

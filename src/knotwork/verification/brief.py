@@ -127,9 +127,10 @@ def value_text(finding: Finding, units: Units) -> str:
     number = units.text(value, finding.unit, ".4g")
     if limit:
         allowed = units.text(limit, finding.unit, ".4g")
-        from_below = (finding.margin or 0.0) > 0.0 and abs(value) > abs(limit)
-        bare = units.number(value, finding.unit)
-        number = f"{number}, at least {allowed}," if from_below else f"{bare} of {allowed}"
+        if (finding.margin or 0.0) > 0.0 and abs(value) > abs(limit):
+            number += f", at {'least' if value > limit else 'most'} {allowed},"
+        else:
+            number = f"{units.number(value, finding.unit)} of {allowed}"
     parts = to_one_line(finding.name), finding.quantity_text, number, _moment(finding)
     return " ".join(filter(None, parts))
 

@@ -123,8 +123,8 @@ def _shape_findings(model: CollisionModel, scenario: Scenario, robot: Robot) -> 
 
 def _pair_finding(pair: Clearance, scenario: Scenario, robot: Robot, *, hidden: bool) -> Finding:
     clear = pair.state == "clear"
-    world = robot.base_placement.inverse()
-    points = [world.act(point) for point in pair.nearest.points]
+    root_in_base = robot.base_placement.inverse()
+    points = [root_in_base.act(point) for point in pair.nearest.points]
     return Finding(
         group=Group.COLLISIONS,
         subject="pair",

@@ -23,7 +23,9 @@ if TYPE_CHECKING:
     from knotwork.verification.bounds import Bound
 
 LIMIT_GROUPS = Group.JOINT_LIMITS, Group.TOOL_LIMITS, Group.SINGULARITY
+"""Headings of findings on limits."""
 SMALLEST_SINGULAR_VALUE = "smallest_singular_value"
+"""Quantity of findings on the distance from singularities."""
 LIMIT_SLACK = 1e-9
 """Rounding tolerance of limits, relative to the limit, or to 1 in SI for smaller limits."""
 

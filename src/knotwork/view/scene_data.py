@@ -43,6 +43,7 @@ OUTLINE_SAMPLES = 100
 FRAME_RATE = 120.0
 """Frame rate of an animation, unless it would have more than `MAX_FRAMES` frames [Hz]."""
 MAX_FRAMES = 240_000
+"""Maximum number of frames of an animation."""
 MAX_SPEEDS = 30_000
 """Number of frames above which the tool's speed is left out."""
 ELEVATION, STEEP, FLAT_SCENE = np.radians(24.0), np.radians(52.0), 0.3

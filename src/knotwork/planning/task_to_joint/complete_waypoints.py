@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from knotwork.arrays import BoolArray, FloatArray
 from knotwork.curves.interpolation import BalancedKnots
+from knotwork.curves.interpolation.knots import KnotPlacement
 from knotwork.errors import PathError
 from knotwork.task import Balanced
 from knotwork.task.scenario import Scenario
@@ -44,7 +45,7 @@ class JointRows(NamedTuple):
         return JointRows(*columns)
 
 
-def knots_of(scenario: Scenario) -> str | BalancedKnots | Sequence[float]:
+def knots_of(scenario: Scenario) -> KnotPlacement:
     """Knot placement of the motion: see `ModifiedHermiteSpline`.
 
     With `knots: optimal` it is `"paper"`: knots are chosen only outside tool paths.
@@ -60,7 +61,7 @@ def complete_waypoints(
     joints: ScenarioJoints,
     positions: FloatArray,
     velocities: FloatArray,
-    knots: Any,
+    knots: KnotPlacement,
     tracks: Sequence[PathTrack],
 ) -> tuple[JointWaypoints, dict[int, PathTrack]]:
     """Joint waypoints from the solutions at a scenario's waypoints, and tracks by first waypoint.
@@ -91,9 +92,9 @@ def complete_waypoints(
         )
         rows.position[path.last] = followed.position[-1]
         # where another path follows, its first waypoint replaces the last of this one
-        joined = any(following.path.first == path.last for following in tracks)
-        parts += rows.slice(done, path.first), followed.slice(0, len(followed.time) - joined)
-        done = path.last + 1 - joined
+        shared = 1 if any(following.path.first == path.last for following in tracks) else 0
+        parts += rows.slice(done, path.first), followed.slice(0, len(followed.time) - shared)
+        done = path.last + 1 - shared
     _hold(rows, joints.rest_intervals)
     parts.append(rows.slice(done, len(positions)))
     rows = JointRows(*map(np.concatenate, zip(*parts, strict=True)))
@@ -134,7 +135,7 @@ def _hold(rows: JointRows, rest_intervals: tuple[int, ...]) -> None:
 
 
 def _insert_waypoints(
-    scenario: Scenario, track: PathTrack, start: FloatArray, knots: Any
+    scenario: Scenario, track: PathTrack, start: FloatArray, knots: KnotPlacement
 ) -> tuple[PathTrack, JointRows]:
     """A track with the motion along it, and its rows with inserted waypoints.
 

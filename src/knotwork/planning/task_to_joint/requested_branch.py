@@ -60,7 +60,7 @@ def allowed_rows(scenario: Scenario, robot: Robot, i: int, candidates: Candidate
     """
     rows = np.flatnonzero(is_in_branch(scenario, candidates))
     if not rows.size:
-        raise no_branch(scenario, robot, i, candidates)
+        raise make_branch_error(scenario, robot, i, candidates)
     return rows
 
 
@@ -78,7 +78,7 @@ def is_in_branch(scenario: Scenario, candidates: Candidates) -> BoolArray:
     return np.asarray((candidates.flags * signs >= 0).all(axis=1))
 
 
-def no_branch(
+def make_branch_error(
     scenario: Scenario, robot: Robot, i: int, candidates: Candidates | None
 ) -> BranchError:
     """Make the error for a waypoint that is not reached in the requested branch."""

@@ -15,7 +15,11 @@ from knotwork.planning.task_to_joint.dependent_waypoints import (
 )
 from knotwork.planning.task_to_joint.free_poses import FreedomChain, FreedomChains
 from knotwork.planning.task_to_joint.path_track import PathTrack, track_of
-from knotwork.planning.task_to_joint.requested_branch import allowed_rows, check_branch, no_branch
+from knotwork.planning.task_to_joint.requested_branch import (
+    allowed_rows,
+    check_branch,
+    make_branch_error,
+)
 from knotwork.planning.task_to_joint.step_rules import joint_rules, step_rules
 from knotwork.planning.task_to_joint.task_solution import SequenceStep
 from knotwork.robot.joint_axes import joint_axes
@@ -59,7 +63,7 @@ class ChosenSequence(NamedTuple):
     tracks: list[PathTrack]
 
 
-def home(joints: ScenarioJoints) -> FloatArray:
+def home_configuration(joints: ScenarioJoints) -> FloatArray:
     """The configuration `home`, or the middle of the joints' ranges."""
     robot = joints.robot
     if robot is not None and "home" in robot.configurations:
@@ -127,7 +131,7 @@ class SequenceSearch:
         sequence = choose_sequence(layers, self.joint_rules, self.steps)
         blocked = sequence.blocked_at
         if blocked is not None:
-            raise no_branch(self.scenario, self.robot, blocked, candidates[blocked])
+            raise make_branch_error(self.scenario, self.robot, blocked, candidates[blocked])
         positions = sequence.q
         velocities = [
             velocity_at(self.scenario, self.chains, track_of(tracks, i), i, q)
@@ -184,7 +188,7 @@ class SequenceSearch:
         if self.near is not None:
             return self.near
         before = (target.position for target in self.joints.targets[:i][::-1] if target is not None)
-        return next(before, home(self.joints))
+        return next(before, home_configuration(self.joints))
 
     def _layer(self, i: int, candidates_by_waypoint: Sequence[Candidates | None]) -> Layer:
         """The candidates at a waypoint in the requested branch, with their costs."""
@@ -208,7 +212,7 @@ class SequenceSearch:
         elif self.scenario.task.prefer == "clearance" and self.collisions is not None:
             distance = self.collisions.clearance_cost(i, candidates)[rows]
         if i == 0:
-            offset = q - (home(self.joints) if self.near is None else self.near)
+            offset = q - (home_configuration(self.joints) if self.near is None else self.near)
             turns = np.where(self.joint_rules.unbounded, whole_turns(offset), 0.0)
             q, travel = q - turns, np.linalg.norm((offset - turns) / self.joint_rules.scale, axis=1)
         collisions = np.zeros(len(rows))

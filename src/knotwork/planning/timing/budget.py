@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from knotwork.errors.arguments import require_number
+from knotwork.errors.old_names import OldAttribute
 
 
 @dataclass(frozen=True)
@@ -18,8 +19,8 @@ class Progress:
     Attributes:
         iterations: Number of solver steps so far.
         seconds: Time since the start [s].
-        done: Fraction of the intervals solved so far, 0 to 1. A running search for a collision-free
-            motion counts as a part of its interval.
+        fraction: Fraction of the intervals solved so far, 0 to 1. A running search for a
+            collision-free motion counts as a part of its interval.
         duration: Duration of the best motion of that search [s], finally of the whole motion;
             `None` before there is one.
         trying: Current step of that search, for example `"way 2 of 6"`; finally `"check"`;
@@ -28,9 +29,10 @@ class Progress:
 
     iterations: int
     seconds: float
-    done: float
+    fraction: float
     duration: float | None = None
     trying: str = ""
+    done = OldAttribute("fraction")
 
 
 class Budget:

@@ -6,7 +6,15 @@ import math
 from collections.abc import Collection, Sequence
 
 from knotwork.files.documents import Location, Locations
-from knotwork.task import ExpandedTask, FreePose, JointWaypoint, PathWaypoint, Torch, Velocity
+from knotwork.task import (
+    ExpandedTask,
+    FreePose,
+    JointWaypoint,
+    PathWaypoint,
+    PoseWaypoint,
+    Torch,
+    Velocity,
+)
 from knotwork.task.scenario.scenario import ScenarioPath
 from knotwork.task.scenario.task_reading import TaskReading
 from knotwork.units import Units
@@ -52,7 +60,8 @@ def read_freedoms(reading: TaskReading, free_turns: Collection[int] = ()) -> Fre
 
 def _check_velocity(reading: TaskReading, i: int, freedom: PoseFreedom) -> None:
     """Refuse a velocity in free axes of the tool, whose direction planning chooses."""
-    velocity = getattr(reading.task.waypoints[i], "velocity", None)
+    waypoint = reading.task.waypoints[i]
+    velocity = waypoint.velocity if isinstance(waypoint, PoseWaypoint) else None
     if not isinstance(velocity, Velocity) or velocity.axes != "tool":
         return
     across = [*velocity.linear[:2], *velocity.angular[:2]]

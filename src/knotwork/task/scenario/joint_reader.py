@@ -11,7 +11,7 @@ import numpy as np
 
 from knotwork.arrays import FloatArray
 from knotwork.joint_quantities import JOINT_QUANTITIES
-from knotwork.task import ChosenSectionFields, JointWaypoint
+from knotwork.task import ChosenSectionFields, JointWaypoint, PoseWaypoint
 from knotwork.task.scenario import JointTarget
 from knotwork.task.scenario.scenario import Scenario
 from knotwork.waypoints import CartesianWaypoint, ChosenSection
@@ -100,10 +100,9 @@ class JointReader:
         """Joint positions near which solutions are chosen, shape (d,), by index of the waypoint."""
         result = {}
         for i, task_i in enumerate(self.scenario.task_index):
-            if task_i >= 0:
-                near = getattr(self.scenario.task.waypoints[task_i], "near", None)
-                if near is not None:
-                    result[i] = self.array(near, "waypoints", task_i, "near")
+            waypoint = self.scenario.task.waypoints[task_i] if task_i >= 0 else None
+            if isinstance(waypoint, PoseWaypoint) and waypoint.near is not None:
+                result[i] = self.array(waypoint.near, "waypoints", task_i, "near")
         return result
 
     def chosen_sections(self) -> tuple[ChosenSection, ...] | None:

@@ -198,7 +198,7 @@ class _PathReader:
                 if duration <= 0.0:
                     raise self.reading.locations.error(
                         self._location(k, "time"),
-                        f"is not later than {before:g} s, the end of the previous waypoint",
+                        f"is not later than {before:g} s, when the previous waypoint is left",
                         f"a time greater than {before:g} s",
                     )
             if duration is None and waypoint.speed is None:

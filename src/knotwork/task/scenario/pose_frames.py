@@ -23,7 +23,14 @@ import numpy as np
 from knotwork.arrays import FloatArray
 from knotwork.errors.plain_text import default_waypoint_name, waypoint_text
 from knotwork.files.documents import Location, Locations
-from knotwork.task import AtMost, ExpandedTask, JointWaypoint, PathWaypoint, PoseWaypoint
+from knotwork.task import (
+    AtMost,
+    ExpandedTask,
+    JointWaypoint,
+    PathWaypoint,
+    PoseWaypoint,
+    Velocity,
+)
 from knotwork.task.scenario.unknowns_reader import ScenarioUnknowns
 from knotwork.units import Units
 
@@ -105,7 +112,9 @@ class PoseFrames:
 
     def axes(self, i: int) -> FloatArray:
         """Axes of the orientation of a pose at rest, shape (3, 3)."""
-        name = getattr(self.task.waypoints[i], "orientation_in", None) or self.names[i]
+        waypoint = self.task.waypoints[i]
+        own = None if isinstance(waypoint, JointWaypoint) else waypoint.orientation_in
+        name = own or self.names[i]
         self.named.checked_name(name, ("waypoints", i, "orientation_in"))
         return np.array(self.named[name].rest_placement.rotation)
 
@@ -206,7 +215,8 @@ class PoseFrames:
                 f"ends a path with poses in the base, and other poses are {of_others}",
                 f"a path with all waypoints {of_others}, or poses without along",
             )
-        axes = getattr(getattr(waypoint, "velocity", None), "axes", None)
+        velocity = None if isinstance(waypoint, PathWaypoint) else waypoint.velocity
+        axes = velocity.axes if isinstance(velocity, Velocity) else None
         for axes_name, *key in ((requested, "orientation_in"), (axes, "velocity", "in")):
             axes_frame = self.named.get(axes_name or "")
             if axes_frame is not None and axes_frame.link != frame.link:
@@ -227,7 +237,7 @@ class PoseFrames:
                     "rotates relative to the frame of the pose",
                     "a frame with the same rotation",
                 )
-        if frame.is_moving and isinstance(getattr(waypoint, "speed", None), str | AtMost):
+        if frame.is_moving and isinstance(waypoint.speed, str | AtMost):
             raise self.locations.error(
                 (*location, "speed"),
                 f"is chosen, but the motion of frame {name!r} depends on the time",

@@ -9,7 +9,7 @@ from typing import Any
 
 from knotwork.files import documents
 from knotwork.files.documents import Location, Locations
-from knotwork.files.documents.values import is_marked
+from knotwork.files.documents.values import is_marked, unit_of
 from knotwork.task import ExpandedTask, Limits, MotionLimits, Task, ToolTolerances
 from knotwork.task.scenario.event_reader import EventReader
 from knotwork.task.scenario.repetitions import expand_repeats
@@ -163,14 +163,13 @@ def _check_joints_alone(reading: TaskReading) -> None:
 
 
 def _motion_limits(limits: Limits) -> MotionLimits:
-    """Limits on the motion of tool and links, scaled by their used fraction."""
+    """Limits on the motion of tool and links; those with a unit are scaled by the used fraction."""
     fraction = limits.used_fraction
-    return MotionLimits.model_construct(
-        tool_speed=limits.tool_speed and fraction * limits.tool_speed,
-        tool_acceleration=limits.tool_acceleration and fraction * limits.tool_acceleration,
-        frame_speed=tuple(
-            limit.model_copy(update={"speed": fraction * limit.speed})
-            for limit in limits.link_speeds
-        ),
-        singular_value=limits.singular_value,
+    values = {name: getattr(limits, name) for name in MotionLimits.model_fields}
+    for name, field in MotionLimits.model_fields.items():
+        if unit_of(field) and values[name] is not None:
+            values[name] *= fraction
+    values["frame_speed"] = tuple(
+        limit.model_copy(update={"speed": fraction * limit.speed}) for limit in limits.link_speeds
     )
+    return MotionLimits.model_construct(**values)

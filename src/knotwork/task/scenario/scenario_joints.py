@@ -17,7 +17,7 @@ from knotwork.errors import InputError, RobotError, UnknownNameError
 from knotwork.errors.old_names import OldAttribute
 from knotwork.files.documents import Location
 from knotwork.joint_quantities import MOTION_QUANTITIES, JointLimits
-from knotwork.task import TaskUnits, Tool
+from knotwork.task import JointWaypoint, TaskUnits, Tool
 from knotwork.task.scenario.joint_reader import JointReader, JointState, find_rest_intervals
 from knotwork.task.scenario.payloads import LoadedRobots, read_payload, robots_with_loads
 from knotwork.task.scenario.scenario import Scenario
@@ -192,7 +192,8 @@ def _with_unplanned_joints(scenario: Scenario, robot: Robot) -> Robot:
     """The robot with its unplanned joints set from the task's named configurations."""
     joint_values: dict[Location, Any] = {("start",): scenario.task.start}
     for i, waypoint in enumerate(scenario.task.waypoints):
-        joint_values["waypoints", i, "joints"] = getattr(waypoint, "joints", None)
+        if isinstance(waypoint, JointWaypoint):
+            joint_values["waypoints", i, "joints"] = waypoint.joints
     for location, joints in joint_values.items():
         if isinstance(joints, str) and joints in robot.configurations:
             with scenario.locations.errors_at(*location):
@@ -229,8 +230,8 @@ def _check_motion_limits(scenario: Scenario, robot: Robot) -> None:
 def _bare_joints(scenario: Scenario) -> JointReader:
     """The reader of the joints of a scenario without a robot."""
     task = scenario.task
-    first: Any = task.start or getattr(task.waypoints[0], "joints", ())
-    names = tuple(first)
+    first = task.waypoints[0]
+    names = tuple(task.start or (first.joints if isinstance(first, JointWaypoint) else ()))
     for name in task.joint_units:
         if name not in names:
             where = scenario.where("joint_units", name)

@@ -9,7 +9,15 @@ from typing import Literal
 
 from knotwork.errors.plain_text import default_waypoint_name, waypoint_text
 from knotwork.files.documents import Location, Locations
-from knotwork.task import AtMost, ClearWay, ExpandedTask, Fastest, PathWaypoint, Weights
+from knotwork.task import (
+    AtMost,
+    ClearWay,
+    ExpandedTask,
+    Fastest,
+    JointWaypoint,
+    PathWaypoint,
+    Weights,
+)
 
 
 @dataclass(frozen=True)
@@ -94,13 +102,13 @@ def ends_wait(task_index: Sequence[int], i: int) -> bool:
 def read_waypoint_unknowns(task: ExpandedTask, i: int) -> WaypointUnknowns:
     """Read the unknowns at waypoint i of a task, in SI, and on the way to it."""
     waypoint = task.waypoints[i]
-    speed = getattr(waypoint, "speed", None)
+    speed = None if isinstance(waypoint, JointWaypoint) else waypoint.speed
     speed_is_unknown = isinstance(speed, str | AtMost)
     max_speed = speed.at_most if isinstance(speed, AtMost) else math.inf
     if isinstance(waypoint, PathWaypoint):
         return WaypointUnknowns(path_speed_is_unknown=speed_is_unknown, max_speed=max_speed)
     kind: Literal["given", "direction", "unknown"] = "direction" if speed_is_unknown else "given"
-    if getattr(waypoint, "velocity", None) == "free":
+    if waypoint.velocity == "free":
         kind = "unknown"
     is_first = i == 0 and task.start is None
     way = None if is_first else waypoint.way or task.ways
@@ -208,10 +216,10 @@ def _misplaced(
     if at_start and waypoint.way is not None:
         message = "the first waypoint has no previous one, so there is no motion to it"
         yield "way", message, "way at a later waypoint, or start: the start of the motion"
-    if getattr(waypoint, "velocity", None) == "free" and (at_start or i == len(task.waypoints) - 1):
-        message = "the velocity is free at an end of the motion"
-        yield "velocity", message, "a velocity, or none: the arm is at rest there"
     if not isinstance(waypoint, PathWaypoint):
+        if waypoint.velocity == "free" and (at_start or i == len(task.waypoints) - 1):
+            message = "the velocity is free at an end of the motion"
+            yield "velocity", message, "a velocity, or none: the arm is at rest there"
         return
     if waypoint.time is not None and after_unknown:
         message = "the time since 0 can't be given, because an earlier time is chosen"
@@ -266,7 +274,7 @@ def _misused(
     if unknowns.objective.effort > 0.0 and task.robot is None:
         yield ("objective",), "effort needs a robot, and the file names none", ""
     if unknowns.time_dependent and task.duration is not None:
-        k = task_index[unknowns.time_dependent[0]]
-        name = waypoint_text(task.waypoints[k].name or default_waypoint_name(k))
+        task_i = task_index[unknowns.time_dependent[0]]
+        name = waypoint_text(task.waypoints[task_i].name or default_waypoint_name(task_i))
         message = f"is given together with the time at {name}, after chosen ones"
         yield ("duration",), message, "one of them"

@@ -24,7 +24,9 @@ if TYPE_CHECKING:
     from knotwork.curves.tool_paths import TimedPath
 
 START = "start"
+"""Name of the waypoint at the start of the motion."""
 NAME_AFTER_WAIT = "{}, after the wait"
+"""Name of the waypoint at the end of a wait."""
 
 EXPECTED_DURATION = 1.0
 """Expected time to a waypoint whose time is chosen later [s]."""
@@ -144,7 +146,9 @@ def _rest_poses(reading: TaskReading) -> dict[int, pin.SE3]:
 def _require_orientation(reading: TaskReading, i: int, waypoint: PoseWaypoint) -> None:
     """Refuse a pose without orientation unless a path with an orientation begins there."""
     following = reading.task.waypoints[i + 1 : i + 2]
-    begins_torch = any(isinstance(getattr(end, "orientation", None), Torch) for end in following)
+    begins_torch = any(
+        isinstance(end, PathWaypoint) and isinstance(end.orientation, Torch) for end in following
+    )
     if not waypoint.pose.has_orientation and not begins_torch:
         raise reading.locations.error(
             ("waypoints", i, "pose"),

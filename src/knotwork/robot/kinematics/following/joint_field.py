@@ -195,4 +195,4 @@ class JointField:
 
 def _to_column(value: ArrayLike) -> FloatArray:
     """Write a number, or one for each configuration, as a column."""
-    return np.multiply.outer(value, np.ones(1))
+    return np.asarray(value, dtype=float)[..., np.newaxis]

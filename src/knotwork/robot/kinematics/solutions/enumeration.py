@@ -26,7 +26,9 @@ STARTS = 48
 Branches attract about equal shares of the starts: each of a UR5's gets an eighth.
 """
 SEARCH_ROUNDS = 6
+"""Maximum number of batches for a pose."""
 SEARCH_ITERATIONS = 72
+"""Maximum number of steps of a batch."""
 SOLUTION_TOLERANCE = 1e-5
 """Distance within which solutions are equal [rad or m].
 

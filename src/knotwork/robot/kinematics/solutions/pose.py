@@ -131,36 +131,39 @@ def solve_pose_ik(
     """
     check_request(pose, position_tolerance, orientation_tolerance)
     first = checked_array(start, (robot.dof,), "start")
-    goal = first if near is None else checked_array(near, (robot.dof,), "near")
+    preferred = first if near is None else checked_array(near, (robot.dof,), "near")
     margin = TOLERANCE_MARGIN
     search = PoseSearch(robot, pose, margin * position_tolerance, margin * orientation_tolerance)
-    solution = _NearestSolution(search, goal, nearest)
-    solution.search_from(first, HASTY_BUDGET)
+    best = _NearestSearch(search, preferred, nearest)
+    best.search_from(first, HASTY_BUDGET)
     hopeless = joint_axes(robot).distance_beyond_reach(pose.translation) > position_tolerance
-    if not hopeless and (solution.is_nearest() if nearest else solution.find_any()):
-        return solution.result(f"{'nearest' if nearest else 'first'} solution")
-    every = np.empty((0, robot.dof)) if hopeless else find_solutions_within_limits(search, goal)
-    solution.keep_nearest(every)
-    if solution.q is None:
-        q = find_solution_or_raise(search, goal, waypoint=waypoint, where=where, units=units)
-        solution.keep(q)
-    return solution.result(f"nearest of {max(len(every), 1)} solutions")
+    if not hopeless and (best.is_nearest() if nearest else best.find_any()):
+        return best.result(f"{'nearest' if nearest else 'first'} solution")
+    every = np.empty((0, robot.dof))
+    if not hopeless:
+        every = find_solutions_within_limits(search, preferred)
+    best.keep_nearest(every)
+    if best.q is None:
+        q = find_solution_or_raise(search, preferred, waypoint=waypoint, where=where, units=units)
+        best.keep(q)
+    return best.result(f"nearest of {max(len(every), 1)} solutions")
 
 
-class _NearestSolution:
-    """Keeps the nearest solution found so far, and counts the searches."""
+class _NearestSearch:
+    """A search that keeps the solution nearest the preferred configuration, and counts steps."""
 
-    def __init__(self, search: PoseSearch, goal: FloatArray, nearest: bool) -> None:
+    def __init__(self, search: PoseSearch, preferred: FloatArray, nearest: bool) -> None:
         self.search = search
-        self.goal = goal
+        self.preferred = preferred
         self.limits = position_limits(search.robot)
         self._follow = nearest and search.robot.is_redundant
         self.q: FloatArray | None = None
         self.distance = np.inf
         self.iterations = 0
-        self.restarts = -1
+        self.restarts = -1  # the first search is none
 
     def search_from(self, start: FloatArray, budget: SearchBudget) -> None:
+        """Search locally, and keep the solution if it is nearer than the one before."""
         solution = self.search.solve(start, self.limits, budget)
         self.iterations += solution.iterations
         self.restarts += 1
@@ -177,26 +180,26 @@ class _NearestSolution:
 
     def keep(self, q: FloatArray) -> None:
         """Keep a solution if it is nearer than the one before."""
-        q = nearest_turns(self.search.robot, q, self.goal)
-        distance = self._distance_from_goal(q)
+        q = nearest_turns(self.search.robot, q, self.preferred)
+        distance = self._distance(q)
         if self._follow and distance < FOLLOW_DISTANCE_FACTOR * self.distance:
             q, steps = minimise_by_self_motion(
-                self.search, q, self.goal, ROUGH_STEP_FACTOR * distance
+                self.search, q, self.preferred, ROUGH_STEP_FACTOR * distance
             )
             self.iterations += steps
-            distance = self._distance_from_goal(q)
+            distance = self._distance(q)
         if distance < self.distance:
             self.q, self.distance = q, distance
 
     def keep_nearest(self, solutions: FloatArray) -> None:
         """Keep the nearest of some solutions, starting with the apparently nearest."""
-        turned = nearest_turns(self.search.robot, solutions, self.goal)
-        nearest_first = sorted(turned, key=self._distance_from_goal)
+        turned = nearest_turns(self.search.robot, solutions, self.preferred)
+        nearest_first = sorted(turned, key=self._distance)
         for q in nearest_first[: MAX_FOLLOWED if self._follow else 1]:
             self.keep(q)
 
-    def _distance_from_goal(self, q: FloatArray) -> float:
-        return math.dist(q.tolist(), self.goal.tolist())
+    def _distance(self, q: FloatArray) -> float:
+        return math.dist(q.tolist(), self.preferred.tolist())
 
     def is_nearest(self) -> bool:
         """Whether the solution counts as the nearest.
@@ -225,9 +228,9 @@ class _NearestSolution:
             raise RuntimeError("no solution has been kept")
         q = self.q
         if self._follow:
-            q, steps = minimise_by_self_motion(self.search, q, self.goal)
+            q, steps = minimise_by_self_motion(self.search, q, self.preferred)
             self.iterations += steps
-            self.distance = self._distance_from_goal(q)
+            self.distance = self._distance(q)
         errors = self.search.distance_and_angle(q)
         q.setflags(write=False)
         return IKSolution(

@@ -23,6 +23,7 @@ from knotwork.robot.kinematics.chain.levenberg_marquardt import (
 from knotwork.robot.kinematics.pose_arguments import check_pose
 
 MAX_BATCH_RESTARTS = 600
+"""Default of the maximum number of further searches for a pose."""
 
 
 def solve_pose_ik_batch(

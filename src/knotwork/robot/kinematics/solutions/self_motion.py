@@ -15,7 +15,9 @@ from knotwork.robot.kinematics.chain.joint_ranges import (
 )
 
 SELF_MOTION_STARTS = 96
+"""Number of starts all over the range of the joints."""
 SAMPLE_ITERATIONS = 18
+"""Maximum number of steps from each start."""
 NEARBY_STARTS = 16
 """Number of additional starts near a configuration."""
 NEARBY_DISTANCE = 0.25
