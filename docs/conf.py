@@ -98,7 +98,7 @@ nitpick_ignore_regex = [
         r"py:.*",
         r"(knotwork\.[\w.]+\.)?(Document|Locations|RobotSpec|VirtualJoint|AnyMotion|CheckedMotion|"
         r"Findings|Subject|TaskFrame|ToolMotion|ExtendedCurve|TorchRanges|PathTrack|ExpandedTask|LoadedRobots|"
-        r"EndAcceleration(Like)?|Status|ObstructionCause|JointTree|WeavePattern|Window|StudyFolder|Outcome|"
+        r"KnotPlacement|EndAcceleration(Like)?|Status|ObstructionCause|JointTree|WeavePattern|Window|StudyFolder|Outcome|"
         r"FeasibleDurations|TimedCurve)",
     ),
     # Arrays of NumPy under shorter names.

@@ -16,7 +16,7 @@ from knotwork.planning.task_to_joint import SequenceStep, TaskSolution
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.resolve import change_task
 from knotwork.verification.collisions import failed_pairs
-from knotwork.verification.finding import TRIED, Group, Topic
+from knotwork.verification.finding import REMEDIES_TRIED, Group, Topic
 
 MAX_SEQUENCES_WITHOUT_UNKNOWNS = 12
 """Maximum number of sequences of solutions to plan if no value is unknown."""
@@ -161,7 +161,7 @@ def _around_obstacles(
         notes.append(_note_on_attempts(attempts, ended_before=ended_before))
     elif ended_before:
         notes.append("the budget ended before another sequence of solutions was tried")
-    return _with_finding(best, "; ".join(notes), TRIED) if notes else best
+    return _with_finding(best, "; ".join(notes), REMEDIES_TRIED) if notes else best
 
 
 def _advice(scenario: Scenario, untried: Sequence[int]) -> str:

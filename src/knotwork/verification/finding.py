@@ -55,7 +55,7 @@ class Group:
 
 PASSING_VERDICTS: tuple[Verdict, ...] = ("met", "undecided", "warning", "information")
 """Verdicts that do not fail a report."""
-TRIED = "tried"
+REMEDIES_TRIED = "remedies_tried"
 """Quantity of findings on remedies that planning has tried in vain."""
 NOT_IN_DATA = ("involves_scene", "bodies", "highlight", "fact", "short_fact", "remedy")
 """Fields that JSON lacks: they are for other outputs, or contained in name and message."""

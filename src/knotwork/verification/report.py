@@ -30,7 +30,7 @@ from knotwork.verification.brief import (
     wrap,
 )
 from knotwork.verification.checks import CHECKS
-from knotwork.verification.finding import TRIED, Finding, Group, Topic
+from knotwork.verification.finding import REMEDIES_TRIED, Finding, Group, Topic
 from knotwork.verification.motion import Motion
 from knotwork.waypoints import JointWaypoints
 
@@ -162,7 +162,7 @@ class Report:
     @property
     def tried(self) -> tuple[Finding, ...]:
         """Findings on remedies that planning has tried in vain."""
-        return tuple(finding for finding in self.findings if finding.quantity == TRIED)
+        return tuple(finding for finding in self.findings if finding.quantity == REMEDIES_TRIED)
 
     @property
     def groups(self) -> dict[str, list[Finding]]:

@@ -21,7 +21,7 @@ from knotwork.verification.brief import (
     requirement_counts,
     value_text,
 )
-from knotwork.verification.finding import TRIED
+from knotwork.verification.finding import REMEDIES_TRIED
 from knotwork.verification.report import CheckedMotion
 from knotwork.view.joint_plots import plot_joints
 from knotwork.view.page import Page, asset, iframe, render_template, scene_page
@@ -106,7 +106,7 @@ def _groups(report: Report) -> list[dict[str, Any]]:
     """Findings by group as data for the template, without remedies, which are above."""
     groups = []
     for title, findings in report.groups.items():
-        shown = [finding for finding in findings if finding.quantity != TRIED]
+        shown = [finding for finding in findings if finding.quantity != REMEDIES_TRIED]
         if not shown:
             continue
         numbers = [finding for finding in shown if finding.value is not None]

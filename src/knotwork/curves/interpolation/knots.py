@@ -11,6 +11,7 @@ knot.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -64,8 +65,12 @@ class BalancedKnots:
         object.__setattr__(self, "c", c)
 
 
+KnotPlacement: TypeAlias = str | BalancedKnots | ArrayLike
+"""A rule of `KNOT_RULES`, one with its own fraction, or the knot times [s]."""
+
+
 def place_knots(
-    x: FloatArray, rule: str | BalancedKnots | ArrayLike, known: BoolArray
+    x: FloatArray, rule: KnotPlacement, known: BoolArray
 ) -> tuple[FloatArray, FloatArray]:
     """Place knots around waypoints.
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from knotwork.arrays import BoolArray, FloatArray
 from knotwork.curves.interpolation import BalancedKnots
+from knotwork.curves.interpolation.knots import KnotPlacement
 from knotwork.errors import PathError
 from knotwork.task import Balanced
 from knotwork.task.scenario import Scenario
@@ -44,7 +45,7 @@ class JointRows(NamedTuple):
         return JointRows(*columns)
 
 
-def knots_of(scenario: Scenario) -> str | BalancedKnots | Sequence[float]:
+def knots_of(scenario: Scenario) -> KnotPlacement:
     """Knot placement of the motion: see `ModifiedHermiteSpline`.
 
     With `knots: optimal` it is `"paper"`: knots are chosen only outside tool paths.
@@ -60,7 +61,7 @@ def complete_waypoints(
     joints: ScenarioJoints,
     positions: FloatArray,
     velocities: FloatArray,
-    knots: Any,
+    knots: KnotPlacement,
     tracks: Sequence[PathTrack],
 ) -> tuple[JointWaypoints, dict[int, PathTrack]]:
     """Joint waypoints from the solutions at a scenario's waypoints, and tracks by first waypoint.
@@ -134,7 +135,7 @@ def _hold(rows: JointRows, rest_intervals: tuple[int, ...]) -> None:
 
 
 def _insert_waypoints(
-    scenario: Scenario, track: PathTrack, start: FloatArray, knots: Any
+    scenario: Scenario, track: PathTrack, start: FloatArray, knots: KnotPlacement
 ) -> tuple[PathTrack, JointRows]:
     """A track with the motion along it, and its rows with inserted waypoints.
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from knotwork.curves.interpolation.knots import KnotPlacement
 from knotwork.errors import RobotError
 from knotwork.planning.task_to_joint.complete_waypoints import complete_waypoints
 from knotwork.planning.task_to_joint.task_solution import SequenceStep, TaskSolution
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 def solve_task(
     scenario: Scenario,
     joints: ScenarioJoints,
-    knots: Any = "paper",
+    knots: KnotPlacement = "paper",
     blocked_steps: Sequence[SequenceStep] = (),
     earlier: TaskSolution | None = None,
 ) -> TaskSolution:
@@ -77,7 +78,7 @@ def _solve_poses(
     scenario: Scenario,
     joints: ScenarioJoints,
     robot: Robot,
-    knots: Any,
+    knots: KnotPlacement,
     blocked_steps: Sequence[SequenceStep],
     earlier: TaskSolution | None,
 ) -> TaskSolution:
@@ -113,7 +114,9 @@ def _solve_poses(
     return _with_chosen_velocities(_without_virtual_joints(solution, joints), joints)
 
 
-def _solve_joint_targets(scenario: Scenario, joints: ScenarioJoints, knots: Any) -> TaskSolution:
+def _solve_joint_targets(
+    scenario: Scenario, joints: ScenarioJoints, knots: KnotPlacement
+) -> TaskSolution:
     """The solution if joint positions are given at all waypoints."""
     targets = [target for target in joints.targets if target is not None]
     positions = np.array([target.position for target in targets])

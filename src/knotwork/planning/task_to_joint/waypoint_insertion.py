@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from knotwork.arrays import FloatArray
 from knotwork.curves.interpolation import ModifiedHermiteSpline
+from knotwork.curves.interpolation.knots import KnotPlacement
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.curves.polynomial.distinct import sort_distinct
 from knotwork.curves.tool_paths import TimedPath
@@ -73,7 +74,7 @@ def insert_path_waypoints(
     tolerance: ToolTolerances,
     *,
     times: FloatArray | None = None,
-    knots: Any = "paper",
+    knots: KnotPlacement = "paper",
 ) -> PathWaypoints:
     """Find waypoints along a path with which the modified Hermite curve provably follows it.
 
@@ -114,7 +115,7 @@ class _Insertion:
 
     joints_on_path: JointsOnPath
     tolerance: ToolTolerances
-    knots: Any
+    knots: KnotPlacement
 
     def waypoints_at(self, times: FloatArray) -> PathWaypoints:
         q = self.joints_on_path.positions(times)

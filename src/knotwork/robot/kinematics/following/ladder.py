@@ -25,6 +25,7 @@ from knotwork.robot.kinematics.chain.batch import Targets, solve_batch
 from knotwork.robot.kinematics.chain.joint_ranges import turning_limits, whole_turns
 from knotwork.robot.kinematics.chain.velocity import joint_scales
 from knotwork.robot.kinematics.following.joint_field import Guide
+from knotwork.robot.kinematics.sequence.candidates import PROJECTION_STEPS
 from knotwork.robot.kinematics.sequence.nearness import limit_nearness, singular_nearness
 from knotwork.robot.kinematics.solutions.self_motion import (
     choose_farthest_apart,
@@ -49,8 +50,6 @@ SMOOTHING_SWEEPS, SMOOTHING_GAIN = 30, 1e-9
 """Sweeps of smoothing, and the smallest improvement that counts."""
 MAX_SEQUENCES = 40
 """Maximum number of candidate sequences."""
-PROJECTION_STEPS = 12
-"""Number of Newton steps of a projection onto a pose."""
 RUNG_ERROR = 1e-9
 """Maximum pose error of a configuration on a rung [m, rad]."""
 

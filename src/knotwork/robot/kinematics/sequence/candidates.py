@@ -44,6 +44,8 @@ TWIST_RESIDUAL = 1e-7
 """Residual above which a twist is infeasible [m/s, rad/s]."""
 SELF_MOTION_SAMPLES = 24
 """Number of samples of a self-motion."""
+PROJECTION_STEPS = 12
+"""Maximum number of steps of a projection of a sample onto the next pose."""
 CANDIDATE_ERROR = 1e-9
 """Pose error of solutions [m, rad]."""
 
@@ -207,7 +209,7 @@ def _track_self_motion(robot: Robot, targets: Targets) -> list[FloatArray]:
             samples[-1][:SELF_MOTION_SAMPLES],
             tolerance=1e-10,
             limits=position_limits(robot),
-            max_iterations=25,
+            max_iterations=PROJECTION_STEPS,
         )
         samples.append(np.vstack([projections.q[projections.converged], fresh[i]]))
     return samples

@@ -139,9 +139,9 @@ def solve_pose_ik(
     hopeless = joint_axes(robot).distance_beyond_reach(pose.translation) > position_tolerance
     if not hopeless and (best.is_nearest() if nearest else best.find_any()):
         return best.result(f"{'nearest' if nearest else 'first'} solution")
-    every = (
-        np.empty((0, robot.dof)) if hopeless else find_solutions_within_limits(search, preferred)
-    )
+    every = np.empty((0, robot.dof))
+    if not hopeless:
+        every = find_solutions_within_limits(search, preferred)
     best.keep_nearest(every)
     if best.q is None:
         q = find_solution_or_raise(search, preferred, waypoint=waypoint, where=where, units=units)
