@@ -32,9 +32,20 @@ MAX_REASONS = 12
 """Maximum number of reasons in the table; the others are counted."""
 
 
+class _Sweep(click.Command):
+    def parse_args(self, context: click.Context, words: list[str]) -> list[str]:
+        """Read the arguments; `--stop-after` had a second word."""
+        if "--stop-after" in words:
+            second = words.index("--stop-after") + 2
+            if words[second : second + 1] in (["feasible"], ["passed"]):
+                del words[second]
+        return super().parse_args(context, words)
+
+
 @click.command(
+    cls=_Sweep,
     epilog=f"{exit_codes('a row passes', 'none does')} --scheduler needs "
-    "`pip install 'knotwork[sweep]'`."
+    "`pip install 'knotwork[sweep]'`.",
 )
 @click.argument("source", metavar="SCENARIO|STUDY")
 @click.option(
@@ -80,8 +91,8 @@ MAX_REASONS = 12
 )
 @click.option(
     "--stop-after",
-    metavar="N passed",
-    type=(click.IntRange(min=1), click.Choice(["passed", "feasible"])),
+    metavar="N",
+    type=click.IntRange(min=1),
     help="Stop after this many passing rows.",
 )
 @click.option(
@@ -121,8 +132,6 @@ def sweep(
         study = sweeps.Study.open(source)
     else:
         options = {name: value for name, value in planning_options.items() if value is not None}
-        if "stop_after" in options:
-            options["stop_after"], _ = options["stop_after"]
         vary = _values_by_path(options.pop("vary"))
         try:
             with show_sweep(as_json) as progress:

@@ -328,5 +328,5 @@ class Robot(ChainModel):
 
     def solve_pose_ik_all(self, pose: Any, **options: Any) -> tuple[Any, ...]:
         """Find every `PoseSolution` of a pose of the TCP; see `knotwork.solve_pose_ik_all`."""
-        kinematics = importlib.import_module(f"{__package__}.kinematics")  # which imports `robot`
+        kinematics = importlib.import_module("knotwork.robot.kinematics")  # which imports `robot`
         return tuple(kinematics.solve_pose_ik_all(self, pose, **options))

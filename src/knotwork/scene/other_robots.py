@@ -5,25 +5,25 @@ Planning imports scenes, so scenes load it by name when they call it.
 
 from __future__ import annotations
 
-import importlib
 from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import lru_cache
+from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from knotwork.curves.polynomial.extended_curve import ExtendedCurve
 from knotwork.errors import InputError
+from knotwork.files.foreign import read_trajectory
 from knotwork.robot import Robot
 from knotwork.task.scenario import PlacedRobot, load_scenario
+from knotwork.task.scenario.scenario_joints import read_scenario_joints
 
 if TYPE_CHECKING:
     from knotwork.scene.collision_model import CollisionModel
 
 LOCKED_JOINT_TOLERANCE = 1e-9
 """Tolerance of the position of a joint that two robot files lock [rad or m]."""
-
-_ROOT_PACKAGE = __package__.partition(".")[0]
 
 _being_planned: ContextVar[tuple[str, ...]] = ContextVar("_being_planned", default=())
 """Scenarios that are being planned in this thread; each one needs the next one."""
@@ -74,7 +74,7 @@ def _load_motion(path: str, motion: Path | None, changed: tuple[int, ...]) -> Ot
     if scenario.task.robot is None:
         raise InputError(f"{path}: names no robot")
     if motion is None:
-        plan = _load_callable("planning", "plan")(scenario)
+        plan = import_module("knotwork.planning").plan(scenario)
         if not plan.report.ok:
             raise InputError(
                 f"{path}: its motion fails its own check: {plan.report.failures[0].message}; "
@@ -82,15 +82,13 @@ def _load_motion(path: str, motion: Path | None, changed: tuple[int, ...]) -> Ot
             )
         scenario, joints, trajectory = plan.scenario, plan.joints, plan.trajectory
     else:
-        joints = _load_callable("task.scenario.scenario_joints", "read_scenario_joints")(scenario)
-        read = _load_callable("files.foreign.trajectory_files", "read_trajectory")
-        trajectory, faults = read(motion, joints.joint_names, joints.joint_units)
+        joints = read_scenario_joints(scenario)
+        trajectory, faults = read_trajectory(motion, joints.joint_names, joints.joint_units)
         if faults:
             raise InputError(f"{motion}: {faults[0]}")
-    moving = _load_callable("verification.motion", "Motion")(trajectory, joints)
-    model = _load_callable("verification.collisions", "collision_model_of")(
-        moving, scenario, joints.robot
-    )
+    moving = import_module("knotwork.verification.motion").Motion(trajectory, joints)
+    collisions = import_module("knotwork.verification.collisions")
+    model = collisions.collision_model_of(moving, scenario, joints.robot)
     held = frozenset(held.name for held in scenario.scene.held)
     known = (ExtendedCurve(moving.curve), *model.known_motions)
     return OtherMotion(joints.robot, model, known, held)
@@ -123,7 +121,3 @@ def are_in_one_cell(robot: Robot, second: Robot) -> bool:
                     f"{other.name!r}; accepted: one position, in the `locked` of both robot files"
                 )
     return True
-
-
-def _load_callable(module: str, name: str) -> Any:
-    return getattr(importlib.import_module(f"{_ROOT_PACKAGE}.{module}"), name)

@@ -11,9 +11,9 @@ from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
 from knotwork.joint_quantities import FRAME_ORDERS, JOINT_QUANTITIES
 from knotwork.robot import Robot
+from knotwork.robot.many_states import frame_rates
 from knotwork.task.scenario.scenario_joints import ScenarioJoints
 from knotwork.verification import Finding
-from knotwork.verification.bounds.tool_motion import speed_quantity
 from knotwork.verification.limits import (
     LIMIT_GROUPS,
     SMALLEST_SINGULAR_VALUE,
@@ -81,7 +81,7 @@ def frame_values(
         a: Joint accelerations.
     """
     index = robot.frame_index(frame) if frame else robot.require_tool()
-    return np.asarray(speed_quantity(robot.model, index, order).values(q, v, a)[:, 0])
+    return np.asarray(np.linalg.norm(frame_rates(robot.model, index, order, q, v, a), axis=1))
 
 
 def smallest_singular_values(robot: Robot, q: FloatArray) -> FloatArray:

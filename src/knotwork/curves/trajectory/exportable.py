@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from scipy.interpolate import PPoly
     from typing_extensions import Unpack
 
-_EXPORT = f"{__package__.partition('.')[0]}.files.export"
-
 
 class MessageOptions(TypedDict, total=False):
     """Options of ROS 2 messages, as of `knotwork.files.export.ros2_dict`."""
@@ -58,7 +56,7 @@ class Exportable:
     """A motion that can be exported: `save_as` writes every format of `knotwork.files.export`."""
 
     def _content(self, name: str, options: Mapping[str, Any]) -> Any:
-        return importlib.import_module(_EXPORT).content(self, name, **options)
+        return importlib.import_module("knotwork.files.export").content(self, name, **options)
 
     def to_ros2(self, **options: Unpack[MessageOptions]) -> str:
         """Return YAML of a ROS 2 message or action goal; see `knotwork.files.export.to_ros2`.
@@ -72,7 +70,7 @@ class Exportable:
 
         Options: `goal`, `accelerations`, `tolerance` [rad or m].
         """
-        export = importlib.import_module(_EXPORT)
+        export = importlib.import_module("knotwork.files.export")
         checked = export.checked_options(export.get_format("ros2"), options)
         return export.to_ros2_message(self, **checked)
 
@@ -121,11 +119,11 @@ class Exportable:
 
     def to_drake(self) -> Any:
         """Return Drake's `PiecewisePolynomial`; see `knotwork.files.export.to_drake`."""
-        return importlib.import_module(_EXPORT).to_drake(self)
+        return importlib.import_module("knotwork.files.export").to_drake(self)
 
     def to_scipy(self) -> PPoly:
         """Return SciPy's `PPoly`; see `knotwork.files.export.to_scipy`."""
-        return cast("PPoly", importlib.import_module(_EXPORT).to_scipy(self))
+        return cast("PPoly", importlib.import_module("knotwork.files.export").to_scipy(self))
 
     def to_mat(self) -> bytes:
         """Return a MAT-file for MATLAB's `ppval`; see `knotwork.files.export.to_mat`."""
@@ -133,5 +131,5 @@ class Exportable:
 
     def save_as(self, name: str, path: Path | str, *, force: bool = False, **options: Any) -> Path:
         """Write the motion to a file in a named format; see `knotwork.files.export.save`."""
-        export = importlib.import_module(_EXPORT)
+        export = importlib.import_module("knotwork.files.export")
         return Path(export.save(self, name, path, force=force, **options))

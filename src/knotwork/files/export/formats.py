@@ -13,6 +13,7 @@ from pkgutil import resolve_name
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from knotwork.curves.trajectory import exportable
 from knotwork.errors import InputError, UnknownNameError
 from knotwork.errors.old_names import renamed_option
 from knotwork.files.export.labels import events_path, events_text
@@ -58,11 +59,11 @@ class Format:
         return "tolerance" in self.options and (not self.tabular or bool(options.get("knots_only")))
 
 
-_TABLE_OPTIONS = ("rate", "knots_only", "accelerations", "tolerance", "robot", "labels")
+_TABLE_OPTIONS = tuple(exportable.TableOptions.__annotations__)
 _TABLE: dict[str, Any] = {"options": _TABLE_OPTIONS, "events": True, "tabular": True}
-_MESSAGE_OPTIONS = ("goal", "accelerations", "tolerance")
-_DRIVE_OPTIONS = ("degrees", "scale", "offset", "incremental", "tolerance")
-_PROGRAM_OPTIONS = ("tolerance", "robot")
+_MESSAGE_OPTIONS = tuple(exportable.MessageOptions.__annotations__)
+_DRIVE_OPTIONS = tuple(exportable.DriveOptions.__annotations__)
+_PROGRAM_OPTIONS = tuple(exportable.ProgramOptions.__annotations__)
 _ROS2 = "YAML for ros2 topic pub, or with goal (--goal) for ros2 action send_goal"
 _PVT = "position-velocity-time table for motion drives, as CSV"
 _URSCRIPT = "program for a controller of Universal Robots"

@@ -49,7 +49,6 @@ MIN_SPEED_FACTOR = 0.8
 MAX_SPEED_FACTOR = 0.995
 """Maximum factor on a speed that is lowered in one step."""
 
-
 AT_MOST = LimitedQuantity("", "at_most")
 """Bound of a speed: the upper bound in the task."""
 
@@ -115,6 +114,7 @@ class PathSpeedProblem:
 
     @cached_property
     def _solution(self) -> tuple[dict[int, BoundedSpeed], Timing]:
+        """Maximum constant speeds, lowered until changes of speed keep the limits; the timing."""
         speeds = self._constant_speeds()
         while True:
             speeds, timing, all_speeds = self._with_ramps(speeds)

@@ -8,7 +8,6 @@ from itertools import zip_longest
 from typing import NamedTuple
 
 import numpy as np
-import pinocchio as pin
 
 from knotwork.arrays import FloatArray
 from knotwork.curves.polynomial import PiecewisePolynomial
@@ -21,6 +20,7 @@ from knotwork.joint_quantities import (
 )
 from knotwork.planning.timing.timing_problem import TimingProblem
 from knotwork.robot import Robot
+from knotwork.robot.many_states import frame_rates, joint_efforts
 
 EFFORT_ORDER = 2
 """Order of the highest derivative of positions that efforts depend on."""
@@ -84,20 +84,24 @@ class StateLimits:
             Vectors, shape (n, m, 3).
         """
         values = dict(zip_longest(RATE_QUANTITIES, rates, fillvalue=np.zeros_like(q)))
-        states = list(zip(q, values["velocity"], values["acceleration"], strict=True))
-        robot = self.robot
+        states = q, values["velocity"], values["acceleration"]
         values["effort"] = np.zeros_like(q)
-        if robot is not None and np.isfinite(self.joint_limits.effort).any():
-            efforts = [pin.rnea(robot.model, robot.data, *state) for state in states]
-            values["effort"] = np.array(efforts)
+        if self.robot is not None and np.isfinite(self.joint_limits.effort).any():
+            values["effort"] = joint_efforts(self.robot.model, *states)
         of_joints = np.hstack([values[name] / self.joint_limits[name] for name in MAGNITUDES])
         ratios = np.zeros((*of_joints.shape, 3))
         ratios[..., 0] = of_joints
-        if robot is None or not self.frame_limits:
-            return ratios
-        of_frames = _rates_of_frames(robot, list(self.frame_limits), states)
-        limits = np.array(list(self.frame_limits.values()))
-        return np.concatenate((ratios, of_frames / limits[:, None]), axis=1)
+        of_frames = [self._frame_ratios(limited, states) for limited in self.frame_limits]
+        return np.concatenate((ratios, *of_frames), axis=1)
+
+    def _frame_ratios(self, limited: LimitedQuantity, states: Sequence[FloatArray]) -> FloatArray:
+        """Rates of a frame divided by their limit, shape (n, 1, 3)."""
+        if self.robot is None:
+            raise TypeError("limits of frames need a robot")
+        link = limited.subject
+        frame = self.robot.frame_index(link) if link else self.robot.require_tool()
+        rates = frame_rates(self.robot.model, frame, limited.order, *states)
+        return np.asarray(rates[:, None] / self.frame_limits[limited])
 
     def utilisation(self, curve: PiecewisePolynomial, times: FloatArray) -> FloatArray:
         """Utilisation of each limit by a motion at times of any shape, shape (..., m)."""
@@ -111,29 +115,3 @@ def problem_state_limits(problem: TimingProblem) -> StateLimits:
     robot = None if problem.dynamics is None else problem.dynamics.robot
     frames = {TOOL_SPEED: problem.tool_speed} if np.isfinite(problem.tool_speed) else {}
     return StateLimits(problem.joint_names, problem.limits, robot, frames)
-
-
-def _rates_of_frames(
-    robot: Robot, frames: Sequence[LimitedQuantity], states: Sequence[Sequence[FloatArray]]
-) -> FloatArray:
-    """Velocities or accelerations of frames' origins, shape (n, len(frames), 3).
-
-    Args:
-        robot: The arm.
-        frames: The frames, with the order of their limited rate.
-        states: Position, velocity and acceleration of the joints at n times, shape (d,) each.
-    """
-    readers = {1: pin.getFrameVelocity, 2: pin.getFrameClassicalAcceleration}
-    wanted = [
-        (
-            robot.frame_index(limited.subject) if limited.subject else robot.require_tool(),
-            readers[limited.order],
-        )
-        for limited in frames
-    ]
-    rates = np.empty((len(states), len(frames), 3))
-    for row, state in zip(rates, states, strict=True):
-        pin.forwardKinematics(robot.model, robot.data, *state)
-        for k, (frame, read) in enumerate(wanted):
-            row[k] = read(robot.model, robot.data, frame, pin.LOCAL_WORLD_ALIGNED).linear
-    return rates

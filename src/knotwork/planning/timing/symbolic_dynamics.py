@@ -11,12 +11,12 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
-import pinocchio as pin
 
 from knotwork.arrays import FloatArray
 from knotwork.errors import InputError
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import JointTree, joint_tree
+from knotwork.robot.many_states import joint_efforts
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,10 +46,7 @@ class Dynamics:
 
     def effort(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
         """Joint efforts [N m or N] of many states, shape (..., d) each, by Pinocchio."""
-        model, data = self.robot.model, self.robot.data
-        shape = np.shape(q)
-        rows = zip(*(np.reshape(x, (-1, shape[-1])) for x in (q, v, a)), strict=True)
-        return np.array([pin.rnea(model, data, *row) for row in rows]).reshape(shape)
+        return joint_efforts(self.robot.model, q, v, a)
 
     def symbolic_effort(self, q: Any, v: Any, a: Any) -> Any:
         """Joint efforts of a state as CasADi symbols, a column."""

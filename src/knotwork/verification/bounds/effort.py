@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
-import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from knotwork.arrays import FloatArray
@@ -13,6 +13,7 @@ from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import joint_tree
+from knotwork.robot.many_states import joint_efforts
 from knotwork.verification.bounds.adaptive import Bound, Quantity, curve_of, upper_bounds
 from knotwork.verification.bounds.link_motion import TreeMotion, product, tree_motion, unit_bounds
 
@@ -109,16 +110,10 @@ def _spin(angular: FloatArray, moments: FloatArray) -> FloatArray:
 
 
 def effort_quantity(model: Any) -> Quantity:
-    """Joint efforts of a model, by Pinocchio's inverse dynamics (`pin.rnea`)."""
-    tree, data = joint_tree(model), model.createData()
-
-    def values(q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
-        result = np.empty_like(q)
-        for row, state in zip(result, zip(q, v, a, strict=True), strict=True):
-            row[:] = pin.rnea(model, data, *state)
-        return result
+    """The quantity to bound: joint efforts of a model."""
+    tree = joint_tree(model)
 
     def rate_bounds(rates: FloatArray) -> FloatArray:
         return effort_rate_bounds(tree_motion(tree, rates), model, rates)
 
-    return Quantity(values, rate_bounds, tree.is_angle, absolute=True)
+    return Quantity(partial(joint_efforts, model), rate_bounds, tree.is_angle, absolute=True)

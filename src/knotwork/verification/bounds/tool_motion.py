@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -13,6 +12,7 @@ from knotwork.arrays import FloatArray
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.robot import Robot
 from knotwork.robot.joint_tree import JointTree, joint_tree
+from knotwork.robot.many_states import frame_rates
 from knotwork.verification.bounds.adaptive import (
     Bound,
     Quantity,
@@ -83,16 +83,10 @@ def tool_acceleration_bound(
 
 def speed_quantity(model: Any, frame: int, order: int) -> Quantity:
     """The quantity to bound: speed (order 1) or acceleration (order 2) of a frame's origin."""
-    moved: Callable[..., Any] = (
-        pin.getFrameVelocity if order == 1 else pin.getFrameClassicalAcceleration
-    )
-    tree, data, (joint, lever) = joint_tree(model), model.createData(), carrier_of(model, frame)
+    tree, (joint, lever) = joint_tree(model), carrier_of(model, frame)
 
-    def values(q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
-        vectors = np.empty((len(q), 3))
-        for row, state in zip(vectors, zip(q, v, a, strict=True), strict=True):
-            pin.forwardKinematics(model, data, *state)
-            row[:] = moved(model, data, frame).linear
+    def values(*states: FloatArray) -> FloatArray:
+        vectors = frame_rates(model, frame, order, *states)
         return np.asarray(np.linalg.norm(vectors, axis=1, keepdims=True))
 
     def bounds(rates: FloatArray) -> FloatArray:

@@ -1,0 +1,52 @@
+"""Joint efforts and motions of frames in many joint states, by Pinocchio."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from knotwork.arrays import FloatArray
+
+
+def joint_efforts(model: Any, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+    """Joint efforts by inverse dynamics (`pin.rnea`) [N m or N].
+
+    Args:
+        model: Pinocchio model.
+        q: Joint positions, shape (..., d).
+        v: Joint velocities.
+        a: Joint accelerations.
+
+    Returns:
+        The efforts, shape (..., d).
+    """
+    data, efforts = model.createData(), np.empty_like(q)
+    for index in np.ndindex(q.shape[:-1]):
+        efforts[index] = pin.rnea(model, data, q[index], v[index], a[index])
+    return efforts
+
+
+def frame_rates(
+    model: Any, frame: int, order: int, q: FloatArray, v: FloatArray, a: FloatArray
+) -> FloatArray:
+    """Velocity [m/s] (order 1) or acceleration [m/s²] (order 2) of the origin of a frame.
+
+    Args:
+        model: Pinocchio model.
+        frame: Index of the frame.
+        order: 1 or 2.
+        q: Joint positions, shape (n, d).
+        v: Joint velocities.
+        a: Joint accelerations.
+
+    Returns:
+        Vectors in the axes of the root of the model, shape (n, 3).
+    """
+    rate = pin.getFrameVelocity if order == 1 else pin.getFrameClassicalAcceleration
+    data, vectors = model.createData(), np.empty((len(q), 3))
+    for row, state in zip(vectors, zip(q, v, a, strict=True), strict=True):
+        pin.forwardKinematics(model, data, *state)
+        row[:] = rate(model, data, frame, pin.LOCAL_WORLD_ALIGNED).linear
+    return vectors
