@@ -6,15 +6,7 @@ import math
 from collections.abc import Collection, Sequence
 
 from knotwork.files.documents import Location, Locations
-from knotwork.task import (
-    ExpandedTask,
-    FreePose,
-    JointWaypoint,
-    PathWaypoint,
-    PoseWaypoint,
-    Torch,
-    Velocity,
-)
+from knotwork.task import ExpandedTask, FreePose, JointWaypoint, PathWaypoint, Torch, Velocity
 from knotwork.task.scenario.scenario import ScenarioPath
 from knotwork.task.scenario.task_reading import TaskReading
 from knotwork.units import Units
@@ -61,7 +53,7 @@ def read_freedoms(reading: TaskReading, free_turns: Collection[int] = ()) -> Fre
 def _check_velocity(reading: TaskReading, i: int, freedom: PoseFreedom) -> None:
     """Refuse a velocity in free axes of the tool, whose direction planning chooses."""
     waypoint = reading.task.waypoints[i]
-    velocity = waypoint.velocity if isinstance(waypoint, PoseWaypoint) else None
+    velocity = None if isinstance(waypoint, PathWaypoint) else waypoint.velocity
     if not isinstance(velocity, Velocity) or velocity.axes != "tool":
         return
     across = [*velocity.linear[:2], *velocity.angular[:2]]

@@ -23,14 +23,7 @@ import numpy as np
 from knotwork.arrays import FloatArray
 from knotwork.errors.plain_text import default_waypoint_name, waypoint_text
 from knotwork.files.documents import Location, Locations
-from knotwork.task import (
-    AtMost,
-    ExpandedTask,
-    JointWaypoint,
-    PathWaypoint,
-    PoseWaypoint,
-    Velocity,
-)
+from knotwork.task import AtMost, ExpandedTask, JointWaypoint, PathWaypoint, PoseWaypoint
 from knotwork.task.scenario.unknowns_reader import ScenarioUnknowns
 from knotwork.units import Units
 
@@ -216,7 +209,7 @@ class PoseFrames:
                 f"a path with all waypoints {of_others}, or poses without along",
             )
         velocity = None if isinstance(waypoint, PathWaypoint) else waypoint.velocity
-        axes = velocity.axes if isinstance(velocity, Velocity) else None
+        axes = None if velocity is None or isinstance(velocity, str) else velocity.axes
         for axes_name, *key in ((requested, "orientation_in"), (axes, "velocity", "in")):
             axes_frame = self.named.get(axes_name or "")
             if axes_frame is not None and axes_frame.link != frame.link:

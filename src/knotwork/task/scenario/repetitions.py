@@ -12,17 +12,7 @@ import numpy as np
 from knotwork.curves.tool_paths.points_file import read_points
 from knotwork.files.documents import Location, Locations
 from knotwork.files.documents.values import is_marked, marked
-from knotwork.task import (
-    ExpandedTask,
-    Frame,
-    Grid,
-    HeldObject,
-    JointWaypoint,
-    PlacesFile,
-    Repeat,
-    Task,
-    Tool,
-)
+from knotwork.task import ExpandedTask, Frame, Grid, HeldObject, PlacesFile, Repeat, Task, Tool
 from knotwork.task.scenario.scenario import Scenario
 from knotwork.task.scenario.unknowns_reader import ends_wait
 from knotwork.task.task_part import PartT, TaskPart
@@ -121,7 +111,7 @@ class _Expansion:
             )
         choices = [PLACE_FRAME, "base", *self.task.frames]
         for j, template in enumerate(block.repeat):
-            name = None if isinstance(template, JointWaypoint) else template.frame
+            name = getattr(template, "frame", None)
             if name is not None and name not in self.frames:
                 self.locations.check_name((*location, "repeat", j, "frame"), "frame", name, choices)
         names = {template.name for template in block.repeat}
