@@ -71,10 +71,11 @@ def best_of_sequences(sequence_planner: SequencePlanner) -> Plan:
         return _around_obstacles(sequence_planner, best, attempts)
     if len(attempts) == 1:
         return best
+    first_has = "collides" if attempts[0].plan is not None else "is not possible within the limits"
     return _with_finding(
         best,
-        "the best sequence of solutions has no clear motion within the limits; of "
-        f"{len(attempts)} sequences tried this is the first that has one",
+        f"the motion of the best sequence of solutions {first_has}; of {len(attempts)} sequences "
+        "tried this is the first that is collision-free",
     )
 
 
