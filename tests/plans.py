@@ -1,9 +1,10 @@
-"""Plans of shipped scenarios, each made once in a process."""
+"""Plans: of shipped scenarios, each made once in a process, and of tasks that pass."""
 
 from __future__ import annotations
 
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -13,6 +14,13 @@ import knotwork as kw
 @cache
 def planned(scenario: str | Path, planner: str | None = None) -> kw.Plan:
     return kw.plan(scenario, planner=planner)
+
+
+def passing_plan(scenario: Any, **options: Any) -> kw.Plan:
+    """The plan of a task, held to pass its check."""
+    plan = kw.plan(scenario, **options)
+    plan.report.raise_if_failed()
+    return plan
 
 
 def assert_same_bits(one: kw.JointTrajectory, other: kw.JointTrajectory) -> None:

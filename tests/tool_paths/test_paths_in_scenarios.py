@@ -13,6 +13,7 @@ import yaml
 
 import knotwork as kw
 from knotwork.errors import FollowingError, InputError
+from plans import passing_plan
 from seams import ON as FIRST
 from seams import task
 
@@ -48,8 +49,7 @@ def tool(plan: kw.Plan, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.n
 def test_blend_stays_within_its_distance() -> None:
     corner = {**LINE, "name": "corner", "blend": 10}
     end = {**LINE, "pose": {"position": [530, 50, 60]}}
-    plan = kw.plan(task(FIRST, corner, end, UP))
-    assert plan.report.ok
+    plan = passing_plan(task(FIRST, corner, end, UP))
     path = plan.scenario.paths[0].timed_path
     position, _, speed = tool(plan, np.linspace(path.start_time, path.end_time, 3001))
     assert np.abs(speed / 60 - 1).max() < 0.011
@@ -121,8 +121,7 @@ def test_points_may_begin_and_end_beside_their_waypoints() -> None:
 
 
 def test_shortest_wait() -> None:
-    plan = kw.plan(task(FIRST, {**LINE, "wait": 0.001}, UP))
-    assert plan.report.ok
+    plan = passing_plan(task(FIRST, {**LINE, "wait": 0.001}, UP))
     end, after = (plan.scenario.waypoints[i].time for i in (2, 3))
     assert after - end == pytest.approx(1e-3)
 

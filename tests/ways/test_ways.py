@@ -16,14 +16,14 @@ from knotwork.errors import InputError, NoWayFoundError
 from knotwork.joint_quantities import JointLimits
 from knotwork.planning.clear_motions.configuration_space import ConfigurationSpace
 from knotwork.scene.building import build_robot_collision_model
+from plans import passing_plan
 from sweeps import first_of, mostly_exhaustive
 from walls import DOWN, at, box, past
 
 
 def planned(given: dict[str, Any]) -> kw.Plan:
     """A plan that passes its check and the judge."""
-    plan = kw.plan(given)
-    plan.report.raise_if_failed()
+    plan = passing_plan(given)
     assert judged(plan, copy.deepcopy(given)) == []
     return plan
 
@@ -52,8 +52,7 @@ def test_finds_motion_past_wall() -> None:
 
 def test_frozen_clear_motion_is_the_same(tmp_path: Path) -> None:
     plan = past_wall()
-    again = kw.plan(plan.freeze(tmp_path / "frozen.yaml"))
-    assert again.report.ok
+    again = passing_plan(plan.freeze(tmp_path / "frozen.yaml"))
     assert again.trajectory.polynomial.c.tobytes() == plan.trajectory.polynomial.c.tobytes()
     assert "way: clear" not in (tmp_path / "frozen.yaml").read_text()
     (way,) = again.report.select(quantity="way")
@@ -108,8 +107,7 @@ def test_passes_pose_between_clear_motions(tmp_path: Path) -> None:
     assert plan.trajectory.duration < kw.plan(through(stop=True)).trajectory.duration
     q = plan.trajectory.position(plan.scenario.times[1])
     assert np.abs(plan.joints.robot.forward(q).translation - [0.45, 0, 0.43]).max() < 1e-8
-    again = kw.plan(plan.freeze(tmp_path / "frozen.yaml"))
-    assert again.report.ok
+    again = passing_plan(plan.freeze(tmp_path / "frozen.yaml"))
     assert again.trajectory.polynomial.c.tobytes() == plan.trajectory.polynomial.c.tobytes()
 
 
@@ -363,8 +361,7 @@ OUTSIDE = {"shoulder_pan_joint": 400} | dict.fromkeys(
 
 
 def test_short_budget_gives_proved_motion() -> None:
-    plan = kw.plan(past(), budget=1e-3)
-    plan.report.raise_if_failed()
+    plan = passing_plan(past(), budget=1e-3)
     assert plan.chosen_values.duration >= past_wall().trajectory.duration
 
 
