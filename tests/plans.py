@@ -32,6 +32,12 @@ def assert_same_bits(one: kw.JointTrajectory, other: kw.JointTrajectory) -> None
         assert getattr(one, name) == getattr(other, name), name
 
 
+def pose_of(robot: kw.Robot, q: Any) -> dict[str, Any]:
+    """The pose of the tool at joint values, as a task gives it."""
+    pose = robot.forward(q)
+    return {"position": pose.translation.tolist(), "rotation_matrix": pose.rotation.tolist()}
+
+
 def arm(plan: kw.Plan) -> kw.Robot:
     """The robot of a plan that has one."""
     return plan.joints.robot

@@ -44,9 +44,7 @@ def test_a_plan_is_reported_in_few_lines_of_80_characters(name: str, knotwork: C
 
 def test_failures_are_second_and_name_a_remedy(knotwork: Command) -> None:
     file = ROOT / "tests" / "failing" / "velocity_limit_broken.yaml"
-    ran = knotwork("plan", file)
-    assert ran.code == 1
-    lines = ran.out.splitlines()
+    lines = knotwork("plan", file).failed().splitlines()
     assert lines[0].startswith("FAILED velocity_limit_broken: 56 of 57 requirements met, 1 failed")
     text = " ".join(line.strip() for line in lines[1:5])
     assert text.startswith("FAIL joint 'shoulder_pan_joint': velocity reaches 5.23599 rad/s")

@@ -15,18 +15,11 @@ from judged import judged
 from knotwork.errors import BranchError
 from knotwork.planning.task_to_joint import TaskSolution, solve_task
 from knotwork.task.scenario.scenario_joints import read_scenario_joints
+from plans import pose_of
 from sweeps import mostly_exhaustive
 
 UR5 = kw.load_robot("ur5")
 HOME = UR5.configuration("home")
-
-
-def pose_of(robot: kw.Robot, q: Any) -> dict[str, list]:
-    pose = robot.forward(np.array(q, dtype=float))
-    return {
-        "position": pose.translation.tolist(),
-        "rotation_matrix": pose.rotation.tolist(),
-    }
 
 
 def joints(q: Any) -> dict[str, float]:

@@ -103,7 +103,7 @@ def test_plans_slow_speed_of_short_line(length: float, acceleration: float) -> N
 def test_progress_of_speeds_alone() -> None:
     """Speeds along paths are no sections of the solver, so there is nothing to count."""
     seen: list[float] = []
-    kw.plan(reach(line("a", 0), limits=LIMITS), progress=lambda now: seen.append(now.done))
+    kw.plan(reach(line("a", 0), limits=LIMITS), progress=lambda now: seen.append(now.fraction))
     assert seen == [1.0]
 
 

@@ -84,15 +84,8 @@ def test_meets_each_pose_in_its_frame(folder: Path) -> None:
 
 def test_near_sets_positioner_at_fixed_poses(folder: Path) -> None:
     where = {**HOME, TILT: 0.3, "turn": -0.4}
-    plan = passing_plan(
-        task(
-            folder,
-            waypoints=[
-                pose(BESIDE, frame="base", near=where, name="beside"),
-                pose([0.0, 0.0, 0.25], name="on"),
-            ],
-        )
-    )
+    beside, on = pose(BESIDE, frame="base", near=where, name="beside"), pose(ON_PART, name="on")
+    plan = passing_plan(task(folder, waypoints=[beside, on]))
     q, both = named(plan, 1.5), Composed(folder)
     assert (q[TILT], q["turn"]) == pytest.approx((0.3, -0.4), abs=1e-9)
     assert both.tool(q).translation == pytest.approx(np.array(BESIDE), abs=1e-8)
