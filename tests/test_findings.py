@@ -110,31 +110,6 @@ def test_refuses_finding_with_nan() -> None:
         Finding("Play", "joint", "elbow", "play", "met", "none", value=float("nan"))
 
 
-def too_fast() -> dict[str, Any]:
-    """A task that no choice of solutions makes slow enough."""
-    return {
-        "robot": "ur5",
-        "waypoints": [
-            {"joints": "home"},
-            {
-                "name": "on",
-                "pose": {"position": [0.45, 0.1, 0.3], "rpy": [3.14, 0, 0]},
-                "velocity": {"linear": [0, 6.0, 0]},
-                "after": 2,
-            },
-            {"pose": {"position": [0.45, 0.3, 0.3], "rpy": [3.14, 0, 0]}, "after": 2},
-        ],
-    }
-
-
-def test_infeasible_velocity_is_a_failure() -> None:
-    plan = kw.plan(too_fast())
-    assert plan.solution.infeasibilities
-    assert set(plan.solution.infeasibilities) <= set(plan.report.failures)
-    failures = plan.report_to_dict()["failures"]
-    assert any("'on'" in line and "of that velocity" in line for line in failures)
-
-
 def test_warnings_are_listed_apart_from_failures() -> None:
     joints = kw.load_robot("ur5").joint_names
     ends = [{"joints": dict.fromkeys(joints, angle)} for angle in (0.0, 0.1)]
@@ -149,6 +124,7 @@ def test_warnings_are_listed_apart_from_failures() -> None:
     assert not {str(found) for found in report.failures} & set(data["warnings"])
 
 
+ODD: dict[str, Any] = {"group": "Odd", "subject": "tool", "name": "", "verdict": "failed"}
 LEFT_OUT: list[dict[str, Any]] = [
     {},
     {"value": 5.0},
@@ -165,9 +141,8 @@ LEFT_OUT: list[dict[str, Any]] = [
 def test_outputs_show_incomplete_findings(
     knotwork: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    odd: dict[str, Any] = {"group": "Odd", "verdict": "failed", "subject": "tool", "name": ""}
     findings = [
-        Finding(**odd | {"quantity": f"oddity {i}", "fact": f"it is odd ({i})"} | rest)
+        Finding(**ODD | {"quantity": f"oddity {i}", "fact": f"it is odd ({i})"} | rest)
         for i, rest in enumerate(LEFT_OUT)
     ]
     monkeypatch.setitem(CHECKS, "odd", lambda motion, scenario, joints: findings)
@@ -200,8 +175,7 @@ def test_no_line_hides_one_line(count: int, last: str) -> None:
 def test_number_of_further_failures_is_not_marked_as_failure(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    odd: dict[str, Any] = {"group": "Odd", "subject": "tool", "name": "", "verdict": "failed"}
-    findings = [Finding(**odd, quantity=f"oddity {i}", fact=f"odd ({i})") for i in range(7)]
+    findings = [Finding(**ODD, quantity=f"oddity {i}", fact=f"odd ({i})") for i in range(7)]
     monkeypatch.setitem(CHECKS, "odd", lambda motion, scenario, joints: findings)
     lines = kw.plan("planar2_closed_form").report.brief()
     assert lines[5:7] == ["FAIL odd (4)", "     and 2 more"]
@@ -209,9 +183,8 @@ def test_number_of_further_failures_is_not_marked_as_failure(
 
 @pytest.mark.usefixtures("without_plots")
 def test_place_of_failure_is_that_of_its_worst_interval(monkeypatch: pytest.MonkeyPatch) -> None:
-    odd: dict[str, Any] = {"group": "Odd", "subject": "tool", "name": "", "quantity": "oddity"}
     intervals = (0.1, 4.9), (5.1, 14.9)
-    found = Finding(**odd, verdict="failed", fact="", short_fact="odd", intervals=intervals)
+    found = Finding(**ODD, quantity="oddity", fact="", short_fact="odd", intervals=intervals)
     found = replace(found, interval=intervals[1])
     monkeypatch.setitem(CHECKS, "odd", lambda motion, scenario, joints: (found,))
     page = html.unescape(report_page(kw.plan("paper_case")).html)

@@ -138,6 +138,10 @@ def test_reports_feasible_tool_speed() -> None:
     text = needed_speed(task)
     assert (one.name, one.interval, one.time) == ("waypoint 1", None, 3.0)
     assert text.startswith("at waypoint 1 ")
+    plan = kw.plan(task)
+    assert set(plan.solution.infeasibilities) <= set(plan.report.failures)
+    failures = plan.report_to_dict()["failures"]
+    assert any("waypoint 1" in line and "of that velocity" in line for line in failures)
     speeds = np.abs(found.waypoints.velocity[1])
     worst = int(np.argmax(speeds / UR5.limits.velocity))
     assert f"{UR5.joint_names[worst]} needs" in text

@@ -18,6 +18,7 @@ from knotwork.planning import planning
 from knotwork.planning.timing.budget import Budget
 from knotwork.task.scenario import load_scenario
 from plans import passing_plan
+from texts import written
 
 LIMITS = {"velocity": 2, "acceleration": 4}
 SMOOTH = {**LIMITS, "jerk": 40}
@@ -170,9 +171,7 @@ waypoints:
 
 
 def test_a_frozen_scenario_keeps_its_comments_and_gives_the_same_motion(tmp_path: Path) -> None:
-    source = tmp_path / "swing.yaml"
-    source.write_text(FILE)
-    plan = kw.plan(source)
+    plan = kw.plan(written(tmp_path / "swing.yaml", FILE))
     text = plan.freeze(tmp_path / "frozen.yaml").read_text()
     comments = [line.partition("#")[2] for line in FILE.splitlines() if "#" in line]
     assert [line.partition("#")[2] for line in text.splitlines() if "#" in line] == comments
@@ -203,13 +202,13 @@ def test_a_frozen_scenario_keeps_its_comments_and_gives_the_same_motion(tmp_path
 def test_paths_in_a_frozen_file_hold_from_its_own_folder(tmp_path: Path) -> None:
     trimesh.creation.box((0.1, 0.1, 0.1)).export(tmp_path / "box.stl")
     (tmp_path / "dot.csv").write_text("x,y,z\n0,0,0\n")
-    source = tmp_path / "arm.yaml"
-    source.write_text(
+    source = written(
+        tmp_path / "arm.yaml",
         "robot: planar2\ntimes: fastest\nlimits: {velocity: 2, acceleration: 4}\n"
         "scene: {objects: {box: {mesh: box.stl, position: [9, 0, 0]},"
         " dot: {points: {file: dot.csv, resolution: 0.1}, position: [9, 0, 0]}}}\n"
         "waypoints:\n  - joints: {shoulder: 0, elbow: 0}\n"
-        "  - {joints: {shoulder: 1, elbow: 1}, do: {file: dot.csv}}\n"
+        "  - {joints: {shoulder: 1, elbow: 1}, do: {file: dot.csv}}\n",
     )
     assert kw.Task.load(source).waypoints[1].to_dict()["do"] == {"file": "dot.csv"}  # a signal
     saved = kw.plan(source).save(tmp_path / "out")[0].parent / "scenario.yaml"
@@ -219,11 +218,11 @@ def test_paths_in_a_frozen_file_hold_from_its_own_folder(tmp_path: Path) -> None
 
 
 def test_reports_aliases_that_cannot_be_edited(tmp_path: Path) -> None:
-    source = tmp_path / "alias.yaml"
-    source.write_text(
+    source = written(
+        tmp_path / "alias.yaml",
         "times: fastest\nlimits: {velocity: 2, acceleration: 4}\nwaypoints:\n"
         "  - {joints: &here {a: 0}}\n  - &one {joints: {a: 1}, stop: true}\n"
-        "  - {joints: *here, stop: true}\n  - *one\n"
+        "  - {joints: *here, stop: true}\n  - *one\n",
     )
     plan = kw.plan(source)
     with pytest.raises(InputError, match="aliases"):
