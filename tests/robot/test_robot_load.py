@@ -110,7 +110,7 @@ def test_error_has_line_of_file(tmp_path: Path) -> None:
         load_robot(parse(text, tmp_path / "arm.yaml"))
     problem = caught.value.problems[0]
     assert (problem.line, problem.field) == (4, "limits.velocty")
-    assert "did you mean 'velocity'" in problem.accepted
+    assert "did you mean 'velocity'" in problem.message
 
 
 def test_names_candidates_for_tool_frame(tmp_path: Path) -> None:

@@ -83,10 +83,6 @@ MAX_LISTED = 40
 """Maximum number of names that an error lists."""
 
 
-_SUGGESTIONS = ("accepted: ", "did you mean ", "none is available")
-"""Beginnings of the clauses of `suggest_name`."""
-
-
 def suggest_name(name: object, available: Iterable[object]) -> str:
     """Suggest the available name nearest to the given one, and list the available names.
 
@@ -159,7 +155,7 @@ class Problem:
         line: Line in the file, counted from 1, or `None`.
         field: Path of the field, for example `waypoints[2].time`; empty for the whole file.
         message: The problem, with the value found.
-        accepted: Accepted values, or a clause of `suggest_name`; empty if the message states them.
+        accepted: Accepted values; empty if the message states them.
     """
 
     line: int | None
@@ -170,10 +166,8 @@ class Problem:
     def __str__(self) -> str:
         where = f"line {self.line}: " if self.line is not None else ""
         field = f"{self.field}: " if self.field else ""
-        if not self.accepted:
-            return f"{where}{field}{self.message}"
-        label = "" if self.accepted.startswith(_SUGGESTIONS) else "accepted: "
-        return f"{where}{field}{self.message}; {label}{self.accepted}"
+        accepted = f"; accepted: {self.accepted}" if self.accepted else ""
+        return f"{where}{field}{self.message}{accepted}"
 
 
 MAX_PRINTED_PROBLEMS = 50

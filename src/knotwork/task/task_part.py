@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import ChainMap
 from collections.abc import Iterator, Mapping
 from inspect import Parameter, Signature, get_annotations
 from pathlib import Path
@@ -23,9 +24,7 @@ else:
 
         @property
         def __signature__(cls) -> Signature:
-            types = {}
-            for base in reversed(cls.__mro__):
-                types |= get_annotations(base)
+            types = ChainMap(*(get_annotations(base) for base in cls.__mro__))
             parameters = []
             for name, field in cls.model_fields.items():
                 value = field.get_default(call_default_factory=True)

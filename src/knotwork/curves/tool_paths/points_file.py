@@ -111,7 +111,7 @@ def _names(rows: Rows) -> list[str]:
     for i, name in enumerate(names):
         if name not in allowed:
             hint = suggest_name(name.lower(), allowed)
-            raise rows.heading_error(i, f"unknown heading {name!r}", hint)
+            raise rows.heading_error(i, f"unknown heading {name!r}; {hint}")
         if name in names[:i]:
             raise rows.heading_error(i, f"is column {names.index(name) + 1}, too")
     groups = [

@@ -71,8 +71,7 @@ class Locations:
         """
         available = list(available)
         if name not in available:
-            hint = suggest_name(name, available)
-            raise self.error(location, f"unknown {kind} {name!r}", hint)
+            raise self.error(location, f"unknown {kind} {name!r}; {suggest_name(name, available)}")
 
     @contextmanager
     def errors_at(self, *location: str | int) -> Iterator[None]:

@@ -120,8 +120,8 @@ def _problem(model: type[BaseModel], document: Document, item: dict[str, Any]) -
         words = "a name is empty" if value == "" else f"the key {format_value(value)} must be text"
         accepted = "text of one character or more" if value == "" else ""
     elif kind == "extra_forbidden":
-        words = "unknown key"
-        accepted = suggest_name(place.location[-1], sorted(_keys(place.owners)))
+        words = f"unknown key; {suggest_name(place.location[-1], sorted(_keys(place.owners)))}"
+        accepted = ""
     elif kind == "missing":
         words = "is missing and must be given"
     elif isinstance(value, StrictModel) and place.inner:

@@ -76,9 +76,9 @@ class Column:
 
 
 class HeadingError(Exception):
-    """An invalid heading; `accepted` describes the accepted headings."""
+    """An invalid heading; `accepted` describes the accepted ones, if the message does not."""
 
-    def __init__(self, message: str, accepted: str) -> None:
+    def __init__(self, message: str, accepted: str = "") -> None:
         self.accepted = accepted
         super().__init__(message)
 
@@ -113,10 +113,10 @@ def parse_heading(heading: str, joint_names: Sequence[str], joint_units: Sequenc
     if heading.strip().lower().startswith("tool."):
         return Column("")
     first = re.split(r"[.\s\[(]", heading.strip())[0]
+    hint = suggest_name(first, ["time", *joint_names])
     raise HeadingError(
-        f"the column {heading!r} is neither time nor a joint",
-        suggest_name(first, ["time", *joint_names])
-        + ", and with .position, .velocity or .acceleration",
+        f"the column {heading!r} is neither time nor a joint; {hint}, and with .position, "
+        ".velocity or .acceleration"
     )
 
 
