@@ -104,12 +104,7 @@ SEAM = task(
         "speed": 40,
         "pose": {"position": [530, 110, 60]},
     },
-    {
-        "name": "up",
-        "after": 2,
-        "stop": True,
-        "pose": {"position": [450, 50, 200], "rpy": [180, 0, 0]},
-    },
+    {"name": "up", "after": 2, "stop": True, "pose": {**ON["pose"], "position": [450, 50, 200]}},
 )
 NAMES = ["start", "on", "corner", "turn", "off", "up"]
 
