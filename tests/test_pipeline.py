@@ -71,7 +71,7 @@ def test_an_old_name_works_and_warns_of_the_new_one(old: str) -> None:
         ("joints.robot", "jerk_limit", "limits.jerk"),
         ("joints.robot", "held", "held_payloads"),
         ("joints.robot", "torque", "effort"),
-        ("joints.robot", "virtual", "is_virtual"),
+        ("joints.robot", "frame_names", "link_names"),
         ("trajectory", "planner", "origin"),
         ("report", "planner", "origin"),
     ],
