@@ -171,18 +171,15 @@ def of_boxes(folder: Path, counts: str) -> Path:
 def test_pallet_needs_few_lines(counts: str, boxes: int, tmp_path: Path, knotwork: Command) -> None:
     assert len(FILE.read_text(encoding="utf-8").splitlines()) <= 45
     path = of_boxes(tmp_path, counts)
-    planned = knotwork("plan", path, "-o", tmp_path / "out")
-    assert planned.code == 0, planned.out
-    assert len(planned.out.splitlines()) <= 22
-    assert f"{boxes} repetitions" in planned.out
+    planned = knotwork("plan", path, "-o", tmp_path / "out").done()
+    assert len(planned.splitlines()) <= 22
+    assert f"{boxes} repetitions" in planned
     report = json.loads((tmp_path / "out" / "report.json").read_text())
     assert report["ok"]
-    exported = knotwork(
-        "export", tmp_path / "out" / "trajectory.json", "--format", "urscript", "-o",
-        tmp_path / "motion.script",
-    )  # fmt: skip
-    assert exported.code == 0, exported.err
-    program = (tmp_path / "motion.script").read_text()
+    script = tmp_path / "motion.script"
+    stored = tmp_path / "out" / "trajectory.json"
+    knotwork("export", stored, "--format", "urscript", "-o", script).done()
+    program = script.read_text()
     first = re.search(r"global kw_q = \[(.*)\]", program)
     controller = Controller(np.array(first[1].split(","), dtype=float), 125.0)
     controller.run(program)
