@@ -249,7 +249,12 @@ class Robot(ChainModel):
         return Robot(replace(spec, limits={**earlier, **merged}))
 
     def with_used_fraction(self, fraction: float) -> Robot:
-        """Use this fraction, in place of an earlier one, of all limits except those of position."""
+        """Use this fraction, in place of an earlier one, of all limits except those of position.
+
+        Raises:
+            InputError: The fraction is not a positive number.
+        """
+        fraction = require_number(fraction, "used_fraction", positive=True)
         if fraction == self._spec.used_fraction:
             return self
         return Robot(replace(self._spec, used_fraction=fraction))

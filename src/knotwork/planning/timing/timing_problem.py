@@ -183,13 +183,13 @@ class TimingProblem(ReadOnlyArrays):
             )
 
     def _check_times(self) -> None:
-        wrong = np.flatnonzero(~np.isnan(self.duration) & ~(self.duration > 0.0))
+        wrong = np.flatnonzero((self.duration <= 0.0) | np.isinf(self.duration))
         if wrong.size:
             i = int(wrong[0])
             raise WaypointDataError(
                 f"the duration from {quoted_waypoint(self.names[i])} to "
                 f"{quoted_waypoint(self.names[i + 1])} is {self.duration[i]:g} s; give a positive "
-                "number, or NaN to have it chosen",
+                "and finite number, or NaN to have it chosen",
                 waypoint_index=i,
                 value=float(self.duration[i]),
             )
