@@ -26,6 +26,11 @@ class Ran:
         assert self.code == 0, self.out + self.err
         return self.out
 
+    def failed(self) -> str:
+        """What it printed, a check having failed."""
+        assert self.code == 1, self.out + self.err
+        return self.out
+
     def refused(self) -> str:
         """Its error, on one line, of what is given; nothing else was printed."""
         assert (self.code, self.out) == (2, ""), self.out + self.err

@@ -44,9 +44,7 @@ def test_a_plan_is_reported_in_few_lines_of_80_characters(name: str, knotwork: C
 
 def test_failures_are_second_and_name_a_remedy(knotwork: Command) -> None:
     file = ROOT / "tests" / "failing" / "velocity_limit_broken.yaml"
-    ran = knotwork("plan", file)
-    assert ran.code == 1
-    lines = ran.out.splitlines()
+    lines = knotwork("plan", file).failed().splitlines()
     assert lines[0].startswith("FAILED velocity_limit_broken: 56 of 57 requirements met, 1 failed")
     text = " ".join(line.strip() for line in lines[1:5])
     assert text.startswith("FAIL joint 'shoulder_pan_joint': velocity reaches 5.23599 rad/s")
@@ -63,19 +61,16 @@ def test_failures_are_second_and_name_a_remedy(knotwork: Command) -> None:
 SWING = "waypoints: [{joints: {a: 0}}, {joints: {a: 1}, after: 2}]\n"
 
 
-def test_next_command_shows_judged_motion(
-    knotwork: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_next_command_shows_judged_motion(run: Command, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "200")
-    monkeypatch.chdir(tmp_path)
     Path("a task.yaml").write_text(SWING)
     given = "'a task.yaml' --planner quintic --budget 10s"
-    ran = knotwork("plan", *shlex.split(given), "-o", "made")
+    ran = run("plan", *shlex.split(given), "-o", "made")
     # there is no arm to view
     assert ran.out.splitlines()[-1] == (
         f"next: knotwork plot {given} | report {given} --html FILE | --full"
     )
-    ran = knotwork("check", "./made", "-s", "a task.yaml")
+    ran = run("check", "./made", "-s", "a task.yaml")
     assert ran.out.splitlines()[-1].startswith("next: knotwork plot ./made -s 'a task.yaml' | rep")
 
 

@@ -19,6 +19,7 @@ from knotwork.files import documents
 from knotwork.task import Task
 from knotwork.task.scenario import Scenario, load_scenario
 from sweeps import examples
+from texts import written
 
 
 def refused(text: str) -> DocumentError:
@@ -156,22 +157,18 @@ def test_text_that_is_no_document_is_refused(text: str, line: int | None, fault:
 
 @pytest.mark.parametrize("text", ["", "\n\n", "# nothing\n", "---\n"])
 def test_an_empty_file_says_so(text: str, tmp_path: Path) -> None:
-    path = tmp_path / "empty.yaml"
-    path.write_text(text)
     with pytest.raises(DocumentError, match=r"empty\.yaml: .*(empty|a mapping of keys)"):
-        load_scenario(path)
+        load_scenario(written(tmp_path / "empty.yaml", text))
 
 
 def test_a_file_that_is_not_utf_8_says_where(tmp_path: Path) -> None:
-    path = tmp_path / "latin.yaml"
-    path.write_bytes("description: Fräse\n".encode("latin-1"))
+    path = written(tmp_path / "latin.yaml", "description: Fräse\n".encode("latin-1"))
     with pytest.raises(DocumentError, match=r"latin\.yaml: is not UTF-8 text \(byte 15\)"):
         documents.read(path)
 
 
 def test_a_byte_order_mark_is_no_part_of_the_first_key(tmp_path: Path) -> None:
-    path = tmp_path / "marked.yaml"
-    path.write_bytes(b"\xef\xbb\xbfa: 1\n")
+    path = written(tmp_path / "marked.yaml", b"\xef\xbb\xbfa: 1\n")
     assert documents.read(path).data == {"a": 1}
 
 

@@ -15,6 +15,7 @@ import pytest
 import knotwork as kw
 import seams
 from plain import tool_poses
+from plans import passing_plan
 from sweeps import first_of
 from texts import written
 
@@ -122,8 +123,7 @@ def passing(free: Any) -> dict[str, Any]:
 
 
 def test_given_velocity_keeps_fixed_components() -> None:
-    plan = kw.plan(passing(TURN))
-    assert plan.report.ok
+    plan = passing_plan(passing(TURN))
     robot = plan.joints.robot
     twist = robot.twist(plan.trajectory.position(3.0), plan.trajectory.velocity(3.0))
     pose = robot.forward(plan.trajectory.position(3.0))
@@ -146,13 +146,12 @@ def test_turn_of_a_circle_stays_off_its_limits() -> None:
         robot="xarm7",
         tool={"offset": {"position": [0, 0, 80]}},
     )
-    kw.plan(task).report.raise_if_failed()
+    passing_plan(task)
 
 
 def test_bounded_turn_along_path_is_checked_at_all_times() -> None:
     task = with_stops(arch({"turn": [-100, 10]}))
-    plan = kw.plan(task)
-    assert plan.report.ok
+    plan = passing_plan(task)
     path = plan.scenario.paths[0]
     times = np.linspace(path.timed_path.start_time, path.timed_path.end_time, 4000)
     required = path.timed_path.tool_path.rotation(path.timed_path.arc_length(times))
@@ -236,8 +235,7 @@ def test_normals_go_on_from_line(tmp_path: Path) -> None:
 
 
 def test_normals_give_axis_and_free_turn(tmp_path: Path) -> None:
-    plan = kw.plan(written(tmp_path / "task.yaml", dome(tmp_path)))
-    assert plan.report.ok
+    plan = passing_plan(written(tmp_path / "task.yaml", dome(tmp_path)))
     motion = plan.scenario.paths[0].timed_path
     times = np.linspace(motion.start_time, motion.end_time, 400)
     for pose in tool_poses(plan, times):
@@ -279,8 +277,7 @@ def between_boxes(*boxes: list[float]) -> dict[str, Any]:
 
 
 def test_planned_self_motion_avoids_boxes() -> None:
-    plan = kw.plan(between_boxes([0.2, 0.3, 0.4], [-0.25, 0.3, 0.75]))
-    assert plan.report.ok
+    plan = passing_plan(between_boxes([0.2, 0.3, 0.4], [-0.25, 0.3, 0.75]))
     times = np.linspace(0.0, plan.trajectory.end_time, 400)
     points = np.array([pose.translation for pose in tool_poses(plan, times)])
     assert np.abs(points[:, 1:] - [0.54, 0.79]).max() < 1e-4
@@ -347,8 +344,7 @@ PLACE = {"position": {"x": [-20, 20]}}
 )
 def test_freedom_of_each_pose_and_path(pick: Any, seam: Any, robot: str) -> None:
     """By plain Pinocchio: a path with nothing free keeps its orientation."""
-    plan = kw.plan(pick_then_seam(pick, seam, robot))
-    assert plan.report.ok, plan.report
+    plan = passing_plan(pick_then_seam(pick, seam, robot))
     path = plan.scenario.paths[0].timed_path
     times = np.linspace(path.start_time, path.end_time, 60)
     required = path.state(times)[0]
@@ -379,8 +375,7 @@ def test_path_begins_at_pose_of_narrower_freedom(begin: Any, seam: Any, wait: fl
     task = pick_then_seam("none", seam)
     task["waypoints"][2] |= {"free": begin} | ({"wait": wait} if wait else {})
     task["waypoints"][3]["pose"] = {"position": [300, 300, 250]}
-    plan = kw.plan(task)
-    assert plan.report.ok, plan.report
+    plan = passing_plan(task)
     start = plan.scenario.paths[0].timed_path.start_time
     R = pin.rpy.rpyToMatrix(np.pi, 0, 0).T @ tool_poses(plan, np.array([start]))[0].rotation
     turn, tilt = np.degrees([np.arctan2(R[1, 0], R[0, 0]), np.arccos(min(R[2, 2], 1.0))])
@@ -411,8 +406,7 @@ def test_tries_other_postures_past_obstacle() -> None:
 )
 def test_tilt_keeps_fixed_turn(free: Any, most: float) -> None:
     """By plain Pinocchio: roll, pitch and yaw from what the path asks for."""
-    plan = kw.plan(with_stops(arch(free)))
-    assert plan.report.ok, plan.report
+    plan = passing_plan(with_stops(arch(free)))
     path = plan.scenario.paths[0].timed_path
     times = np.linspace(path.start_time, path.end_time, 200)
     required = path.tool_path.rotation(path.arc_length(times))

@@ -20,6 +20,7 @@ from knotwork.robot.robot_file import RobotFile
 from knotwork.task import Task
 from knotwork.task.scenario import load_scenario
 from shipped import ROBOT_FILES
+from texts import written
 
 UR5 = load_robot("ur5").urdf.parents[1]
 SRDF = UR5 / "srdf" / "ur5.srdf"
@@ -162,17 +163,16 @@ def test_other_robot_formats_are_named_with_what_to_do(
 ) -> None:
     (tmp_path / name).write_text(text)
     robot = f"{{urdf: {name}, tool_frame: tip}}" if inline else name
-    task = tmp_path / "task.yaml"
-    task.write_text(
+    task = written(
+        tmp_path / "task.yaml",
         f"robot: {robot}\nwaypoints:\n- pose: {{position: [0, 0, 0], rpy: [0, 0, 0]}}\n"
-        "- pose: {position: [0, 0, 1], rpy: [0, 0, 0]}\n  after: 1\n"
+        "- pose: {position: [0, 0, 1], rpy: [0, 0, 0]}\n  after: 1\n",
     )
-    ran = knotwork("plan", task)
-    assert ran.code == 2
-    assert says in ran.err
-    assert "URDF" in ran.err
-    assert "task.yaml: line 1: robot" in ran.err
-    assert "not valid YAML" not in ran.err
+    err = knotwork("plan", task).refused()
+    assert says in err
+    assert "URDF" in err
+    assert "task.yaml: line 1: robot" in err
+    assert "not valid YAML" not in err
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ import pytest
 import knotwork as kw
 from knotwork import Plan
 from knotwork.errors import KnotError, KnotworkError, UnknownNameError, UnreachablePoseError
-from plans import assert_same_bits
+from plans import assert_same_bits, passing_plan
 
 TASK: dict[str, Any] = {
     "waypoints": [
@@ -71,7 +71,7 @@ def test_an_old_name_works_and_warns_of_the_new_one(old: str) -> None:
         ("joints.robot", "jerk_limit", "limits.jerk"),
         ("joints.robot", "held", "held_payloads"),
         ("joints.robot", "torque", "effort"),
-        ("joints.robot", "virtual", "is_virtual"),
+        ("joints.robot", "frame_names", "link_names"),
         ("trajectory", "planner", "origin"),
         ("report", "planner", "origin"),
     ],
@@ -106,9 +106,8 @@ def test_the_planner_can_be_overridden() -> None:
     np.testing.assert_allclose(balanced.trajectory.breaks, [0, 0.75, 1.25, 3])
     balanced = kw.plan(TASK, planner="modified-hermite:balanced")
     np.testing.assert_allclose(balanced.trajectory.breaks, [0, 0.8, 1.2, 3])
-    plan = kw.plan({**TASK, "knots": [0, 0.5, 2, 3]})
+    plan = passing_plan({**TASK, "knots": [0, 0.5, 2, 3]})
     np.testing.assert_array_equal(plan.trajectory.breaks, [0, 0.5, 2, 3])
-    assert plan.report.ok
 
 
 def test_wrong_knots_name_the_waypoint_and_the_interval() -> None:

@@ -24,17 +24,14 @@ def blocks(language: str) -> list[str]:
     return re.findall(rf"```{language}\n(.*?)```", README, re.DOTALL)
 
 
-def test_task_has_the_output_shown(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, knotwork: Command
-) -> None:
+def test_task_has_the_output_shown(tmp_path: Path, run: Command) -> None:
     (text,), (shown,) = blocks("yaml"), blocks("text")
     (tmp_path / "glue.yaml").write_text(text, encoding="utf-8")
-    monkeypatch.chdir(tmp_path)
     (command,) = re.findall(r"^    \$ knotwork (.+)$", README, re.MULTILINE)
-    assert knotwork(*command.split()).done() == shown
+    assert run(*command.split()).done() == shown
     assert max(map(len, shown.splitlines())) <= 80
     (plot,) = re.findall(r"^    knotwork (plot .+)$", README, re.MULTILINE)
-    assert knotwork(*plot.split()).code == 0
+    assert run(*plot.split()).code == 0
     drawn, kept = imread(tmp_path / "joints.png"), imread(ROOT / "docs/glue.png")
     assert drawn.shape == kept.shape
     assert np.abs(drawn - kept).mean() < 0.01  # letters and lines are a tenth of it
@@ -111,18 +108,15 @@ def test_how_near_the_tool_stays_to_edge_and_speed() -> None:
         assert 1e3 * found.value <= most
 
 
-def test_recipe_for_a_urdf_works_as_written(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, knotwork: Command
-) -> None:
+def test_recipe_for_a_urdf_works_as_written(tmp_path: Path, run: Command) -> None:
     page = (ROOT / "docs" / "recipes.md").read_text(encoding="utf-8")
     sections = {part.partition("\n")[0]: part for part in page.split("\n## ")}
     urdf = sections["Your own URDF, with meshes"]
     assert ":hidden:" not in urdf
-    monkeypatch.chdir(tmp_path)
     for name, text in re.findall(r"```{file} (\S+)\n(.*?)```", urdf, re.DOTALL):
         written(tmp_path / name, text)
     (commands,) = re.findall(r"```{run}\n(.*?)```", urdf, re.DOTALL)
     for command in commands.splitlines():
-        ran = knotwork(*command.split()[1:])
+        ran = run(*command.split()[1:])
         assert (ran.code, ran.err) == (0, "")
         assert "warning" not in ran.out

@@ -74,13 +74,10 @@ def test_refuses_with_line(name: str, index: int, knotwork: Command, tmp_path: P
 
 
 @pytest.mark.parametrize("line", COMMANDS["refused"])
-def test_a_wrong_command_writes_nothing_but_why(
-    line: str, knotwork: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_wrong_command_writes_nothing_but_why(line: str, run: Command, tmp_path: Path) -> None:
     for name, text in COMMANDS["files"].items():
         written(tmp_path / name, text)
-    monkeypatch.chdir(tmp_path)
-    assert COMMANDS["refused"][line] in knotwork(*shlex.split(line)).refused()
+    assert COMMANDS["refused"][line] in run(*shlex.split(line)).refused()
     left = {str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*") if path.is_file()}
     assert left == set(COMMANDS["files"])
     assert (tmp_path / "there.yaml").read_text(encoding="utf-8") == "mine"

@@ -15,18 +15,11 @@ from judged import judged
 from knotwork.errors import BranchError
 from knotwork.planning.task_to_joint import TaskSolution, solve_task
 from knotwork.task.scenario.scenario_joints import read_scenario_joints
+from plans import pose_of
 from sweeps import mostly_exhaustive
 
 UR5 = kw.load_robot("ur5")
 HOME = UR5.configuration("home")
-
-
-def pose_of(robot: kw.Robot, q: Any) -> dict[str, list]:
-    pose = robot.forward(np.array(q, dtype=float))
-    return {
-        "position": pose.translation.tolist(),
-        "rotation_matrix": pose.rotation.tolist(),
-    }
 
 
 def joints(q: Any) -> dict[str, float]:
@@ -145,6 +138,10 @@ def test_reports_feasible_tool_speed() -> None:
     text = needed_speed(task)
     assert (one.name, one.interval, one.time) == ("waypoint 1", None, 3.0)
     assert text.startswith("at waypoint 1 ")
+    plan = kw.plan(task)
+    assert set(plan.solution.infeasibilities) <= set(plan.report.failures)
+    failures = plan.report_to_dict()["failures"]
+    assert any("waypoint 1" in line and "of that velocity" in line for line in failures)
     speeds = np.abs(found.waypoints.velocity[1])
     worst = int(np.argmax(speeds / UR5.limits.velocity))
     assert f"{UR5.joint_names[worst]} needs" in text

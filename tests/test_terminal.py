@@ -48,11 +48,8 @@ limits: {{velocity: 0.5}}
 
 
 @pytest.mark.parametrize("name", mostly_exhaustive(NAMES, *[*NAMES][::2]))
-def test_names_from_files_are_printed_as_text(
-    name: str, tmp_path: Path, knotwork: Command, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_names_from_files_are_printed_as_text(name: str, tmp_path: Path, run: Command) -> None:
     path = written(tmp_path / "task.yaml", scenario(name))
-    monkeypatch.chdir(tmp_path)
     shown = NAMES[name]
     drawn = [("plot", path, "-o", "a.png"), ("view", path, "--html", "a.html")]
     for command in (
@@ -62,14 +59,14 @@ def test_names_from_files_are_printed_as_text(
         *(drawn if "\x1b" in name or "[" in name else ()),
         ("export", path, "-f", "csv", "--allow-failed", "-o", f"{len(name)}.csv"),
     ):
-        ran = knotwork(*command)
+        ran = run(*command)
         assert ran.code in (0, 1, 2), ran.err
         assert not CONTROL.search(ran.out + ran.err)
         if command[0] in ("plan", "compare"):
             assert shown in ran.out
     path.write_text(scenario(name).replace("after: 1", "after: -1"), encoding="utf-8")
     for command in (("plan", path), ("plan", path, "--json")):
-        ran = knotwork(*command)
+        ran = run(*command)
         assert ran.code == 2
         assert not CONTROL.search(ran.out + ran.err)
 
@@ -188,9 +185,7 @@ def test_the_worst_of_many_failures_is_shown(task: Path, knotwork: Command, tmp_
     for i, angle in ((121, 0.4), (123, 0.5), (125, 0.3)):
         data["waypoints"][i]["joints"]["a"] = angle
     task.write_text(json.dumps(data))
-    ran = knotwork("check", tmp_path / "out", "--scenario", task)
-    assert ran.code == 1
-    text = " ".join(ran.out.split())
+    text = " ".join(knotwork("check", tmp_path / "out", "--scenario", task).failed().split())
     assert "FAIL waypoint 'w123' at 123 s: error of the joint position " in text
     assert "(and 2 more like it)" in text
     # on a page each is a line of its own, which goes there, the worst first

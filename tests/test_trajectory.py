@@ -268,3 +268,9 @@ NOT_KNOWN = pin.Motion(np.array([np.nan, 0, 0]), np.zeros(3))
 def test_what_is_no_waypoint_is_refused(pose, twist, says: str) -> None:
     with pytest.raises(WaypointDataError, match=says):
         CartesianWaypoint("on", 1.5, pose, twist)
+
+
+def test_waypoint_has_a_time() -> None:
+    for time, says in ((np.nan, "on: time is nan"), ("soon", "on: time must be numbers")):
+        with pytest.raises(WaypointDataError, match=says):
+            CartesianWaypoint("on", time, POSE, TWIST)

@@ -18,9 +18,9 @@ def box(size: list[float], position: list[float]) -> dict[str, Any]:
 WALL = {"wall": box([500, 30, 400], [450, 0, 190]), "beam": box([500, 30, 300], [450, 0, 850])}
 
 
-def at(name: str, y: float, **more: Any) -> dict[str, Any]:
+def at(name: str, y: float, z: float = 100, **more: Any) -> dict[str, Any]:
     """A stop beside the wall, the tool pointing down."""
-    return {"name": name, "pose": {"position": [450, y, 100], "rpy": DOWN}, "stop": True, **more}
+    return {"name": name, "pose": {"position": [450, y, z], "rpy": DOWN}, "stop": True, **more}
 
 
 @cache

@@ -94,7 +94,8 @@ class JointLimits(ReadOnlyArrays):
             effort are already reduced by it. Errors name it, and propose full limits.
 
     Raises:
-        ArrayError: Values are not numbers, or a magnitude is not positive.
+        ArrayError: Values are not numbers, a magnitude is not positive, or a lower limit is above
+            its upper one.
         InputError: The used fraction is not a positive number.
 
     >>> limits = JointLimits([2.0, 2.0], jerk=[40.0, 40.0])
@@ -133,6 +134,11 @@ class JointLimits(ReadOnlyArrays):
             if name in MAGNITUDES and not (array > 0.0).all():
                 raise ArrayError(f"{name} limits are {array.tolist()}; give positive ones")
             object.__setattr__(self, name, array)
+        if not (self.lower <= self.upper).all():
+            raise ArrayError(
+                f"position limits run from {self.lower.tolist()} to {self.upper.tolist()}; "
+                "each lower one must not be above its upper one"
+            )
         require_number(self.used_fraction, "used_fraction", positive=True)
 
     def __getitem__(self, quantity: str) -> FloatArray:
@@ -147,7 +153,12 @@ class JointLimits(ReadOnlyArrays):
         return -self[quantity], self[quantity]
 
     def scaled(self, fraction: float) -> JointLimits:
-        """A fraction of the limits of magnitudes; `used_fraction` is multiplied by it, too."""
+        """A fraction of the limits of magnitudes; `used_fraction` is multiplied by it, too.
+
+        Raises:
+            InputError: The fraction is not a positive number.
+        """
+        fraction = require_number(fraction, "used_fraction", positive=True)
         magnitudes: dict[str, Any] = {name: fraction * self[name] for name in MAGNITUDES}
         return replace(self, used_fraction=fraction * self.used_fraction, **magnitudes)
 

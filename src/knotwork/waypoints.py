@@ -134,6 +134,7 @@ class CartesianWaypoint:
         try:
             checked_array(self.pose.homogeneous, (4, 4), f"{self.name}: pose")
             checked_array(self.twist.vector, (6,), f"{self.name}: twist")
+            checked_array(self.time, (), f"{self.name}: time")
         except ArrayError as error:
             raise WaypointDataError(str(error), value=error.value) from error
         if fault := rotation_error(self.pose.rotation, 1e-9):

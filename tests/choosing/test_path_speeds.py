@@ -16,6 +16,7 @@ from knotwork.planning.choosing import chosen_values, solved_scenario
 from knotwork.planning.task_to_joint import solve_task
 from knotwork.planning.timing.budget import Budget
 from knotwork.task.scenario.scenario_joints import read_scenario_joints
+from plans import passing_plan
 from sweeps import mostly_exhaustive
 
 LIMITS = {"velocity": 60, "acceleration": 800}
@@ -51,8 +52,7 @@ def test_each_stretch_has_its_maximum_speed() -> None:
     """Between two straight stretches the wrist has to turn."""
     ends = [line("a", -50), line("b", 50, turn=-90), line("c", 250)]
     task = reach(*ends, limits={"velocity": 60, "acceleration": 1600})
-    plan = kw.plan(task)
-    plan.report.raise_if_failed()
+    plan = passing_plan(task)
     found = speeds(plan)
     assert min(found[0], found[2]) > 2.5 * found[1]
     for k in range(3):
@@ -67,8 +67,7 @@ def test_limited_stretch_does_not_slow_next_path() -> None:
         line("c", 200, {"at_most": 60}),
         limits={"acceleration": 400},
     )
-    plan = kw.plan(task)
-    plan.report.raise_if_failed()
+    plan = passing_plan(task)
     assert speeds(plan)[0] == pytest.approx(100)
     assert speeds(plan)[1] > 200
     assert speeds(plan)[2] == pytest.approx(60)
@@ -76,17 +75,15 @@ def test_limited_stretch_does_not_slow_next_path() -> None:
 
 def test_equal_stretches_share_speed_under_jerk_limit() -> None:
     limits = {"velocity": 60, "acceleration": 600, "jerk": 6000}
-    plan = kw.plan(reach(line("a", 0), line("b", 200), limits=limits, tolerances={"path": 0.2}))
-    plan.report.raise_if_failed()
-    first, second = speeds(plan)
+    task = reach(line("a", 0), line("b", 200), limits=limits, tolerances={"path": 0.2})
+    first, second = speeds(passing_plan(task))
     assert first == second > 300
 
 
 def test_short_given_stretch_between_chosen_ones() -> None:
     """The neighbours are too short to slow down, and the limits do not require it."""
     task = reach(line("a", -100), line("b", -60, 300), line("c", 200), limits={"acceleration": 800})
-    plan = kw.plan(task)
-    plan.report.raise_if_failed()
+    plan = passing_plan(task)
     assert min(speeds(plan)) == 300
 
 
@@ -112,8 +109,7 @@ def test_progress_of_speeds_alone() -> None:
 
 def test_bound_below_least_speed_holds() -> None:
     bounds = {"limits": {"acceleration": 800}, "path": {"acceleration": 10}}
-    plan = kw.plan(reach(line("a", -199, {"at_most": 0.5}), **bounds))
-    plan.report.raise_if_failed()
+    plan = passing_plan(reach(line("a", -199, {"at_most": 0.5}), **bounds))
     assert speeds(plan) == [pytest.approx(0.5)]
 
 
@@ -121,7 +117,7 @@ def test_speed_that_is_proposed_for_a_short_stretch_is_feasible() -> None:
     """The wrist has to turn slowly, and there is no room to come down to that from 200 mm/s."""
     stretches = line("a", -160), line("b", 0, turn=-120)
     limits = {"velocity": 60, "acceleration": 8000, "jerk": 1e6}
-    kw.plan(reach(*stretches, limits=limits)).report.raise_if_failed()
+    passing_plan(reach(*stretches, limits=limits))
 
 
 @pytest.mark.parametrize(
@@ -158,8 +154,7 @@ def test_short_stretch_takes_neighbour_speed_under_jerk_limit() -> None:
     """The maximum speed that one cap allows."""
     ends = [line("a", -30), line("b", -28), line("c", 70, {"at_most": 20})]
     task = passed(*ends, limits=HURRIED)
-    plan = kw.plan(task)
-    plan.report.raise_if_failed()
+    plan = passing_plan(task)
     assert speeds(plan)[1:] == [20, 20]
     assert speeds(plan)[0] > 100
     (finding,) = plan.report.select(quantity="lower_bound")
@@ -171,8 +166,7 @@ def test_short_stretch_takes_neighbour_speed_under_jerk_limit() -> None:
 def test_takes_speed_of_given_neighbours() -> None:
     ends = [line("a", -195), line("b", -167, 10), line("c", -161)]
     task = passed(*ends, limits={"acceleration": 1500, "jerk": 4000})
-    plan = kw.plan(task | {"tolerances": {"path": 0.3, "path_speed": 0.03}})
-    plan.report.raise_if_failed()
+    plan = passing_plan(task | {"tolerances": {"path": 0.3, "path_speed": 0.03}})
     assert min(speeds(plan)) == 10
 
 
@@ -181,8 +175,7 @@ def test_slows_path_that_cannot_be_left_at_maximum_speed() -> None:
     ends = [line("a", -117.9), line("b", -31.5)]
     task = passed(*ends, limits={"acceleration": 600, "jerk": 4000})
     task["waypoints"][0]["pose"]["position"][1] = -120
-    plan = kw.plan(task)
-    plan.report.raise_if_failed()
+    plan = passing_plan(task)
     texts = [str(one) for one in plan.report.select(quantity="active_limits")]
     assert any("its speed is limited by the motion before or after" in one for one in texts)
     for end in ends:
@@ -204,8 +197,7 @@ def test_takes_first_speeds_with_motions_when_budget_ends(monkeypatch: pytest.Mo
         return found
 
     monkeypatch.setattr(chosen_values, "maximum_path_speeds", record)
-    plan = kw.plan(task, budget=1e-3)
-    plan.report.raise_if_failed()
+    plan = passing_plan(task, budget=1e-3)
     assert plan.chosen_values.status == "budget"
     assert len(tried) == 2  # the maximum speeds have no motions
     assert speeds(plan) == pytest.approx(1e3 * np.array(tried[-1]))
@@ -221,8 +213,7 @@ def test_tolerance_bounds_speed_if_path_cannot_be_followed(monkeypatch: pytest.M
         return solve(*given)
 
     monkeypatch.setattr(solved_scenario, "solve_task", fail_at_first_speeds)
-    plan = kw.plan(reach(line("a", 100), limits=LIMITS))
-    plan.report.raise_if_failed()
+    plan = passing_plan(reach(line("a", 100), limits=LIMITS))
     (finding,) = plan.report.select(quantity="active_limits")
     assert "its speed is limited by the tolerance of the path" in str(finding)
 
@@ -304,12 +295,11 @@ def test_names_time_bounded_by_tool_speed() -> None:
     text = refusal(across)
     assert "the tool, on the straight line, takes more than" in text
     turned["after"] = number(text, ";")
-    kw.plan(across).report.raise_if_failed()
+    passing_plan(across)
 
 
 def test_a_given_time_may_follow_a_path_with_a_chosen_speed() -> None:
     end = {"name": "up", "pose": {"position": [400, 100, 400], "rpy": [180, 0, 0]}, "time": 9}
-    plan = kw.plan(reach(line("a", 100, stop=True), end, limits=LIMITS))
-    plan.report.raise_if_failed()
+    plan = passing_plan(reach(line("a", 100, stop=True), end, limits=LIMITS))
     assert plan.trajectory.duration == pytest.approx(9)
     assert speeds(plan)[0] > 50

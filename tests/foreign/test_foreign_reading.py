@@ -70,18 +70,14 @@ def message(order: int, **extra: object) -> dict:
 @pytest.mark.parametrize("order", [1, 2, 3])
 @pytest.mark.parametrize("kind", ["csv", "json", "points.json", "yaml"])
 def test_interpolates_like_ros2_controller(tmp_path: Path, order: int, kind: str) -> None:
-    file = tmp_path / f"motion.{kind}"
-    keys = ("positions", "velocities", "accelerations")
+    content: object = message(order)
     if kind == "csv":
-        file.write_text(csv_of(order))
+        content = csv_of(order)
     elif kind == "json":
+        keys = ("positions", "velocities", "accelerations")
         data = dict(zip(keys[:order], (Q, V, A), strict=False))
-        file.write_text(json.dumps({"joint_names": NAMES, "time": TIME, **data}))
-    elif kind == "points.json":
-        file.write_text(json.dumps(message(order)))
-    else:
-        file.write_text(yaml.safe_dump(message(order)))
-    trajectory = read(file)
+        content = {"joint_names": NAMES, "time": TIME, **data}
+    trajectory = read(written(tmp_path / f"motion.{kind}", content))
     assert trajectory(AT) == pytest.approx(expected(order), abs=1e-12)
     assert trajectory(AT, 1) == pytest.approx(expected(order, nu=1), abs=1e-11)
     assert trajectory.polynomial.degree == 2 * order - 1

@@ -13,6 +13,7 @@ from knotwork import Robot, load_robot, robot_names
 from knotwork.errors import ArrayError, BranchError, SingularityError
 from knotwork.robot.kinematics import pull_to_middle, smallest_singular_value, solve_velocity_ik
 from knotwork.robot.kinematics.sequence import travel_weights
+from plans import pose_of
 
 ROBOTS = {name: load_robot(name) for name in robot_names()}
 PLANAR, UR5, PANDA = (ROBOTS[name] for name in ("planar2", "ur5", "panda"))
@@ -201,9 +202,8 @@ def test_pull_to_middle_at_passing_speed() -> None:
 @pytest.mark.parametrize("robot", ["panda", "xarm7", "planar2"])
 def test_refuses_branch_of_arm_without_branches(robot: str, branch: str) -> None:
     arm = kw.load_robot(robot)
-    pose = arm.forward(arm.configuration("home"))
-    placed = {"position": pose.translation.tolist(), "rotation_matrix": pose.rotation.tolist()}
-    waypoints = [{"pose": placed, "after": 4.0, "stop": True}]
+    home = pose_of(arm, arm.configuration("home"))
+    waypoints = [{"pose": home, "after": 4.0, "stop": True}]
     task = {"robot": robot, "branch": branch, "start": "home", "waypoints": waypoints}
     with pytest.raises(BranchError, match=f"branch: {branch} needs .* {robot} has .* near: "):
         kw.plan(task)

@@ -130,21 +130,20 @@ def test_impossible_names_and_rings_of_links_are_no_meshes(urdf: Path, tmp_path:
 
 
 def test_a_message_names_the_option_that_allows_the_folder(
-    urdf: Path, tmp_path: Path, knotwork: Command, monkeypatch: pytest.MonkeyPatch
+    urdf: Path, tmp_path: Path, run: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "task.yaml").write_text(
+    written(
+        tmp_path / "task.yaml",
         "robot: {urdf: arm/urdf/arm.urdf, tool_frame: b}\n"
         "scene: {objects: {wall: {box: [1, 1, 1], position: [0, 0, 5]}}}\n"
         "waypoints:\n  - joints: {j: 0}\n  - {joints: {j: 0.5}, after: 2}\n",
-        encoding="utf-8",
     )
     for command, shape in ((["plan"], collision), (["view", "--html", "a.html"], visual)):
         monkeypatch.setenv("ROS_PACKAGE_PATH", "/nowhere")  # which the option adds to
         base = link("a", shape('<mesh filename="../../secret/s.stl"/>'))
         urdf.write_text(robot(base, link("b"), joint("j", "a", "b")), encoding="utf-8")
-        ran = knotwork(*command, "task.yaml")
+        ran = run(*command, "task.yaml")
         output = " ".join((ran.out + ran.err).split())
         assert "link 'a': there is no mesh '../../secret/s.stl'" in output, output
-        ran = knotwork(*command, "task.yaml", "--package-path", "secret")
+        ran = run(*command, "task.yaml", "--package-path", "secret")
         assert "no mesh" not in ran.out + ran.err

@@ -12,6 +12,7 @@ import pytest
 import knotwork as kw
 from moving.moving_truth import down
 from moving.test_moving_things import belt, in_tray, refused
+from plans import passing_plan
 from sweeps import mostly_exhaustive
 
 HIGH, LOW = (down(0, 0, z) for z in (0.15, 0.05))
@@ -56,8 +57,7 @@ def test_meets_belt_at_minimum_time(along: float) -> None:
     task = picking({"after": "fastest"})
     task["frames"]["belt"]["moves"] = {"linear": [0, along, 0]}
     task["frames"]["belt"]["position"] = [0.4, -0.5 if along > 0 else 0.2, 0.1]
-    plan = kw.plan(task)
-    assert plan.report.ok, plan.report
+    plan = passing_plan(task)
     (over,) = (waypoint.time for waypoint in plan.scenario.waypoints if waypoint.name == "over")
     assert f"'over' met at {over:.6g} s" in str(plan.report.select(quantity="duration")[0])
     task["waypoints"][0]["after"] = 0.97 * over
@@ -109,8 +109,7 @@ def test_meets_belt_after_path_with_chosen_speed() -> None:
         {"frame": "base", "pose": down(0.45, -0.2, 0.3), "after": "fastest", "stop": True},
         {"frame": "base", "pose": down(0.45, 0.2, 0.3), **bead},
     ]
-    plan = kw.plan(task)
-    assert plan.report.ok, plan.report
+    passing_plan(task)
 
 
 def test_keeps_given_time_after_chosen_ones_in_fixed_frames() -> None:
@@ -124,8 +123,7 @@ def test_keeps_given_time_after_chosen_ones_in_fixed_frames() -> None:
             {"joints": "home", "after": "fastest"},
         ],
     }
-    plan = kw.plan(task)
-    assert plan.report.ok
+    plan = passing_plan(task)
     assert plan.scenario.times[2] == 4.0
 
 
@@ -138,8 +136,7 @@ def test_long_motion_after_short_one_does_not_swing(later: bool) -> None:
     if later:
         stops[-1]["wait"] = 1
         stops.append({"joints": "home", "after": "fastest"})
-    plan = kw.plan({"robot": "ur5", "start": "home", "waypoints": stops})
-    assert plan.report.ok, plan.report
+    plan = passing_plan({"robot": "ur5", "start": "home", "waypoints": stops})
     start, end = plan.joint_waypoints.time[2:4]
     assert end == 9.0
     moved = np.ptp(plan.trajectory.position(np.linspace(start, end, 500)), axis=0)
@@ -149,8 +146,7 @@ def test_long_motion_after_short_one_does_not_swing(later: bool) -> None:
 
 def test_frozen_task_gives_same_motion() -> None:
     plan = met()
-    again = kw.plan(plan.scenario.task)
-    assert again.report.ok
+    again = passing_plan(plan.scenario.task)
     times = np.linspace(0.0, plan.trajectory.end_time, 50)
     assert again.trajectory.position(times) == pytest.approx(plan.trajectory.position(times))
 
@@ -166,8 +162,7 @@ def test_refuses_infeasible_meetings() -> None:
     )
     task["frames"]["belt"]["moves"] = {"linear": [0, 0.2, 0]}
     task["waypoints"][0]["after"] = {"fastest": True, "at_least": 13.0}
-    plan = kw.plan(task)
-    assert plan.report.ok
+    plan = passing_plan(task)
     assert plan.scenario.waypoints[1].time == pytest.approx(13.0, abs=1e-9)
     assert "duration: is given, and the time in moving frame 'tray' is chosen" in refused(
         {**picking({"after": "fastest"}), "duration": 9.0}
@@ -201,8 +196,7 @@ def span(plan: kw.Plan) -> tuple[float, float]:
 
 @pytest.mark.parametrize("free", [None, {"turn": "z"}])
 def test_tool_keeps_pose_on_belt_during_wait(free: Any) -> None:
-    plan = kw.plan(waiting(tool={"free": free} if free else None))
-    assert plan.report.ok, plan.report
+    plan = passing_plan(waiting(tool={"free": free} if free else None))
     low, high = span(plan)
     for t in np.linspace(low, high, 40).tolist():
         pose, moving = in_tray(plan, t)
@@ -240,8 +234,7 @@ def test_belt_is_met_a_given_time_after_a_path_with_a_free_speed(
         {"name": "over", "pose": HIGH, "after": 3, "stop": True},
         *after,
     ]
-    plan = kw.plan(belt(waypoints=waypoints))
-    plan.report.raise_if_failed()
+    plan = passing_plan(belt(waypoints=waypoints))
     times = {waypoint.name: waypoint.time for waypoint in plan.scenario.waypoints}
     assert times["over"] - times["out"] == pytest.approx(3)
     again = kw.plan(plan.freeze(tmp_path / "frozen.yaml"))

@@ -199,11 +199,7 @@ def times(scene: dict[str, Any]) -> Any:
 def middles(scene: dict[str, Any], name: str, frame: int) -> np.ndarray:
     """Middles of the boxes round things of a name [m], shape (n, 3)."""
     places = placed(scene, frame)
-    middle = []
-    for thing in scene["meshes"]:
-        if thing["name"] == name:
-            middle.append(_middle(thing, places))
-    return np.array(middle)
+    return np.array([_middle(one, places) for one in scene["meshes"] if one["name"] == name])
 
 
 def middle_of_held(data: Any, time: float, k: int) -> Any:

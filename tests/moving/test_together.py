@@ -15,6 +15,7 @@ from command_line import Command
 from knotwork.planning import clearance_between
 from moving.moving_truth import distance, links, sampled
 from moving.test_moving_things import LEFT, other_arm
+from texts import written
 from urdfs import collision, joint, limits, link, robot
 
 WIDE = limits(-4, 4, velocity=9, effort=9)
@@ -82,8 +83,8 @@ def test_two_urdfs_need_frame_and_no_delay(cell: kw.Plan, knotwork: Command) -> 
 def test_two_arms_of_one_urdf_share_cell(tmp_path: Path, end: float, clear: bool) -> None:
     """Links of each arm stand once: none where the model of the other has it at rest."""
     turns = {"left": (1.6, 0.9), "right": (1.6, end)}
-    urdf = tmp_path / "bars.urdf"
-    urdf.write_text(robot(link("cell"), turning_bar("left", 0), turning_bar("right", 1.3)))
+    bars = (turning_bar("left", 0), turning_bar("right", 1.3))
+    urdf = written(tmp_path / "bars.urdf", robot(link("cell"), *bars))
 
     def task(side: str) -> dict[str, Any]:
         angles = [{"joints": {f"{side} turn": angle}} for angle in turns[side]]
@@ -120,10 +121,9 @@ def test_refuses_arms_on_torso_moved_by_one_motion(
     tmp_path: Path, left: float | None, right: float | None, words: str | None
 ) -> None:
     """Else one arm would stand where the other one's torso is not."""
-    urdf = tmp_path / "torso.urdf"
     torso = link("torso") + joint("torso turn", "cell", "torso", more=WIDE)
     bars = (turning_bar("left", 0, "torso"), turning_bar("right", 1.3, "torso"))
-    urdf.write_text(robot(link("cell"), torso, *bars))
+    urdf = written(tmp_path / "torso.urdf", robot(link("cell"), torso, *bars))
 
     def task(side: str, at: float | None) -> kw.Task:
         robot: dict[str, Any] = {"urdf": str(urdf), "tool_frame": f"{side} tip"}

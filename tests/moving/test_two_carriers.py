@@ -16,6 +16,7 @@ from moving.moving_truth import Bodies, OfArm, links, seen
 from moving.test_held_on_belts import SIZE, check_box
 from moving.test_moving_things import LEFT, check_pairs, middle_of_held, scene_of, times
 from moving.test_placed_urdfs import HOME, STEP, TILT, Composed, folder, named, shapes, task
+from plans import passing_plan
 from sweeps import mostly_exhaustive
 from texts import written
 
@@ -64,8 +65,7 @@ def part(both: Composed, q: dict[str, float]) -> pin.SE3:
 
 
 def test_meets_each_pose_in_its_frame(folder: Path) -> None:
-    plan = kw.plan(fetch(folder))
-    assert plan.report.ok, plan.report
+    plan = passing_plan(fetch(folder))
     both = Composed(folder)
     down = pin.rpy.rpyToMatrix(np.pi, 0, 0)
     for one, given in zip(plan.scenario.waypoints[1:], fetch(folder)["waypoints"], strict=True):
@@ -84,16 +84,8 @@ def test_meets_each_pose_in_its_frame(folder: Path) -> None:
 
 def test_near_sets_positioner_at_fixed_poses(folder: Path) -> None:
     where = {**HOME, TILT: 0.3, "turn": -0.4}
-    plan = kw.plan(
-        task(
-            folder,
-            waypoints=[
-                pose(BESIDE, frame="base", near=where, name="beside"),
-                pose([0.0, 0.0, 0.25], name="on"),
-            ],
-        )
-    )
-    assert plan.report.ok, plan.report
+    beside, on = pose(BESIDE, frame="base", near=where, name="beside"), pose(ON_PART, name="on")
+    plan = passing_plan(task(folder, waypoints=[beside, on]))
     q, both = named(plan, 1.5), Composed(folder)
     assert (q[TILT], q["turn"]) == pytest.approx((0.3, -0.4), abs=1e-9)
     assert both.tool(q).translation == pytest.approx(np.array(BESIDE), abs=1e-8)
@@ -104,8 +96,7 @@ def test_keeps_speeds_and_free_turns_at_fixed_poses(folder: Path) -> None:
     passing = pose(BESIDE, frame="base", velocity={"linear": [0.05, 0.02, -0.03]}, name="by")
     del passing["stop"]
     tool = {"free": {"turn": "z"}}
-    plan = kw.plan(task(folder, tool=tool, waypoints=[passing, pose([0, 0, 0.3], name="on")]))
-    assert plan.report.ok, plan.report
+    plan = passing_plan(task(folder, tool=tool, waypoints=[passing, pose([0, 0, 0.3], name="on")]))
     both = Composed(folder)
     here, speed = seen(lambda t: both.tool(named(plan, t)), 1.5)
     assert here.translation == pytest.approx(np.array(BESIDE), abs=1e-8)
@@ -124,10 +115,8 @@ def test_frozen_times_and_speeds_give_same_motion(folder: Path, tmp_path: Path) 
     for i in (2, 4):
         del given["waypoints"][i]["stop"]
         given["waypoints"][i]["velocity"] = "free"
-    plan = kw.plan(given)
-    assert plan.report.ok, plan.report
-    again = kw.plan(plan.freeze(tmp_path / "frozen.yaml"))
-    assert again.report.ok, again.report
+    plan = passing_plan(given)
+    again = passing_plan(plan.freeze(tmp_path / "frozen.yaml"))
     times = again.scenario.times
     found, expected = again.trajectory.position(times), plan.trajectory.position(times)
     assert found == pytest.approx(expected, abs=1e-9)

@@ -102,7 +102,7 @@ def test_reads_largest_trees(tmp_path: Path) -> None:
     for text, links in ((row(500), 500), (star(2_000), 2_000)):
         path.write_text(text, encoding="utf-8")
         with ThreadPoolExecutor(1) as pool:
-            assert len(pool.submit(load_robot, path).result().frame_names) == links
+            assert len(pool.submit(load_robot, path).result().link_names) == links
 
 
 def test_refuses_file_of_gigabytes(tmp_path: Path) -> None:
@@ -122,7 +122,7 @@ def test_joint_named_like_link(name: str, kind: str, tmp_path: Path) -> None:
         path.write_text(text.replace("continuous", kind), encoding="utf-8")
         arm = load_robot(path).with_tool("c")
         poses.append(arm.forward([0.3, 0.2]).homogeneous)
-        assert arm.frame_names == ("a", "b", "c")
+        assert arm.link_names == ("a", "b", "c")
         assert arm.base_frame == "a"
     assert arm.joint_names == (name, "k")
     np.testing.assert_array_equal(*poses)

@@ -174,6 +174,9 @@ def test_refuses_joint_without_range(tmp_path: Path) -> None:
     assert load_robot({**description, "locked": {"second": 0}}).dof == 1
     limits = {"position": {"second": [-1, 1]}}
     assert load_robot({**description, "limits": limits}).limits.upper[1] == 1
+    written(path, chain("revolute", '<limit lower="1" upper="0" velocity="1" effort="1"/>'))
+    with pytest.raises(RobotError, match=r"'second' are \[1, 0\]"):
+        load_robot(path)
 
 
 def test_locked_mimic_joints_follow_master(tmp_path: Path) -> None:

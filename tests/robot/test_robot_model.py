@@ -197,6 +197,9 @@ def test_refuses_arguments_of_other_types(method: str, arguments: Any, says: str
 def test_used_fraction_replaces_an_earlier_one() -> None:
     half = PLANAR.with_used_fraction(0.5)
     assert half.with_used_fraction(0.5).limits.used_fraction == 0.5
+    for wrong in ("x", -1, np.ones(2)):
+        with pytest.raises(InputError, match=r"used_fraction is .*; it must be a positive"):
+            half.with_used_fraction(wrong)
 
 
 def test_finds_configuration_by_name() -> None:

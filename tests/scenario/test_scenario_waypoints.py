@@ -15,6 +15,7 @@ from knotwork.task.scenario import Scenario, load_scenario
 from knotwork.task.scenario.scenario_joints import read_scenario_joints
 from knotwork.waypoints import CartesianWaypoint
 from shipped import SCENARIO_FILES
+from texts import written
 
 POSE = {"position": [0.4, 0, 0.4], "rpy": [0, 0, 0]}
 AHEAD = {"position": [0.5, 0, 0.4], "rpy": [0, 0, 0]}
@@ -120,9 +121,11 @@ def test_a_configuration_is_named_and_copied() -> None:
 # Everything else
 
 
+WAYPOINTS = "waypoints: [{joints: {a: 0}}, {joints: {a: 1}, after: 1}]\n"
+
+
 def test_default_name_is_that_of_file(tmp_path: Path) -> None:
-    path = tmp_path / "weld seam.yml"
-    path.write_text("waypoints: [{joints: {a: 0}}, {joints: {a: 1}, after: 1}]\n")
+    path = written(tmp_path / "weld seam.yml", WAYPOINTS)
     scenario = load_scenario(path)
     assert scenario.name == "weld seam"
     assert scenario.source == path
@@ -130,11 +133,8 @@ def test_default_name_is_that_of_file(tmp_path: Path) -> None:
 
 
 def test_a_robot_may_be_described_in_place_and_keeps_its_lines(tmp_path: Path) -> None:
-    path = tmp_path / "task.yaml"
-    path.write_text(
-        "robot:\n  urdf: arm.urdf\n  tool_fram: tip\n"
-        "waypoints: [{joints: {a: 0}}, {joints: {a: 1}, after: 1}]\n"
-    )
+    robot = "robot:\n  urdf: arm.urdf\n  tool_fram: tip\n"
+    path = written(tmp_path / "task.yaml", robot + WAYPOINTS)
     with pytest.raises(InputError, match=re.escape(f"{path}: line 3: robot.tool_fram: unknown")):
         read_scenario_joints(load_scenario(path))
 
@@ -144,8 +144,7 @@ def test_a_robot_may_be_described_in_place_and_keeps_its_lines(tmp_path: Path) -
 
 def test_shipped_files_are_found_by_name_and_others_by_path(tmp_path: Path) -> None:
     assert load_scenario("paper_case").source == SCENARIO_FILES["paper_case"]
-    path = tmp_path / "paper_case.yaml"
-    path.write_text("waypoints: [{joints: {a: 0}}, {joints: {a: 1}, after: 1}]\n")
+    path = written(tmp_path / "paper_case.yaml", WAYPOINTS)
     assert load_scenario(str(path)).source == path
     for name in ("paper_cse", "Paper_Case"):
         with pytest.raises(UnknownNameError, match="did you mean 'paper_case'") as caught:

@@ -160,11 +160,10 @@ def test_options_that_are_refused(options: dict[str, Any], message: str) -> None
 
 
 def test_a_frozen_row_has_the_chosen_times_as_a_frozen_plan_has(tmp_path: Path) -> None:
-    file = tmp_path / "swing.yaml"
-    file.write_text(
+    file = written(
+        tmp_path / "swing.yaml",
         "times: fastest\nlimits: {velocity: 1.2, acceleration: 4, jerk: 40} # a comment\n"
         "waypoints:\n- joints: {a: 0}\n- joints: {a: 1}\n  velocity: free\n- joints: {a: 2}\n",
-        encoding="utf-8",
     )
     vary = {"limits.velocity": [1, 1.1], "waypoints[1].velocity": ["free", {"a": 0}]}
     study = kw.sweep(file, vary, workers=0)
@@ -186,15 +185,14 @@ def test_a_frozen_row_has_the_chosen_times_as_a_frozen_plan_has(tmp_path: Path) 
 
 
 def test_rows_without_motion_are_wrong_or_out_of_reach(tmp_path: Path) -> None:
-    file = tmp_path / "rows.csv"
-    file.write_text(
+    file = written(
+        tmp_path / "rows.csv",
         "frames.block.position[0],frames.block.rpy[2],frames.block.in,planner\n"
         "450,0,base,modified-hermite\n"
         "2500,0,base,nonsense\n"
         "450,much,base,cubic\n"
         "450,0,nowhere,cubic\n"
         "2500,0,base,cubic\n",
-        encoding="utf-8",
     )
     study = kw.sweep("ur5_deburring", rows=file, workers=0)
     assert study["reason"] == ["", *["wrong input"] * 3, "out of reach"]

@@ -165,6 +165,8 @@ def swing(**options: Any) -> TimingProblem:
         ({"jerk": ["2"]}, r"jerk limit must be numbers, not \['2'\]"),
         ({"jerk": [float("nan")]}, r"jerk limits are \[nan\]; give positive ones"),
         ({"upper": 1.0}, r"upper limit must have shape \(1,\)"),
+        ({"lower": [float("nan")]}, r"position limits run from \[nan\] to \[inf\]"),
+        ({"lower": [2], "upper": [1]}, "each lower one must not be above its upper one"),
     ],
 )
 def test_refuses_meaningless_limits(wrong: dict[str, Any], says: str) -> None:
@@ -179,6 +181,7 @@ def test_refuses_meaningless_limits(wrong: dict[str, Any], says: str) -> None:
         ({"tool_speed": float("nan")}, "tool speed limit is nan; give a positive one"),
         ({"tool_speed": [1.0]}, r"tool speed limit must have shape \(\)"),
         ({"limits": JointLimits([1.0], lower=[2], upper=[2])}, "each lower one must be below"),
+        ({"duration": [np.inf]}, "duration from '0' to '1' is inf s; give a positive and finite"),
     ],
 )
 def test_refuses_limits_that_no_motion_can_keep(wrong: dict[str, Any], says: str) -> None:

@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 import pytest
-import yaml
 
 import knotwork as kw
 from knotwork.errors import FollowingError, InputError
+from plans import passing_plan
 from seams import ON as FIRST
 from seams import task
+from texts import written
 
 LINE = {
     "name": "off",
@@ -48,8 +49,7 @@ def tool(plan: kw.Plan, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.n
 def test_blend_stays_within_its_distance() -> None:
     corner = {**LINE, "name": "corner", "blend": 10}
     end = {**LINE, "pose": {"position": [530, 50, 60]}}
-    plan = kw.plan(task(FIRST, corner, end, UP))
-    assert plan.report.ok
+    plan = passing_plan(task(FIRST, corner, end, UP))
     path = plan.scenario.paths[0].timed_path
     position, _, speed = tool(plan, np.linspace(path.start_time, path.end_time, 3001))
     assert np.abs(speed / 60 - 1).max() < 0.011
@@ -88,18 +88,12 @@ def test_follows_orientations_of_file(tmp_path: Path, tilt: list[float]) -> None
         half = np.radians(angle) / 2
         rows.append(f"0,{y},0,{np.cos(half):.9f},{np.sin(half):.9f},0,0")
     (tmp_path / "seam.csv").write_text("\n".join(rows))
-    file = tmp_path / "task.yaml"
-    line = {
-        **LINE,
-        "along": {"points": "seam.csv"},
-        "frame": "seam",
-        "pose": {"position": [0, 150, 0]},
-    }
+    pose = {"position": [0, 150, 0]}
+    line = {**LINE, "along": {"points": "seam.csv"}, "frame": "seam", "pose": pose}
     if any(tilt):
         line["orientation_in"] = "base"
     frames = {"seam": {"position": [450, -100, 60], "rpy": tilt}}
-    file.write_text(yaml.safe_dump(task(FIRST, line, UP, frames=frames)))
-    plan = kw.plan(file)
+    plan = kw.plan(written(tmp_path / "task.yaml", task(FIRST, line, UP, frames=frames)))
     assert [finding for finding in plan.report.findings if finding.verdict == "failed"] == []
     down = pin.rpy.rpyToMatrix(np.pi, 0, 0)
     for y, angle in wanted.items():
@@ -110,7 +104,7 @@ def test_follows_orientations_of_file(tmp_path: Path, tilt: list[float]) -> None
         np.testing.assert_allclose(np.degrees(turned), [0, 0, angle], atol=0.1)
     if any(tilt):
         del line["orientation_in"]
-        file.write_text(yaml.safe_dump(task(FIRST, line, UP, frames=frames)))
+        file = written(tmp_path / "task.yaml", task(FIRST, line, UP, frames=frames))
         with pytest.raises(InputError, match="at the first point the tool is rotated by"):
             kw.plan(file)
 
@@ -121,8 +115,7 @@ def test_points_may_begin_and_end_beside_their_waypoints() -> None:
 
 
 def test_shortest_wait() -> None:
-    plan = kw.plan(task(FIRST, {**LINE, "wait": 0.001}, UP))
-    assert plan.report.ok
+    plan = passing_plan(task(FIRST, {**LINE, "wait": 0.001}, UP))
     end, after = (plan.scenario.waypoints[i].time for i in (2, 3))
     assert after - end == pytest.approx(1e-3)
 

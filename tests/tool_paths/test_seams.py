@@ -13,6 +13,7 @@ import pytest
 
 import knotwork as kw
 from plain import tool_poses
+from plans import passing_plan
 from sweeps import first_of, mostly_exhaustive
 
 WIDTH, RATE, SPEED, TOLERANCE = 3e-3, 2.0, 8e-3, 5e-5
@@ -110,8 +111,7 @@ EDGES = [("triangle", 0.0, TOLERANCE), ("triangle", 0.1, 4e-4), ("sine", 0.1, 0.
 @pytest.mark.parametrize(("shape", "dwell", "rounding"), mostly_exhaustive(EDGES, EDGES[1]))
 def test_weave_reaches_and_holds_edges(shape: str, dwell: float, rounding: float) -> None:
     numbers = {"dwell": dwell, "rounding": rounding}
-    plan = kw.plan(seam({"shape": shape} | {key: one for key, one in numbers.items() if one}))
-    assert plan.report.ok, plan.report
+    plan = passing_plan(seam({"shape": shape} | {key: one for key, one in numbers.items() if one}))
     motion = plan.scenario.paths[0].timed_path
     t = np.linspace(0.0, motion.end_time - motion.start_time, 4001)
     across = tool(plan, motion.start_time + t)[:, 1] - START[1]
@@ -134,8 +134,7 @@ def test_weave_continues_into_arc() -> None:
         "pose": {"position": [0.67, -0.17, 0.25]},
         "weave": {"shape": "sine", "width": WIDTH, "frequency": RATE},
     }
-    plan = kw.plan(seam({"shape": "sine"}, arc))
-    assert plan.report.ok, plan.report
+    plan = passing_plan(seam({"shape": "sine"}, arc))
     first, second = plan.scenario.paths[0].stretches
     t = np.linspace(first.start, second.end, 1501)
     place = tool(plan, t) - [0.64, -0.17, 0.25]
@@ -155,9 +154,8 @@ def test_weave_on_belt() -> None:
     task = seam({"shape": "circle"}, frames={"belt": {"position": [0, 0, 0]}}, frame="belt")
     task["frames"]["belt"]["moves"] = {"linear": [0, 0.01, 0], "angular": [0, 0, 0.02]}
     task["scene"] = {"objects": {"part": {"in": "belt", "sphere": 0.01, "position": [0.6, 0, 0.1]}}}
-    plan = kw.plan(task)
+    plan = passing_plan(task)
     assert "given path" in plan.view().html
-    assert plan.report.ok, plan.report
     motion = plan.scenario.paths[0].timed_path
     t = np.linspace(motion.start_time, motion.end_time, 301)
     local = t - t[0]
@@ -246,8 +244,7 @@ ARC = {
 
 
 def test_torch_keeps_angles_along_line_and_arc() -> None:
-    plan = kw.plan(welded(LINE, ARC))
-    assert plan.report.ok, plan.report
+    plan = passing_plan(welded(LINE, ARC))
     first, second = plan.scenario.paths[0].stretches
     for t in (first.start, 0.5 * (first.start + first.end), 0.5 * (second.start + second.end)):
         (pose,) = tool_poses(plan, [t])
@@ -269,8 +266,7 @@ def test_normals_of_points_lean_torch(tmp_path: Path, orientation: dict[str, Any
     (tmp_path / "seam.csv").write_text("\n".join(["x,y,z,nx,ny,nz", *rows]))
     end = {"along": {"points": str(tmp_path / "seam.csv")}, "speed": 0.03}
     end |= {"pose": {"position": points[-1].tolist()}, "orientation": orientation}
-    plan = kw.plan(welded(end))
-    assert plan.report.ok, plan.report
+    plan = passing_plan(welded(end))
     (path,) = plan.scenario.paths
     assert path.freedom is None
     wanted = orientation.get("work_angle", 0.0), orientation.get("travel_angle", 0.0)

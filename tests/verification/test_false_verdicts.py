@@ -11,8 +11,9 @@ import pytest
 
 import knotwork as kw
 from command_line import Command
-from plans import planned
+from plans import planned, pose_of
 from sweeps import mostly_exhaustive
+from texts import written
 
 
 def one_joint(**rest: Any) -> kw.Scenario:
@@ -40,17 +41,15 @@ RISE = np.array([-0.25, 0.75, 0.0, 0.0])
 @pytest.mark.parametrize("start", [0.0, 3.0, 40.0])
 @pytest.mark.parametrize("gap", [1e-13, 1e-10, 1e-7])
 def test_short_corner_pieces_break_acceleration_limit(gap: float, start: float) -> None:
-    scenario = kw.load_scenario(
-        {
-            "continuity": 0,
-            "limits": {"acceleration": {"turn": 5}},
-            "tolerances": {"joint_velocity": 1},
-            "waypoints": [
-                {"joints": {"turn": start}, "velocity": {"turn": 0.5}},
-                {"joints": {"turn": start + 0.5}, "velocity": {"turn": 0.5}, "after": 1},
-                {"joints": {"turn": start + 0.65}, "velocity": {"turn": 0.15}, "after": 1},
-            ],
-        }
+    scenario = one_joint(
+        continuity=0,
+        limits={"acceleration": {"turn": 5}},
+        tolerances={"joint_velocity": 1},
+        waypoints=[
+            {"joints": {"turn": start}, "velocity": {"turn": 0.5}},
+            {"joints": {"turn": start + 0.5}, "velocity": {"turn": 0.5}, "after": 1},
+            {"joints": {"turn": start + 0.65}, "velocity": {"turn": 0.15}, "after": 1},
+        ],
     )
     x = [0.0, 1.0, 1.0 + gap, 2.0]
     c = np.array([[0.5, 0.15, 0.15], [start, start + 0.5, start + 0.5 + 0.15 * (x[2] - x[1])]])
@@ -104,16 +103,13 @@ def test_refuses_too_high_degree(knotwork: Command, tmp_path: Path) -> None:
     c = np.full((601, 20), 1e-3)
     with pytest.raises(kw.InputError, match="degree is 600; at most"):
         motion(c, np.linspace(0, 2, 21))
-    plan = planned("paper_case")
-    plan.save(tmp_path)
+    planned("paper_case").save(tmp_path)
     path = tmp_path / "trajectory.json"
     data = json.loads(path.read_text(encoding="utf-8"))
     data["coefficients"] = [[[1e-3] for _ in data["breaks"][1:]] for _ in range(601)]
-    path.write_text(json.dumps(data), encoding="utf-8")
-    ran = knotwork("check", path, "--scenario", "paper_case")
-    assert ran.code == 2
-    assert "coefficients" in ran.err
-    assert "at most" in ran.err
+    err = knotwork("check", written(path, data), "--scenario", "paper_case").refused()
+    assert "coefficients" in err
+    assert "at most" in err
 
 
 @pytest.mark.parametrize("where", ["tolerances", "limits"])
@@ -125,12 +121,10 @@ def test_refuses_values_that_are_zero_in_si(knotwork: Command, tmp_path: Path, w
         where: {key: 5e-324},
         "waypoints": [{"joints": {"turn": 0}}, {"joints": {"turn": 45}, "after": 2}],
     }
-    path = tmp_path / "task.yaml"
-    path.write_text(json.dumps(data, indent=1), encoding="utf-8")
-    ran = knotwork("plan", path)
-    assert ran.code == 2
-    assert f"{path}: line 6: {where}.{key}: 5e-324: is so small that" in ran.err
-    assert "may round to zero in SI; give at least 1e-100" in ran.err
+    path = written(tmp_path / "task.yaml", data)
+    err = knotwork("plan", path).refused()
+    assert f"{path}: line 4: {where}.{key}: 5e-324: is so small that" in err
+    assert "may round to zero in SI; give at least 1e-100" in err
 
 
 def test_self_motion_at_stop_of_tool_fails() -> None:
@@ -138,23 +132,9 @@ def test_self_motion_at_stop_of_tool_fails() -> None:
     robot = kw.load_robot("ur5")
     q = np.array([0.0, -1.2, 1.4, -0.2, 0.0, 0.3])
     still = np.linalg.svd(robot.jacobian(q))[2][-1]
-    end = robot.forward(q)
-    task = kw.load_scenario(
-        {
-            "robot": "ur5",
-            "waypoints": [
-                {"joints": dict(zip(robot.joint_names, (q - 0.5 * still).tolist(), strict=True))},
-                {
-                    "name": "end",
-                    "after": 2,
-                    "pose": {
-                        "position": end.translation.tolist(),
-                        "rotation_matrix": end.rotation.tolist(),
-                    },
-                },
-            ],
-        }
-    )
+    start = dict(zip(robot.joint_names, (q - 0.5 * still).tolist(), strict=True))
+    end = {"name": "end", "after": 2, "pose": pose_of(robot, q)}
+    task = kw.load_scenario({"robot": "ur5", "waypoints": [{"joints": start}, end]})
     moved = kw.JointTrajectory.from_knots(
         robot.joint_names, [0, 2], [q - 0.5 * still, q], [0 * q, 0.8 * still]
     )
@@ -191,20 +171,16 @@ def dithering(folder: Path, rows: int, width: float) -> tuple[Path, Path]:
 )
 def test_dithering_fails(rows: int, width: float, knotwork: Command, tmp_path: Path) -> None:
     motion, task = dithering(tmp_path, rows, width)
-    ran = knotwork("check", motion, "--scenario", task)
-    assert ran.code == 1
-    assert "effort reaches" in ran.out
-    assert "tool: acceleration" in ran.out
+    out = knotwork("check", motion, "--scenario", task).failed()
+    assert "effort reaches" in out
+    assert "tool: acceleration" in out
 
 
 def test_time_slack_is_bounded_for_large_times(knotwork: Command, tmp_path: Path) -> None:
     start = 1.7e9
-    task = tmp_path / "task.yaml"
     ends = [f"  - {{joints: {{a: {q}}}, time: {start + t}}}" for t, q in ((0, 0), (4, 1))]
-    task.write_text("waypoints:\n" + "\n".join(ends))
+    task = written(tmp_path / "task.yaml", "waypoints:\n" + "\n".join(ends))
     rows = [f"{start + t:.1f},{q},0,0" for t, q in ((0.0, 0), (1.5, 0.5), (2.5, 1))]
-    motion = tmp_path / "late.csv"
-    motion.write_text("time,a,a_velocity,a_acceleration\n" + "\n".join(rows))
-    ran = knotwork("check", motion, "--scenario", task)
-    assert ran.code == 1
-    assert "but the waypoints" in ran.out
+    head = "time,a,a_velocity,a_acceleration"
+    motion = written(tmp_path / "late.csv", "\n".join([head, *rows]))
+    assert "but the waypoints" in knotwork("check", motion, "--scenario", task).failed()

@@ -252,7 +252,7 @@ def test_finds_peak_between_samples(name: str) -> None:
 def test_refuses_unknown_frames_and_limits() -> None:
     plan = planned("ur5_deburring")
     robot, trajectory = plan.joints.robot, plan.trajectory
-    with pytest.raises(kw.InputError, match="unknown frame 'forearm'; did you mean 'forearm_link'"):
+    with pytest.raises(kw.InputError, match="unknown link 'forearm'; did you mean 'forearm_link'"):
         tool_speed_bound(robot, trajectory, frame="forearm")
     other = kw.JointTrajectory.from_knots(["a"], [0, 1], [[0], [1]], [[0], [0]])
     with pytest.raises(kw.InputError, match="has joint a; the joints of robot 'ur5' are"):

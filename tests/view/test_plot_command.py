@@ -34,27 +34,21 @@ def commands_of_the_figures(help_text: str) -> list[list[str]]:
     ]
 
 
-def test_commands_of_the_help_draw_the_figures_of_the_paper(
-    knotwork: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    commands = commands_of_the_figures(knotwork("plot", "--help").out)
+def test_commands_of_the_help_draw_the_figures_of_the_paper(run: Command, tmp_path: Path) -> None:
+    commands = commands_of_the_figures(run("plot", "--help").out)
     assert len(commands) == 4
     for arguments in commands:
-        knotwork("plot", *arguments).done()
+        run("plot", *arguments).done()
     names = {path.name for path in tmp_path.iterdir()}
     assert names == {f"figure{number}.png" for number in (12, 13, 14, 15)}
 
 
-def test_picture_is_named_after_scenario(
-    knotwork: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    ran = knotwork("plot", "paper_case")
+def test_picture_is_named_after_scenario(run: Command, tmp_path: Path) -> None:
+    ran = run("plot", "paper_case")
     assert (ran.code, ran.err) == (0, "")
     assert ran.out == "wrote paper_case.png\n"
     assert (tmp_path / "paper_case.png").read_bytes().startswith(START[".png"])
-    ran = knotwork("plot", "planar2_closed_form", "--tool")
+    ran = run("plot", "planar2_closed_form", "--tool")
     assert ran.out == "wrote planar2_closed_form_tool.png\n"
     assert len(list(tmp_path.iterdir())) == 2
 

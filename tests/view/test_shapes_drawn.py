@@ -137,9 +137,7 @@ def test_mesh_files_are_read_once_and_bounded(arm, monkeypatch: pytest.MonkeyPat
     assert "flat.stl is not read" in shape_warnings(shown)[0]
 
 
-def test_meshes_come_from_package_paths(
-    arm, tmp_path: Path, knotwork: Command, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_meshes_come_from_package_paths(arm, tmp_path: Path, run: Command) -> None:
     """Named in the robot's file, relative to it, or on the command line."""
     arm(urdf('<mesh filename="package://mine/meshes/there.stl"/>'))
     written(tmp_path / "elsewhere" / "mine" / "meshes" / "there.stl", GOOD)
@@ -150,15 +148,14 @@ def test_meshes_come_from_package_paths(
     found = kw.load_robot(description, relative_to=tmp_path)
     assert found.package_paths == (tmp_path / "elsewhere",)
     assert not [line for line in shape_warnings(found) if "no mesh" in line]
-    (tmp_path / "task.yaml").write_text(
+    written(
+        tmp_path / "task.yaml",
         "robot: {urdf: arm.urdf, tool_frame: c}\nwaypoints:\n"
         "  - joints: {j: 0}\n  - {joints: {j: 0.5}, after: 2}\n",
-        encoding="utf-8",
     )
-    monkeypatch.chdir(tmp_path)
     view = ("view", "task.yaml", "--html", "a.html")
-    assert "there is no mesh" in knotwork(*view).err
-    assert "there is no mesh" not in knotwork(*view, "--package-path", "elsewhere").err
+    assert "there is no mesh" in run(*view).err
+    assert "there is no mesh" not in run(*view, "--package-path", "elsewhere").err
 
 
 GAP = 0.01

@@ -88,7 +88,6 @@ def test_a_trajectory_needs_its_scenario(deburring_by_waypoints: Plan, paper_cas
         plot_tool(paper_case)
 
 
-DOWN = {"rpy": [180, 0, 0]}
 SEAM = task(
     ON,
     {
@@ -105,7 +104,7 @@ SEAM = task(
         "speed": 40,
         "pose": {"position": [530, 110, 60]},
     },
-    {"name": "up", "after": 2, "stop": True, "pose": {"position": [450, 50, 200], **DOWN}},
+    {"name": "up", "after": 2, "stop": True, "pose": {**ON["pose"], "position": [450, 50, 200]}},
 )
 NAMES = ["start", "on", "corner", "turn", "off", "up"]
 

@@ -16,7 +16,7 @@ from drawn import scene
 from knotwork.planning.timing import Progress
 from knotwork.verification import Finding
 from knotwork.view import plot_tool
-from plans import planned
+from plans import passing_plan, planned
 from walls import DOWN, WALL, at, past
 
 ONE = "way: clear at 'there' may avoid the collision (not attempted)"
@@ -51,12 +51,10 @@ def fastest(*others: dict[str, Any], **more: Any) -> dict[str, Any]:
 
 
 def test_takes_clear_motion_if_fastest_collides(tmp_path: Path) -> None:
-    plan = kw.plan(fastest(at("back", -250)))
-    assert plan.report.ok
+    plan = passing_plan(fastest(at("back", -250)))
     (line,) = (str(one) for one in plan.report.findings if one.quantity == "sequences_tried")
     assert "the fastest motion collides, so way: clear was taken at 'there' and 'back'" in line
-    frozen = kw.plan(plan.freeze(tmp_path / "frozen.yaml"))
-    assert frozen.report.ok
+    frozen = passing_plan(plan.freeze(tmp_path / "frozen.yaml"))
     assert frozen.trajectory.duration == plan.trajectory.duration
 
 
@@ -99,12 +97,10 @@ def test_check_proposes_nothing(tmp_path: Path, knotwork: Command) -> None:
     """A motion from elsewhere does not come from the scenario that would have the way."""
     file = tmp_path / "across.yaml"
     kw.Task(**across()).save(file)
-    planned = knotwork("plan", file, "--out", tmp_path / "out")
-    assert planned.code == 1
-    assert ONE in " ".join(planned.out.split())
-    checked = knotwork("check", tmp_path / "out", "--scenario", file)
-    assert checked.code == 1
-    assert "way: clear" not in checked.out
+    planned = knotwork("plan", file, "--out", tmp_path / "out").failed()
+    assert ONE in " ".join(planned.split())
+    checked = knotwork("check", tmp_path / "out", "--scenario", file).failed()
+    assert "way: clear" not in checked
 
 
 def once(*others: Any, tries: int = 1) -> dict[str, Any]:

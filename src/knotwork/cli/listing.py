@@ -36,7 +36,7 @@ SHOWN_UNITS = Units("mm", "deg")
 )
 @json_option
 def robots(name: str | None, pairs: bool, as_json: bool) -> None:
-    """List the shipped robots, or show one: joints, limits, frames and configurations.
+    """List the shipped robots, or show one: joints, limits, links and configurations.
 
     NAME is the name of a shipped robot or the path of a robot file or URDF.
     """
@@ -107,7 +107,7 @@ def schema() -> None:
 
 
 def print_robot(robot: Robot) -> None:
-    """Print a robot's joints, limits, frames and configurations."""
+    """Print a robot's joints, limits, links and configurations."""
     out, wrapping = console(), console(wrap=True)
     wrapping.print(f"[bold]{cell(robot.name)}[/]  {cell(robot.description.strip(), lines=True)}")
     out.print(f"model …/{cell(str(Path(*robot.urdf.parts[-2:])))}")
@@ -133,7 +133,7 @@ def print_robot(robot: Robot) -> None:
     if robot.locked:
         locked = ", ".join(f"{name} = {value:g}" for name, value in robot.locked.items())
         wrapping.print(f"locked joints (rad or m): {cell(locked)}")
-    wrapping.print(f"frames: {cell(', '.join(robot.frame_names))}")
+    wrapping.print(f"links: {cell(', '.join(robot.link_names))}")
     out.print("times in s, efforts in N m or N; --json: SI, and the whole path of the model")
 
 
@@ -190,7 +190,7 @@ def robot_to_dict(robot: Robot) -> dict[str, Any]:
         "model": str(robot.urdf),
         "base_frame": robot.base_frame,
         "tool_frame": robot.tool_frame,
-        "frames": list(robot.frame_names),
+        "frames": list(robot.link_names),
         "joints": dict(zip(names, robot.joint_units, strict=True)),
         "limits": {
             "lower_position_limit": finite(robot.limits.lower),

@@ -49,7 +49,7 @@ class ChainModel(PlannedJoints):
             model.gravity.linear = to_root @ spec.gravity
         self.gravity = checked_array(to_root.T @ model.gravity.linear, (3,), "gravity")
         bodies = (frame for frame in model.frames if frame.type == pin.FrameType.BODY)
-        self.frame_names = tuple(str(frame.name) for frame in bodies)
+        self.link_names = tuple(str(frame.name) for frame in bodies)
         self._memory = threading.local()
 
     def _add_tcp(self, spec: RobotSpec) -> int:
@@ -81,14 +81,14 @@ class ChainModel(PlannedJoints):
             memory.data = self.model.createData()
             return memory.data
 
-    def frame_index(self, name: str) -> int:
+    def link_index(self, name: str) -> int:
         """Index in `model` of a link's frame.
 
         Raises:
             UnknownNameError: There is no such link.
         """
-        if name not in self.frame_names:
-            raise UnknownNameError("frame", name, self.frame_names, where=f"robot {self.name!r}")
+        if name not in self.link_names:
+            raise UnknownNameError("link", name, self.link_names, where=f"robot {self.name!r}")
         return int(self.model.getFrameId(name, pin.BODY))
 
     def require_tool(self) -> int:
@@ -99,7 +99,7 @@ class ChainModel(PlannedJoints):
         """
         if self.tcp_frame_id is None:
             leaves = self._spec.urdf.leaves
-            inner = ", ".join(name for name in self.frame_names if name not in leaves)
+            inner = ", ".join(name for name in self.link_names if name not in leaves)
             raise RobotError(
                 self.name,
                 "needs a tool frame; name the link that carries the tool with `tool: {frame: "

@@ -51,7 +51,7 @@ def select_chain(spec: RobotSpec) -> JointChain:
     base = spec.base_frame or urdf.root
     for link in (base, tool_frame):
         if link is not None and link not in urdf.links:
-            raise UnknownNameError("frame", link, urdf.links, where=f"robot {robot_name!r}")
+            raise UnknownNameError("link", link, urdf.links, where=f"robot {robot_name!r}")
     if tool_frame is None:
         moving = [i for i in range(1, full.njoints) if _explain_unsupported(urdf, i) is None]
         moving = [i for i in moving if full.names[i] not in locked]

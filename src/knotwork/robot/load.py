@@ -146,11 +146,11 @@ def _resolve_axes(content: RobotFile, document: Document, folder: Path, robot_na
 
 
 def _check_names(content: RobotFile, document: Document, urdf: Urdf) -> None:
-    """Check that named joints and frames exist."""
+    """Check that named joints and links exist."""
     for field in ("base_frame", "tool_frame"):
         link = getattr(content, field)
         if link is not None and link not in urdf.links:
-            raise UnknownNameError("frame", link, urdf.links, where=document.where((field,)))
+            raise UnknownNameError("link", link, urdf.links, where=document.where((field,)))
     for i, pair in enumerate(content.collision.ignore):
         for link in pair:
             if link not in urdf.links:

@@ -76,7 +76,7 @@ def _collect_limits(spec: RobotSpec, names: Sequence[str]) -> JointLimits:
     """Collect the limits of a chain's joints.
 
     A velocity or effort limit of zero in the URDF means that it is not given. Virtual joints have
-    only position limits. Without a tool frame, no joint is planned, so none needs a range.
+    only position limits. Without a tool frame no pose is planned, so no joint needs a range.
 
     Raises:
         RobotError: A joint's position limits have no range.
@@ -97,17 +97,16 @@ def _collect_limits(spec: RobotSpec, names: Sequence[str]) -> JointLimits:
         tables[kind] = {**tables.get(kind, {}), **table}
     if spec.world_frame is not None:  # efforts are unknown where the base moves
         tables["effort"] = {}
-    if spec.tool_frame is not None:
-        for name in names:
-            lower, upper = tables["position"].get(name, (-np.inf, np.inf))
-            if not lower < upper:
-                raise RobotError(
-                    spec.name,
-                    f"position limits of joint {name!r} are [{lower:g}, {upper:g}], which leaves "
-                    "it no range; give others under "
-                    f"`limits: {{position: {{{name}: [lower, upper]}}}}` or lock it with "
-                    f"`locked: {{{name}: {lower:g}}}`",
-                    joint=name,
-                )
+    for name in names:
+        lower, upper = tables["position"].get(name, (-np.inf, np.inf))
+        if lower > upper or (lower == upper and spec.tool_frame is not None):
+            raise RobotError(
+                spec.name,
+                f"position limits of joint {name!r} are [{lower:g}, {upper:g}], which leaves "
+                "it no range; give others under "
+                f"`limits: {{position: {{{name}: [lower, upper]}}}}` or lock it with "
+                f"`locked: {{{name}: {lower:g}}}`",
+                joint=name,
+            )
     joints = (*names, *(joint.name for joint in spec.virtual_joints))
     return JointLimits.by_joint(joints, tables).scaled(spec.used_fraction)

@@ -64,7 +64,7 @@ class Robot(ChainModel):
         followers: The moving joint that a locked joint mimics, by the name of the latter.
         external_axes: Names of the joints that the robot's file adds to its URDF.
 
-        frame_names: Names of the links, each of which may be the base or the tool frame.
+        link_names: Names of the links, each of which may be the base or the tool frame.
         joined_links: Pairs of parent and child links of the joints of the URDF.
         ignored_pairs: Pairs of links that are not checked for collisions.
         srdf: SRDF file with more such pairs, or `None`.
@@ -97,6 +97,8 @@ class Robot(ChainModel):
         self.external_axes = spec.urdf.added
         self.joined_links = spec.urdf.joined_links
 
+    frame_index = OldAttribute("link_index")
+    frame_names = OldAttribute("link_names")
     held = OldAttribute("held_payloads")
     in_frame = OldAttribute("robot_and_columns")
     virtual = OldAttribute("is_virtual")
@@ -247,7 +249,12 @@ class Robot(ChainModel):
         return Robot(replace(spec, limits={**earlier, **merged}))
 
     def with_used_fraction(self, fraction: float) -> Robot:
-        """Use this fraction, in place of an earlier one, of all limits except those of position."""
+        """Use this fraction, in place of an earlier one, of all limits except those of position.
+
+        Raises:
+            InputError: The fraction is not a positive number.
+        """
+        fraction = require_number(fraction, "used_fraction", positive=True)
         if fraction == self._spec.used_fraction:
             return self
         return Robot(replace(self._spec, used_fraction=fraction))

@@ -279,7 +279,7 @@ class _Builder:
     def _tool_body(self, shapes: Sequence[PlacedShape]) -> Body:
         robot = self.robot
         robot.require_tool()
-        frame = robot.model.frames[robot.frame_index(robot.tool_frame or "")]
+        frame = robot.model.frames[robot.link_index(robot.tool_frame or "")]
         solids = tuple(self._solid(shape, frame.placement) for shape in shapes)
         return Body(TOOL_BODY, "tool", int(frame.parentJoint), solids)
 
@@ -342,5 +342,5 @@ class _Builder:
 
 def _joint_of_link(robot: Robot, link: str) -> tuple[int, Any]:
     """Find the joint that carries a link, and the link's placement in its axes, `pin.SE3`."""
-    frame = robot.model.frames[robot.frame_index(link)]
+    frame = robot.model.frames[robot.link_index(link)]
     return int(frame.parentJoint), frame.placement.copy()

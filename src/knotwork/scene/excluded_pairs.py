@@ -27,7 +27,7 @@ def read_exclusions(
     items = [(("scene", "objects", item.name), item.name, item.allow) for item in scene.objects]
     items += [(("tool", "holds", held.name), held.name, held.allow) for held in scene.held]
     for location, name, allowed in items:
-        if name in robot.frame_names:
+        if name in robot.link_names:
             raise locations.error(location, "is the name of a link of the robot", "any other name")
         identity = f"scenario:{name}"
         for other in names.identities(allowed, (*location, "allow"), TOOL_BODY):
@@ -56,8 +56,8 @@ class _Names:
         for body in bodies:
             for name in (body.link or body.name, body.identity):
                 self.meanings.setdefault(name, set()).add(body.identity)
-        self.link_names = {name for link in robot.frame_names for name in (link, f"link:{link}")}
-        self.listed = [*(body.link or body.name for body in bodies), *robot.frame_names]
+        self.link_names = {name for link in robot.link_names for name in (link, f"link:{link}")}
+        self.listed = [*(body.link or body.name for body in bodies), *robot.link_names]
 
     def identities(self, named: Sequence[str], location: Location, also: str = "") -> list[str]:
         """Identities of the named bodies; a link without shapes has none.

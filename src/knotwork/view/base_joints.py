@@ -86,7 +86,7 @@ class BaseJoints:
         """
         if not self.joints:
             return points
-        frame = self.robot.model.frames[self.robot.frame_index(self.robot.world_frame)]
+        frame = self.robot.model.frames[self.robot.link_index(self.robot.world_frame)]
         placed = place_joints(joint_tree(self.robot.model), q)
         rotation, origin = (x[:, frame.parentJoint] for x in placed)
         in_joint = frame.placement
@@ -99,7 +99,7 @@ def base_joints(robot: Robot) -> BaseJoints:
     if not robot.base_moves:
         return BaseJoints(robot, [], [])
     tree = joint_tree(robot.model)
-    frame = robot.model.frames[robot.frame_index(robot.world_frame)]
+    frame = robot.model.frames[robot.link_index(robot.world_frame)]
     chain, columns = invert_chain(tree, int(frame.parentJoint), frame.placement)
     names = (f"base joint {i}" for i in range(1, len(chain.parent)))
     return BaseJoints(robot, drawn_joints(chain, names), columns)

@@ -80,7 +80,7 @@ def frame_values(
         v: Joint velocities.
         a: Joint accelerations.
     """
-    index = robot.frame_index(frame) if frame else robot.require_tool()
+    index = robot.link_index(frame) if frame else robot.require_tool()
     return np.asarray(np.linalg.norm(frame_rates(robot.model, index, order, q, v, a), axis=1))
 
 

@@ -112,7 +112,7 @@ def _draw_carried(
         return
     frame = frames[robot.require_tool()]
     joint = int(frame.parentJoint)
-    mount = frames[robot.frame_index(robot.tool_frame)].placement
+    mount = frames[robot.link_index(robot.tool_frame)].placement
     for shape in scene.tool:
         mesh = shape_mesh(shape, TOOL_COLOUR, size).place(mount)
         parts.draw("tool shape", mesh, carrier=joint, of="tool")

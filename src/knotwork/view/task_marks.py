@@ -54,7 +54,7 @@ def _draw_waypoints(parts: SceneParts, shown: ShownMotion, size: float) -> None:
     """Draw the waypoints. If joints move the base frame, those in the world move in the scene."""
     robot = shown.robot
     waypoints = {waypoint.name: waypoint for waypoint in shown.scenario.waypoints}
-    frame = robot.model.frames[robot.frame_index(robot.world_frame)]
+    frame = robot.model.frames[robot.link_index(robot.world_frame)]
     missed, units = {finding.name for finding in shown.failures}, shown.scenario.units
     moving = [target for target in tool_targets(shown) if not target.in_world_frame]
     in_world_frame = [

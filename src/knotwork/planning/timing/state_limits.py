@@ -99,7 +99,7 @@ class StateLimits:
         if self.robot is None:
             raise TypeError("limits of frames need a robot")
         link = limited.subject
-        frame = self.robot.frame_index(link) if link else self.robot.require_tool()
+        frame = self.robot.link_index(link) if link else self.robot.require_tool()
         rates = frame_rates(self.robot.model, frame, limited.order, *states)
         return np.asarray(rates[:, None] / self.frame_limits[limited])
 

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 _NOT_GIVEN: Any = None
 
-_OF_WAYPOINTS = ("position", "velocity", "acceleration", "names", "is_direction", "max_factor")
+_WAYPOINT_FIELDS = ("position", "velocity", "acceleration", "names", "is_direction", "max_factor")
 
 
 @dataclass(frozen=True)
@@ -183,13 +183,13 @@ class TimingProblem(ReadOnlyArrays):
             )
 
     def _check_times(self) -> None:
-        wrong = np.flatnonzero(~np.isnan(self.duration) & ~(self.duration > 0.0))
+        wrong = np.flatnonzero((self.duration <= 0.0) | np.isinf(self.duration))
         if wrong.size:
             i = int(wrong[0])
             raise WaypointDataError(
                 f"the duration from {quoted_waypoint(self.names[i])} to "
                 f"{quoted_waypoint(self.names[i + 1])} is {self.duration[i]:g} s; give a positive "
-                "number, or NaN to have it chosen",
+                "and finite number, or NaN to have it chosen",
                 waypoint_index=i,
                 value=float(self.duration[i]),
             )
@@ -255,5 +255,5 @@ class TimingProblem(ReadOnlyArrays):
     def between(self, first: int, last: int) -> TimingProblem:
         """The problem from one waypoint to another."""
         rows = dict.fromkeys(("duration", "min_duration"), slice(first, last))
-        rows |= dict.fromkeys(_OF_WAYPOINTS, slice(first, last + 1))
+        rows |= dict.fromkeys(_WAYPOINT_FIELDS, slice(first, last + 1))
         return replace(self, **{name: getattr(self, name)[kept] for name, kept in rows.items()})

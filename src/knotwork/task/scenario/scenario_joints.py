@@ -182,7 +182,7 @@ def robot_with_tool(scenario: Scenario) -> Robot:
     for name, frame in task.frames.items():  # all links that carry frames exist
         if frame.on is not None:
             with scenario.locations.errors_at("frames", name, "on"):
-                robot.frame_index(frame.on)
+                robot.link_index(frame.on)
                 if frame.on == scenario.pose_frame_link and not robot.base_moves:
                     robot = robot.with_base(frame.on)
     return robot
@@ -224,7 +224,7 @@ def _check_motion_limits(scenario: Scenario, robot: Robot) -> None:
     for i, limit in enumerate(limits.link_speeds):
         place = [i] * (len(limits.link_speeds) > 1)
         with scenario.locations.errors_at("limits", "frame_speed", *place, "frame"):
-            robot.frame_index(limit.link)
+            robot.link_index(limit.link)
 
 
 def _bare_joints(scenario: Scenario) -> JointReader:

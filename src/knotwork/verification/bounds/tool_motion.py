@@ -98,7 +98,7 @@ def speed_quantity(model: Any, frame: int, order: int) -> Quantity:
 def _point_bound(
     robot: Robot, trajectory: JointTrajectory, frame: str | None, order: int, limit: float
 ) -> Bound:
-    index = robot.require_tool() if frame is None else robot.frame_index(frame)
+    index = robot.require_tool() if frame is None else robot.link_index(frame)
     quantity, limits = speed_quantity(robot.model, index, order), np.array([limit])
     return upper_bounds(curve_of(robot, trajectory), quantity, limits)[0]
 
