@@ -15,6 +15,7 @@ from knotwork.cli.parameters import (
     exit_codes,
     folder_option,
     freeze_option,
+    given_options,
     json_option,
     options_by_name,
     package_path_option,
@@ -135,8 +136,8 @@ def sweep(
         refuse(unfit, f"{source} is the folder of a study, which is not planned again")
         study = sweeps.Study.open(source)
     else:
-        options = {name: value for name, value in planning_options.items() if value is not None}
-        vary = _values_by_path(options.pop("vary"))
+        vary = _values_by_path(planning_options.pop("vary"))
+        options = given_options(planning_options)
         try:
             with show_sweep(as_json) as progress:
                 study = sweeps.sweep(source, vary, out=out, progress=progress, **options)
