@@ -7,12 +7,14 @@ import inspect
 import math
 import os
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, TypeVar
 
 import click
+
+from knotwork.errors import InputError
 
 PASSED, FAILED, WRONG_INPUT, INTERNAL_ERROR = 0, 1, 2, 3
 """Exit codes; out of memory counts as wrong input."""
@@ -122,6 +124,28 @@ port_option = click.option(
 no_open_option = click.option(
     "--no-open", is_flag=True, help="Print the address only, and open no browser."
 )
+
+
+def options_by_name(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Values of options by their names on the command line, from those by names in Python."""
+    return {f"--{name.replace('_', '-')}": value for name, value in options.items()}
+
+
+def refuse(options: Mapping[str, Any], reason: str) -> None:
+    """Refuse given options that do not apply.
+
+    An option is not given if it is `None`, `False` or an empty tuple.
+
+    Raises:
+        InputError: An option is given.
+    """
+    names = [
+        name
+        for name, value in options.items()
+        if value is not None and value is not False and value != ()
+    ]
+    if names:
+        raise InputError(f"{reason}: leave out {', '.join(names)}")
 
 
 def names_option(name: str, help: str) -> Callable[[Command], Command]:
