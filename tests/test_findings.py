@@ -14,7 +14,7 @@ import pytest
 
 import knotwork as kw
 from command_line import Command
-from knotwork.verification import CHECKS, Finding, Motion, Report
+from knotwork.verification import CHECKS, Finding, Motion, Report, Topic
 from knotwork.view import report_page
 
 FAST = "the tool whistles at 'three four'"
@@ -213,7 +213,19 @@ def test_only_known_verdicts_pass() -> None:
     assert not finding.ok
 
 
-def test_upper_limit_below_zero_is_no_lower_limit() -> None:
+@pytest.mark.parametrize(
+    ("limits", "words"),
+    [
+        ([-3, -0.07], "35 %: a position -0.2 rad, at most -0.07 rad,"),
+        ([-99, 0.2], "0 %: a position -0.2 rad, at most 0.2 rad,"),
+        ([-0.9, 9], "44 %: a position -0.4 of -0.9 rad"),
+    ],
+)
+def test_utilisation_of_position_limits(limits: list[float], words: str) -> None:
     ends = {"joints": {"a": -0.4}}, {"joints": {"a": -0.2}, "after": 1}
-    plan = kw.plan({"limits": {"position": {"a": [-3, -0.07]}}, "waypoints": ends})
-    assert "35 %: a position -0.2 rad, at most -0.07 rad," in str(plan.report)
+    report = kw.plan({"limits": {"position": {"a": limits}}, "waypoints": ends}).report
+    assert words in str(report)
+    (finding,) = report.select(quantity="position")
+    assert "%" not in finding.message
+    least = Topic("Mine").at_least("height", "0.1 m above", 0.1, -0.2, "m")
+    assert (least.ok, least.utilisation) == (True, 0.0)

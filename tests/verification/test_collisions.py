@@ -325,7 +325,7 @@ def test_skips_sequence_whose_motion_collides() -> None:
     plan = planned("ur5_valve")
     assert plan.report.ok
     (tried,) = plan.report.select(quantity="sequences_tried")
-    assert "the first that has one" in tried.message
+    assert "collides; of 2 sequences tried this is the first that is" in tried.message
     task = plan.scenario.task.to_dict()
     task.pop("scene")
     alone = passing_plan({**task, "collisions": {"self": False}})

@@ -29,7 +29,9 @@ from knotwork.cli.parameters import (
     html_option,
     json_option,
     motion_options,
+    options_by_name,
     package_path_option,
+    refuse,
     scenario_option,
 )
 from knotwork.cli.short_report import print_next, print_short
@@ -148,15 +150,16 @@ def check(
     The plan given with --against sets the clock; without it the scenario is planned. With --against
     the scenario may be left out if the report in the plan's folder names it.
 
-    With --with, one line reports how close two motions come, as in `knotwork check a.yaml --with
-    b.yaml --in left`.
+    With --with, TRAJECTORY may also be a scenario, which is planned; one line reports how close two
+    motions come, as in `knotwork check a.yaml --with b.yaml --in left`.
     """
-    if other is not None and (full or log is not None):
-        raise click.UsageError("--with takes neither --full nor a log")
     if other is not None:
+        unfit = {"--full": full, "--log or --against": log, **options_by_name(scene_only or {})}
+        refuse(unfit, "--with compares two motions")
         return check_together(str(trajectory), reference, other, as_json=as_json)
-    if scene_only is not None and (reference is not None or log is not None):
-        raise click.UsageError("--robot and --scene take neither a scenario nor a log")
+    if scene_only is not None:
+        unfit = {"--scenario": reference, "--log or --against": log}
+        refuse(unfit, "--robot and --scene are for a motion without a scenario")
     if reference is None and scene_only is None:
         reference = planned_scenario(trajectory, log)
     report, scenario = _checked_report(trajectory, reference, log, scene_only)

@@ -7,12 +7,14 @@ import inspect
 import math
 import os
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, TypeVar
 
 import click
+
+from knotwork.errors import InputError
 
 PASSED, FAILED, WRONG_INPUT, INTERNAL_ERROR = 0, 1, 2, 3
 """Exit codes; out of memory counts as wrong input."""
@@ -105,8 +107,6 @@ full_option = click.option(
 json_option = click.option(
     "--json", "as_json", is_flag=True, help="Print JSON, and nothing else, on standard output."
 )
-
-
 freeze_option = click.option(
     "--freeze",
     metavar="FILE",
@@ -115,9 +115,37 @@ freeze_option = click.option(
     "planning that file gives the same motion. A sweep writes that of its best row. For one "
     "scenario.",
 )
+port_option = click.option(
+    "--port",
+    metavar="PORT",
+    type=click.IntRange(1, 65535),
+    help="Port of the address. By default any free one is taken.",
+)
 no_open_option = click.option(
     "--no-open", is_flag=True, help="Print the address only, and open no browser."
 )
+
+
+def options_by_name(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Values of options by their names on the command line, from those by names in Python."""
+    return {f"--{name.replace('_', '-')}": value for name, value in options.items()}
+
+
+def refuse(options: Mapping[str, Any], reason: str) -> None:
+    """Refuse given options that do not apply.
+
+    An option is not given if it is `None`, `False` or an empty tuple.
+
+    Raises:
+        InputError: An option is given.
+    """
+    names = [
+        name
+        for name, value in options.items()
+        if value is not None and value is not False and value != ()
+    ]
+    if names:
+        raise InputError(f"{reason}: leave out {', '.join(names)}")
 
 
 def names_option(name: str, help: str) -> Callable[[Command], Command]:
@@ -136,13 +164,6 @@ def _extend_package_path(context: Any, parameter: Any, folders: tuple[str, ...])
         listed = [*folders, *filter(None, [os.environ.get("ROS_PACKAGE_PATH")])]
         os.environ["ROS_PACKAGE_PATH"] = os.pathsep.join(listed)
 
-
-port_option = click.option(
-    "--port",
-    metavar="PORT",
-    type=click.IntRange(1, 65535),
-    help="Port of the address. By default any free one is taken.",
-)
 
 package_path_option = click.option(
     "--package-path",

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 from knotwork import planning
 from knotwork.cli.logs import (
@@ -15,7 +14,7 @@ from knotwork.cli.logs import (
     planned_scenario,
     smoothed_log,
 )
-from knotwork.cli.parameters import PlanOptions
+from knotwork.cli.parameters import PlanOptions, options_by_name, refuse
 from knotwork.cli.progress_display import show_planning
 from knotwork.cli.terminal import echo, print_note
 from knotwork.curves.interpolation import get_planner
@@ -61,15 +60,16 @@ def read_motions(
     """
     options = options if options is not None else PlanOptions()
     if not _is_trajectory(source, reference):
-        unfit: dict[str, Any] = {"--scenario": reference, "--log or --against": log}
         if source in resources.names("scenarios") or Path(source).exists():  # else missing
+            unfit = {"--robot": robot, "--scenario": reference, "--log or --against": log}
             refuse(unfit, f"{source} is a scenario itself")
         return list(_plan_all(source, options, compare or []))
-    unfit = {"--compare": compare, **{f"--{key}": value for key, value in asdict(options).items()}}
-    refuse(unfit, f"{source} is a trajectory, which is planned already")
+    planning_options = options_by_name({"compare": compare, **asdict(options)})
+    refuse(planning_options, f"{source} is a trajectory, which is planned already")
     if reference is None and robot is None and (find_scenario or log is not None):
         reference = planned_scenario(source, log)
     if reference is not None:
+        refuse({"--robot": robot}, "the scenario names the robot")
         against = [] if log is None or log.against is None else [log.against]
         checked = read_checked(source, reference, log)
         return [checked, *(read_checked(plan, reference) for plan in against)]
@@ -123,17 +123,6 @@ def read_unchecked(path: str, robot: Robot | None) -> JointTrajectory:
         accepted = "the files of one plan, or --scenario in a command that checks"
         raise InputError(f"{path} {fault}; accepted: {accepted}")
     return trajectory
-
-
-def refuse(options: dict[str, Any], reason: str) -> None:
-    """Refuse given options that do not apply.
-
-    Raises:
-        InputError: An option is given.
-    """
-    names = [name for name, value in options.items() if value is not None]
-    if names:
-        raise InputError(f"{reason}: leave out {', '.join(names)}")
 
 
 def _plan_all(source: str, options: PlanOptions, planners: list[str]) -> list[Plan]:

@@ -16,7 +16,9 @@ from knotwork.cli.parameters import (
     folder_option,
     freeze_option,
     json_option,
+    options_by_name,
     package_path_option,
+    refuse,
 )
 from knotwork.cli.progress_display import show_sweep
 from knotwork.cli.terminal import cell, echo, echo_json
@@ -128,7 +130,9 @@ def sweep(
     figure = best or "duration"
     get_figure(figure)
     if is_study(source):
-        _refuse_planning(source, planning_options | {"out": out})
+        unfit = options_by_name(planning_options | {"out": out})
+        unfit["--zip"] = unfit.pop("--together")
+        refuse(unfit, f"{source} is the folder of a study, which is not planned again")
         study = sweeps.Study.open(source)
     else:
         options = {name: value for name, value in planning_options.items() if value is not None}
@@ -170,16 +174,6 @@ def _values_by_path(pairs: tuple[str, ...]) -> dict[str, str]:
             raise InputError(f"--vary {path.strip()}: is given twice; leave out one")
         values_of[path.strip()] = values
     return values_of
-
-
-def _refuse_planning(source: str, options: dict[str, Any]) -> None:
-    for name, value in options.items():
-        if value is not None and value is not False and value != ():
-            option = "zip" if name == "together" else name.replace("_", "-")
-            raise InputError(
-                f"--{option}: {source} is the folder of a study, which is not planned again; "
-                "to plan, give the scenario"
-            )
 
 
 def study_to_dict(study: Study, figure: str, best: dict[str, Any] | None) -> dict[str, Any]:

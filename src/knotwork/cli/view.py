@@ -7,6 +7,7 @@ import io
 import shlex
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -21,15 +22,12 @@ from knotwork.cli.parameters import (
     html_option,
     motion_options,
     no_open_option,
+    options_by_name,
     package_path_option,
     port_option,
-)
-from knotwork.cli.sources import (
-    checked_motions,
-    print_failures,
-    read_motions,
     refuse,
 )
+from knotwork.cli.sources import checked_motions, print_failures, read_motions
 from knotwork.cli.terminal import echo, offered
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
@@ -105,22 +103,25 @@ def view(
     arm = load_robot(robot) if robot is not None else None
     if out is not None:
         checked_path("page", out)
-        served = {"--port": port, "--no-open": no_open or None, "--watch": watch or None}
+        served = {"--port": port, "--no-open": no_open, "--watch": watch}
         refuse(served, "--html writes a file")
     read = partial(read_motions, source, reference, options, robot=arm, log=log, find_scenario=True)
-    given: dict[str, Any] = {"--watch": watch or None, "--beside": beside}
+    of_one_motion = {"--robot": robot, "--log or --against": log, "--watch": watch}
     if meshcat:
-        refuse({"--html": out, **given, "--port": port}, "--meshcat plays in Meshcat's own page")
+        of_own_page = {"--html": out, "--watch": watch, "--beside": beside, "--port": port}
+        refuse(of_own_page, "--meshcat plays in Meshcat's own page")
         motion = read()[0]
         print_failures([motion])
         if isinstance(motion, JointTrajectory):
             raise InputError("Meshcat needs a task with its motion: give --scenario")
         play_in_meshcat(motion, no_open)
     elif is_study(source):
-        refuse(given, f"{source} is the folder of a study, which is shown as a map")
+        of_planned = {"--scenario": reference, **options_by_name(asdict(options))}
+        unfit = {"--beside": beside, **of_one_motion, **of_planned}
+        refuse(unfit, f"{source} is the folder of a study, which is shown as a map")
         _map(source, out, port, no_open)
     elif beside is not None:
-        refuse({"--watch": watch or None}, "--beside shows two motions")
+        refuse(of_one_motion, "--beside shows two motions")
         _show(_beside(source, beside, reference, options), out, port, no_open)
     elif watch:
         _watch(source, reference, port, no_open, read, arm)
@@ -175,7 +176,6 @@ def _scene(
     print_failures(motions)
     motion = motions[0]
     if not isinstance(motion, JointTrajectory):
-        refuse({"--robot": robot}, "the scenario names the robot")
         return scene_of(motion, previous)
     if robot is None:
         raise InputError(

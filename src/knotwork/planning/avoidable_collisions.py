@@ -45,9 +45,7 @@ def find_avoidable_ends(plan: Plan, scenario_with_unknowns: Scenario) -> list[in
 def _given_motions(plan: Plan, unknowns: ScenarioUnknowns | None) -> set[int]:
     """Ends of tool paths, waits and motions with a way of their own, by index of waypoint."""
     ends = {i for path in plan.scenario.paths for i in range(path.first + 1, path.last + 1)}
-    ways = (
-        {i for i, waypoint in enumerate(unknowns.waypoints) if waypoint.way} if unknowns else set()
-    )
+    ways = {i for i, at in enumerate(unknowns.at_waypoints) if at.way} if unknowns else set()
     return ends | {i + 1 for i in plan.joints.rest_intervals} | ways
 
 
@@ -55,6 +53,6 @@ def _ends_of_motions(plan: Plan, unknowns: ScenarioUnknowns | None) -> Iterator[
     """For each motion between stops, the waypoints passed at unknown velocity, and its end."""
     last, first = len(plan.scenario.waypoints) - 1, 1
     for i in range(1, last + 1):
-        if unknowns is None or unknowns.waypoints[i].velocity_kind != "unknown" or i == last:
+        if unknowns is None or unknowns.at_waypoints[i].velocity_kind != "unknown" or i == last:
             yield range(first, i + 1)
             first = i + 1

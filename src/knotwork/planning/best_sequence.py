@@ -71,10 +71,11 @@ def best_of_sequences(sequence_planner: SequencePlanner) -> Plan:
         return _around_obstacles(sequence_planner, best, attempts)
     if len(attempts) == 1:
         return best
+    outcome = "collides" if attempts[0].plan is not None else "was not found"
     return _with_finding(
         best,
-        "the best sequence of solutions has no clear motion within the limits; of "
-        f"{len(attempts)} sequences tried this is the first that has one",
+        f"the motion of the best sequence of solutions {outcome}; of {len(attempts)} sequences "
+        "tried this is the first that is collision-free",
     )
 
 
@@ -135,7 +136,7 @@ def _around_obstacles(
     """A plan around the obstacles that every sequence hits, or the best plan and the attempts."""
     ended_before = sequence_planner.budget.has_ended
     unknowns = sequence_planner.scenario.unknowns
-    waypoint_unknowns = unknowns.waypoints if unknowns else ()
+    waypoint_unknowns = unknowns.at_waypoints if unknowns else ()
     notes: list[str] = []
     avoidable = find_avoidable_ends(best, sequence_planner.scenario)
     attempted = [
@@ -167,7 +168,7 @@ def _around_obstacles(
 def _advice(scenario: Scenario, untried: Sequence[int]) -> str:
     """Advice to plan with `way: clear` at waypoints, by index."""
     unknowns = scenario.unknowns
-    end_unknowns = [unknowns.waypoints[i] for i in untried] if unknowns else []
+    end_unknowns = [unknowns.at_waypoints[i] for i in untried] if unknowns else []
     # motions joined at an unknown velocity are one motion, which takes no times
     is_joined = any(end.velocity_kind == "unknown" for end in end_unknowns)
     has_times = not all(end.duration_is_unknown for end in end_unknowns)

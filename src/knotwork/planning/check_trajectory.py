@@ -95,7 +95,7 @@ def check_without_task(
     scenario = resolve_task(task.replace(waypoints=_ends(motion, task)), surroundings)
     joints = read_scenario_joints(scenario)
     # the ends of the motion are its own waypoints
-    without = [name for name, check_of in CHECKS.items() if isinstance(check_of, NeedsTask)]
+    without = [name for name, function in CHECKS.items() if isinstance(function, NeedsTask)]
     report = check(motion, scenario, joints=joints, defects=defects, without=without)
     return CheckedMotion(scenario, joints, None, motion, report)
 

@@ -91,7 +91,7 @@ class MotionLimits(TaskPart):
         return (limits,) if isinstance(limits, LinkSpeed) else limits
 
     @property
-    def of_frames(self) -> list[tuple[str, str, float]]:
+    def frame_limits(self) -> list[tuple[str, str, float]]:
         """Given limits by a name of `FRAME_ORDERS`, and by link, which is empty for the tool."""
         of_tool = ("tool_speed", self.tool_speed), ("tool_acceleration", self.tool_acceleration)
         return [

@@ -38,7 +38,7 @@ def check_tool_limits(motion: Motion, scenario: Scenario, joints: ScenarioJoints
         return
     from knotwork.verification.bounds import tool_acceleration_bound, tool_speed_bound
 
-    for quantity, link, limit in scenario.motion_limits.of_frames:
+    for quantity, link, limit in scenario.motion_limits.frame_limits:
         order = FRAME_ORDERS[quantity]
         compute_bound = tool_speed_bound if order == 1 else tool_acceleration_bound
         allowed = limit + limit_slack(limit)

@@ -127,7 +127,8 @@ def value_text(finding: Finding, units: Units) -> str:
     number = units.text(value, finding.unit, ".4g")
     if limit:
         allowed = units.text(limit, finding.unit, ".4g")
-        if (finding.margin or 0.0) > 0.0 and abs(value) > abs(limit):
+        beyond = abs(value) > abs(limit) or finding.is_across_zero
+        if beyond and (finding.margin or 0.0) > 0.0:
             number += f", at {'least' if value > limit else 'most'} {allowed},"
         else:
             number = f"{units.number(value, finding.unit)} of {allowed}"

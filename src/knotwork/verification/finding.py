@@ -196,18 +196,24 @@ class Finding:
     def utilisation(self) -> float | None:
         """Value relative to the limit; `None` if undefined.
 
-        It is also `None` if only samples keep the limit. It is infinite at a jump, and for a
-        negative value with a lower limit.
+        It is also `None` if only samples keep the limit. It is infinite at a jump. On the other
+        side of zero it is infinite beyond the limit, and otherwise zero.
         """
         if self.value is None or not self.limit:
             return None
         if self.proof == "sampled" and self.margin is None:
             return None
-        if self.value * self.limit < 0.0 and self.margin is not None and self.margin < 0.0:
-            return math.inf
+        if self.is_across_zero:
+            return 0.0 if (self.margin or 0.0) > 0.0 else math.inf
         ratio = abs(self.value / self.limit)
         from_below = self.margin is not None and (ratio - 1.0) * self.margin > 0.0
         return 1.0 / ratio if from_below and ratio else ratio
+
+    @property
+    def is_across_zero(self) -> bool:
+        """Whether zero is between the value and the limit, unless the limit is one of sizes."""
+        value, limit, margin = self.value or 0.0, self.limit or 0.0, self.margin or 0.0
+        return value * limit < 0.0 and (margin < 0.0 or margin > abs(limit))
 
     @property
     def message(self) -> str:
@@ -285,6 +291,13 @@ class Topic(NamedTuple):
         verdict = verdict_on(abs(value) <= limit, required=required)
         numbers = {"value": value, "limit": limit, "margin": margin, "unit": unit}
         return self.finding(quantity, fact, verdict, **numbers, **more)
+
+    def at_least(
+        self, quantity: str, fact: str, value: float, limit: float, unit: str, **more: Any
+    ) -> Finding:
+        """Compare a value with its lower limit; arguments as in `at_most`."""
+        numbers = {"value": value, "limit": limit, "margin": value - limit, "unit": unit}
+        return self.finding(quantity, fact, verdict_on(value >= limit), **numbers, **more)
 
 
 Findings: TypeAlias = Iterator[Finding]

@@ -171,7 +171,7 @@ def compare_text(worst: LimitedValue, unit: str, units: Units) -> str:
     """
     has_limit = np.isfinite(worst.limit)
     allowed = f"limit {units.text(worst.limit, unit)}" if has_limit else "no limit is given"
-    if worst.limit and 1.0 < worst.value / worst.limit < np.inf:
+    if worst.margin < 0.0 and worst.limit and 1.0 < worst.value / worst.limit < np.inf:
         percent = 100.0 * worst.value / worst.limit
         allowed += f" ({percent:.0f} %)" if percent >= 101.0 else ""
     if np.isinf(worst.value):

@@ -84,8 +84,8 @@ def check(
     joints = joints if joints is not None else read_scenario_joints(scenario)
     motion = Motion(trajectory, joints)
     defect_findings = [Topic(Group.MOTION).finding("defect", text, "failed") for text in defects]
-    checks = [check_of for name, check_of in CHECKS.items() if name not in without]
-    by_check = (check_of(motion, scenario, joints) for check_of in checks)
+    checks = [function for name, function in CHECKS.items() if name not in without]
+    by_check = (function(motion, scenario, joints) for function in checks)
     return Report(
         scenario=scenario.name,
         robot=joints.robot.name if joints.robot is not None else None,

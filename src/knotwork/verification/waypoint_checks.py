@@ -138,7 +138,7 @@ def _tool_findings(
     scenario: Scenario,
     joints: ScenarioJoints,
 ) -> Findings:
-    """Compare the tool at a time [s] with waypoint i, if it is given by a pose."""
+    """Compare the tool at a time [s] with waypoint i, if that is given by a pose."""
     if joints.robot is None or not isinstance(waypoint, CartesianWaypoint):
         return
     import pinocchio as pin
@@ -179,7 +179,7 @@ def _tool_findings(
             "angular_velocity", waypoint.angular, spin, rate, allowed.angular_velocity, "rad/s"
         ),
     ):
-        yield value.finding(topic, waypoint.time, scenario.units)
+        yield value.finding(topic, time, scenario.units)
 
 
 def _excess_rotation(freedom: PoseFreedom, requested: FloatArray, reached: FloatArray) -> float:

@@ -185,7 +185,7 @@ def tool_rows(motions: list[ShownMotion]) -> list[ToolRow]:
         ToolRow("off tool path", "m", off, limit=allowed.path, tolerance=True),
         ToolRow("turned off path", "rad", off, 1, limit=allowed.path_orientation, tolerance=True),
     ]
-    for quantity, frame, limit in limits.of_frames:
+    for quantity, frame, limit in limits.frame_limits:
         if quantity != "tool_speed":
             title = f"speed of {frame}" if frame else "tool acceleration"
             order = FRAME_ORDERS[quantity]

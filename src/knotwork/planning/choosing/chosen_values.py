@@ -62,7 +62,7 @@ class ChosenValues:
         return tuple(
             self.original_scenario.waypoints[i].name
             for i in unknowns.time_dependent
-            if unknowns.waypoints[i].duration_is_unknown
+            if unknowns.at_waypoints[i].duration_is_unknown
         )
 
     @property

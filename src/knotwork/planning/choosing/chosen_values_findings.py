@@ -104,7 +104,7 @@ def _conditions(chosen_values: ChosenValues) -> str:
     times = {waypoint.name: waypoint.time for waypoint in chosen_values.scenario.waypoints}
     conditions = [f"{name!r} met at {times[name]:.6g} s" for name in chosen_values.fixed_arrivals]
     unknowns = chosen_values.original_scenario.required_unknowns
-    if any(waypoint.path_speed_is_unknown for waypoint in unknowns.waypoints):
+    if any(waypoint.path_speed_is_unknown for waypoint in unknowns.at_waypoints):
         conditions.insert(0, "these speeds along its paths")
     return f" with {', '.join(conditions)}" if conditions else ""
 

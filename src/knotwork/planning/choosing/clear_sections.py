@@ -141,7 +141,7 @@ def _goal_solutions(section: TimingSection, problem: TimingProblem, robot: Robot
     A following motion that is planned collision-free may begin with any of them.
     """
     i = section.indices[-1]
-    if any(waypoint.way is None for waypoint in section.solved.unknowns.waypoints[i + 1 : i + 2]):
+    if any(at.way is None for at in section.solved.unknowns.at_waypoints[i + 1 : i + 2]):
         return problem.position[-1:]
     return _independent_solutions(section, problem, robot, -1, problem.position[0])
 

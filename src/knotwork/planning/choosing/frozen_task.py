@@ -33,7 +33,7 @@ def with_chosen_values(
     solved: SolvedScenario, motions: Mapping[TimingSection, TimedMotion]
 ) -> Scenario:
     """The scenario with numbers in place of its unknowns, from the motions of all sections."""
-    scenario, waypoint_unknowns = solved.scenario, solved.unknowns.waypoints
+    scenario, waypoint_unknowns = solved.scenario, solved.unknowns.at_waypoints
     waypoints: defaultdict[int, dict[str, Any]] = defaultdict(dict)
     positions = np.array(solved.joint_waypoints.position)
     for section, motion in motions.items():
@@ -90,7 +90,7 @@ def solutions_near(
 
 def _chosen_speed(solved: SolvedScenario, i: int, q: FloatArray, v: FloatArray) -> dict[str, Any]:
     """Keys for the speed or velocity of a waypoint where it is chosen."""
-    kind, robot = solved.unknowns.waypoints[i].velocity_kind, solved.joints.robot
+    kind, robot = solved.unknowns.at_waypoints[i].velocity_kind, solved.joints.robot
     waypoint = solved.scenario.waypoints[i]
     units = solved.scenario.task.units
     length, angle = units.in_si

@@ -128,11 +128,11 @@ def _guesses(scenario: Scenario) -> list[dict[int, float]]:
     task_i = scenario.task_index[first]
     if (
         scenario.task.waypoints[task_i].time is not None
-        or not unknowns.waypoints[first].duration_is_unknown
+        or not unknowns.at_waypoints[first].duration_is_unknown
     ):
         return [{}]
     start = scenario.expected_times[first - 1]
-    spans = dict.fromkeys(max(span, unknowns.waypoints[first].min_duration) for span in GUESSES)
+    spans = dict.fromkeys(max(span, unknowns.at_waypoints[first].min_duration) for span in GUESSES)
     return [{task_i: start + span} for span in spans]
 
 
@@ -143,7 +143,7 @@ def _with_speeds_before(scenario: Scenario, budget: Budget) -> Scenario:
     """
     unknowns, task = scenario.required_unknowns, scenario.task
     first = unknowns.time_dependent[0]
-    if not any(waypoint.path_speed_is_unknown for waypoint in unknowns.waypoints[:first]):
+    if not any(waypoint.path_speed_is_unknown for waypoint in unknowns.at_waypoints[:first]):
         return scenario
     try:
         part = task.replace(waypoints=task.waypoints[: scenario.task_index[first]])
@@ -156,7 +156,7 @@ def _with_speeds_before(scenario: Scenario, budget: Budget) -> Scenario:
 def _speeds(scenario: Scenario, chosen_values: ChosenValues) -> dict[int, Any]:
     """Chosen speeds along paths up to the last moving frame, for the task."""
     unknowns, timed = scenario.required_unknowns, chosen_values.scenario.task.waypoints
-    until = unknowns.waypoints[: unknowns.time_dependent[-1] + 1]
+    until = unknowns.at_waypoints[: unknowns.time_dependent[-1] + 1]
     ends = [scenario.task_index[i] for i, end in enumerate(until) if end.path_speed_is_unknown]
     # a part of the task has its first waypoints only
     return {
@@ -204,7 +204,7 @@ def _with_numbers(scenario: Scenario, chosen_values: ChosenValues) -> Scenario:
     changes: defaultdict[int, dict[str, Any]] = defaultdict(dict)
     changes.update(_speeds(scenario, chosen_values))
     for i in range(1, last + 1):
-        waypoint = unknowns.waypoints[i]
+        waypoint = unknowns.at_waypoints[i]
         task_i = scenario.task_index[i]
         if waypoint.duration_is_unknown and task.waypoints[task_i].time is None:
             span = float(spans[i - 1])

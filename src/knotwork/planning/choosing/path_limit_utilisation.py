@@ -48,7 +48,7 @@ CONSTANT_SPEED_PART = 1
 def path_state_limits(solved: SolvedScenario, path: ScenarioPath) -> StateLimits:
     """The limits of joint states on a path, whose load the efforts depend on."""
     joints, limits = solved.joints, solved.scenario.motion_limits
-    frames = {LimitedQuantity(link, name): limit for name, link, limit in limits.of_frames}
+    frames = {LimitedQuantity(link, name): limit for name, link, limit in limits.frame_limits}
     if TOOL_SPEED in frames:
         frames[TOOL_SPEED] *= 1.0 - TOOL_MARGIN
     dynamics = solved.dynamics[path.first]

@@ -89,7 +89,7 @@ class SolvedScenario:
         The acceleration is zero there if none is given. Two collision-free motions are one if only
         a position is given between them.
         """
-        waypoints = self.unknowns.waypoints
+        waypoints = self.unknowns.at_waypoints
         loads = enumerate(pairwise(self.dynamics), start=1)
         points = {i: "the load changes" for i, (before, after) in loads if before is not after}
         return points | {

@@ -50,7 +50,7 @@ class TimingSection:
     @property
     def waypoint_unknowns(self) -> tuple[WaypointUnknowns, ...]:
         """The unknowns at each waypoint, and on the way to it from the one before."""
-        return self.solved.unknowns.waypoints[self.indices[0] : self.indices[-1] + 1]
+        return self.solved.unknowns.at_waypoints[self.indices[0] : self.indices[-1] + 1]
 
     @property
     def way(self) -> ClearWay | None:
@@ -159,7 +159,7 @@ def find_sections(solved: SolvedScenario) -> list[TimingSection]:
         InputError: Two equal stops have no given time between them, or an unknown velocity is at a
             waypoint where the motion must be split.
     """
-    scenario, waypoint_unknowns = solved.scenario, solved.unknowns.waypoints
+    scenario, waypoint_unknowns = solved.scenario, solved.unknowns.at_waypoints
     not_planned = set(solved.joints.rest_intervals)
     for i in not_planned:
         if waypoint_unknowns[i + 1].duration_is_unknown:

@@ -14,6 +14,7 @@ from knotwork.curves.interpolation import PLANNERS, PlannerOptions, get_planner,
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
 from knotwork.files import storage
+from knotwork.joint_quantities import RATE_QUANTITIES
 from knotwork.planning import Plan, plan
 from knotwork.planning.comparison.scores import Refusal, Score, flatten
 from knotwork.planning.planner_options import planner_options, supported_options
@@ -188,17 +189,19 @@ def _score(name: str, trajectory: JointTrajectory, seconds: float, base_plan: Pl
     speed_tolerance = scenario.tolerances.path_speed
     _, required = report.counts
     jerk_bounded = trajectory.continuity.order >= 2
-    kinds = ("velocity", "acceleration", "jerk")
-    peaks = [metrics.peak(trajectory, i + 1, joints.limits[kind]) for i, kind in enumerate(kinds)]
+    peaks = {
+        name: metrics.peak(trajectory, order, joints.limits[name])
+        for order, name in enumerate(RATE_QUANTITIES, 1)
+    }
     return Score(
         planner=name,
         position_miss=metrics.position_miss(trajectory, waypoints),
         velocity_miss=metrics.velocity_miss(trajectory, waypoints),
         acceleration_jump=metrics.acceleration_jump(trajectory),
         end_acceleration=metrics.end_acceleration(trajectory),
-        peak_velocity=peaks[0],
-        peak_acceleration=peaks[1],
-        peak_jerk=peaks[2] if jerk_bounded else None,
+        peak_velocity=peaks["velocity"],
+        peak_acceleration=peaks["acceleration"],
+        peak_jerk=peaks["jerk"] if jerk_bounded else None,
         velocity_fluctuation=float(metrics.velocity_fluctuation(trajectory, waypoints).max()),
         squared_acceleration=metrics.integral_of_square(trajectory, 2),
         squared_jerk=metrics.integral_of_square(trajectory, 3) if jerk_bounded else None,

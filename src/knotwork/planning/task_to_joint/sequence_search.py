@@ -104,7 +104,7 @@ class SequenceSearch:
         groups = dependent_groups(scenario, joints.rest_intervals)
         self._group_of = {i: group for group in groups for i in group}
         check_branch(scenario, robot)
-        waypoint_unknowns = scenario.unknowns.waypoints if scenario.unknowns is not None else ()
+        waypoint_unknowns = scenario.unknowns.at_waypoints if scenario.unknowns is not None else ()
         self.unknown_speeds = frozenset(
             i for i, waypoint in enumerate(waypoint_unknowns) if waypoint.velocity_kind != "given"
         )

@@ -72,9 +72,7 @@ def step_rules(
         # Where the tool passes at speed, a change of branch would move it off its path.
         keeps = scenario.branch == "keep" or passes[i] or passes[i + 1]
         change: Literal["allowed", "avoided", "forbidden"] = "avoided" if keeps else "allowed"
-        start, end = (
-            unknowns.waypoints[i : i + 2] if unknowns else (WaypointUnknowns(), WaypointUnknowns())
-        )
+        start, end = unknowns.at_waypoints[i : i + 2] if unknowns else 2 * (WaypointUnknowns(),)
         has_given_speeds = start.velocity_kind == end.velocity_kind == "given"
         rests = end.duration_is_unknown and end.way is None
         rules.append(

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 _NOT_GIVEN: Any = None
 
-_OF_WAYPOINTS = ("position", "velocity", "acceleration", "names", "is_direction", "max_factor")
+_WAYPOINT_FIELDS = ("position", "velocity", "acceleration", "names", "is_direction", "max_factor")
 
 
 @dataclass(frozen=True)
@@ -255,5 +255,5 @@ class TimingProblem(ReadOnlyArrays):
     def between(self, first: int, last: int) -> TimingProblem:
         """The problem from one waypoint to another."""
         rows = dict.fromkeys(("duration", "min_duration"), slice(first, last))
-        rows |= dict.fromkeys(_OF_WAYPOINTS, slice(first, last + 1))
+        rows |= dict.fromkeys(_WAYPOINT_FIELDS, slice(first, last + 1))
         return replace(self, **{name: getattr(self, name)[kept] for name, kept in rows.items()})

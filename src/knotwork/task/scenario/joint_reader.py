@@ -166,7 +166,7 @@ def find_rest_intervals(scenario: Scenario, targets: Sequence[JointState | None]
     """
     moved = {i for path in scenario.paths for i in range(path.first, path.last)}
     if scenario.unknowns is not None:  # a chosen velocity is not a stop
-        given = [waypoint.velocity_kind == "given" for waypoint in scenario.unknowns.waypoints]
+        given = [waypoint.velocity_kind == "given" for waypoint in scenario.unknowns.at_waypoints]
         moved |= {i for i, both in enumerate(pairwise(given)) if not all(both)}
     states = [
         _state_at_rest(waypoint, target)

@@ -114,7 +114,7 @@ class _Expansion:
             name = getattr(template, "frame", None)
             if name is not None and name not in self.frames:
                 self.locations.check_name((*location, "repeat", j, "frame"), "frame", name, choices)
-        names = {template.name for template in block.repeat}
+        names = {template.name for template in block.repeat if template.name is not None}
         for number, frame in enumerate(frames, start=1):
             for j, template in enumerate(block.repeat):
                 waypoint = _at_place(template, frame)

@@ -233,7 +233,7 @@ class Scenario:
         """Time from each waypoint to the next [s], shape (n - 1,); NaN where it is not given."""
         durations = np.diff(self.expected_times)
         if self.unknowns is not None:
-            arrivals = self.unknowns.waypoints[1:]
+            arrivals = self.unknowns.at_waypoints[1:]
             durations[[not arrival.duration_is_given for arrival in arrivals]] = np.nan
         return durations
 

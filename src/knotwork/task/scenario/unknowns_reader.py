@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from knotwork.errors.old_names import OldAttribute
 from knotwork.errors.plain_text import default_waypoint_name, waypoint_text
 from knotwork.files.documents import Location, Locations
 from knotwork.task import (
@@ -52,7 +53,7 @@ class ScenarioUnknowns:
     """The values that a task leaves to planning, in SI.
 
     Attributes:
-        waypoints: The unknowns at each waypoint of the scenario and on the way to it.
+        at_waypoints: The unknowns at each waypoint of the scenario and on the way to it.
         objective: Weights of the terms that are minimised.
         total_duration: Given duration of the whole motion [s], or `None`.
         knots_are_unknown: Whether knots are chosen where times are given.
@@ -61,32 +62,32 @@ class ScenarioUnknowns:
 
     >>> ends = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": "fastest"}]
     >>> scenario = kw.load_scenario({"limits": {"acceleration": 2}, "waypoints": ends})
-    >>> scenario.unknowns.waypoints[1].duration_is_unknown
+    >>> scenario.unknowns.at_waypoints[1].duration_is_unknown
     True
     """
 
-    waypoints: tuple[WaypointUnknowns, ...]
+    at_waypoints: tuple[WaypointUnknowns, ...]
     objective: Weights
     total_duration: float | None = None
     knots_are_unknown: bool = False
     time_dependent: tuple[int, ...] = ()
 
+    waypoints = OldAttribute("at_waypoints")
+
     @property
     def has_any(self) -> bool:
         """Whether any value is unknown."""
-        return self.knots_are_unknown or any(
-            waypoint != WaypointUnknowns() for waypoint in self.waypoints
-        )
+        return self.knots_are_unknown or any(at != WaypointUnknowns() for at in self.at_waypoints)
 
     @property
     def has_unknown_durations(self) -> bool:
         """Whether the time between any waypoints is an unknown."""
-        return any(waypoint.duration_is_unknown for waypoint in self.waypoints)
+        return any(at.duration_is_unknown for at in self.at_waypoints)
 
     @property
     def first_unknown_time(self) -> int:
         """The first waypoint whose time is not given; n without one."""
-        return [*(waypoint.duration_is_given for waypoint in self.waypoints), False].index(False)
+        return [*(at.duration_is_given for at in self.at_waypoints), False].index(False)
 
 
 def ends_wait(task_index: Sequence[int], i: int) -> bool:
@@ -158,7 +159,7 @@ def read_unknowns(
     has_unknown_times = any(waypoint.duration_is_unknown for waypoint in waypoints)
     knots_are_given = "knots" in task.model_fields_set
     values = ScenarioUnknowns(
-        waypoints=tuple(waypoints),
+        at_waypoints=tuple(waypoints),
         objective=_objective(task, has_unknown_times=has_unknown_times),
         total_duration=task.duration,
         knots_are_unknown=task.knots == "optimal" or (has_unknown_times and not knots_are_given),
@@ -235,9 +236,9 @@ def _misused(
     task: ExpandedTask, unknowns: ScenarioUnknowns, task_index: Sequence[int]
 ) -> Iterator[tuple[Location, str, str]]:
     """Keys about unknowns although there are none, and unknowns that exclude each other."""
-    unknown_times = sum(waypoint.duration_is_unknown for waypoint in unknowns.waypoints)
+    unknown_times = sum(at.duration_is_unknown for at in unknowns.at_waypoints)
     has_unknown_times = unknown_times > len(unknowns.time_dependent)
-    has_unknown_speeds = any(waypoint.velocity_kind != "given" for waypoint in unknowns.waypoints)
+    has_unknown_speeds = any(at.velocity_kind != "given" for at in unknowns.at_waypoints)
     has_objective = task.objective is not None
     weighs_time = unknowns.objective.time > 0.0
     if task.duration is not None and not has_unknown_times:

@@ -119,11 +119,11 @@ def _names(reading: TaskReading) -> list[str]:
     }
     for i, name in enumerate(names):
         if name in owners:
-            raise reading.locations.error(
-                ("waypoints", i, "name"),
-                f"{name!r} is the name of {owners[name]}",
-                "a unique name",
-            )
+            location: Location = ("waypoints", i, "name")
+            fault = f"{name!r} is the name of {owners[name]}"
+            if task.waypoints[i].name is None:
+                location, fault = ("waypoints", i), f"its default name {fault}"
+            raise reading.locations.error(location, fault, "a unique name")
         owners[name] = "another waypoint"
     return names
 

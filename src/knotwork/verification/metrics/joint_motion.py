@@ -26,7 +26,7 @@ class Peak:
     """Peak magnitude of a quantity: of the joint nearest its limit, or else the largest.
 
     Attributes:
-        value: Magnitude [rad or m, and per second].
+        value: Magnitude, in the unit of the quantity.
         joint: Name of the joint.
         time: Time of the peak [s].
         utilisation: Magnitude relative to the limit; `None` if no joint has one.
