@@ -47,6 +47,11 @@ class TorchRanges(NamedTuple):
     pose_work: float
     axis_angle: float
 
+    @property
+    def angles_at_pose(self) -> tuple[float, float, float]:
+        """The angles without the ranges."""
+        return self.pose_travel, self.pose_work, self.axis_angle
+
 
 @dataclass(frozen=True)
 class PoseFreedom:
@@ -79,9 +84,10 @@ class PoseFreedom:
             return self == other
         pairs = [(self.turn, other.turn), *zip(self.box, other.box, strict=True)]
         if self.torch is not None and other.torch is not None:
-            if self.torch[2:] != other.torch[2:]:
+            if self.torch.angles_at_pose != other.torch.angles_at_pose:
                 return False
-            pairs += zip(self.torch[:2], other.torch[:2], strict=True)
+            pairs.append((self.torch.work, other.torch.work))
+            pairs.append((self.torch.travel, other.torch.travel))
         is_inside = all(b[0] <= a[0] and a[1] <= b[1] for a, b in pairs)
         return is_inside and self.tilt <= other.tilt
 

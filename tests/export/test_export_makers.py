@@ -266,9 +266,15 @@ def test_programs_switch_outputs_and_wait_at_their_places(name: str, gas: str, a
     assert len(re.findall(r"(?:SEC|InPos,|WAIT) [\d.]+", text)) == 2
     for segment in plan.segments:
         assert segment.name in text
-    unnamed = replace(plan.events[0], name="a b", output=None)
-    with pytest.raises(ExportError, match=r"output from 1 on|named by letters"):
-        export.content(replace(plan.trajectory, events=(unnamed,)), name)
+    for word in ("a b", "While", "KW_t1"):
+        unnamed = replace(plan.events[0], name=word, output=None)
+        with pytest.raises(ExportError, match=r"output from 1 on|named by letters"):
+            export.content(replace(plan.trajectory, events=(unnamed,)), name)
+
+
+def test_names_end_no_line_of_a_fanuc_program(motion: JointTrajectory) -> None:
+    segments = [replace(segment, name="up; CALL X") for segment in motion.segments]
+    assert "!up, CALL X ;" in export.to_ls(replace(motion, segments=segments))
 
 
 def test_abb_switches_eight_signals_in_a_move(motion: JointTrajectory) -> None:

@@ -13,7 +13,7 @@ from knotwork.cli.parameters import json_option
 from knotwork.cli.tables import console, plain_table, print_entry, print_table, print_wrapped
 from knotwork.cli.terminal import cell, echo, echo_json
 from knotwork.files.documents import resources
-from knotwork.joint_quantities import MAGNITUDES
+from knotwork.joint_quantities import MAGNITUDES, RATE_QUANTITIES
 from knotwork.robot import Robot, load_robot, robot_names
 from knotwork.robot.load import robots_of_missing_packages
 from knotwork.scene.building import build_robot_collision_model
@@ -120,7 +120,7 @@ def print_robot(robot: Robot) -> None:
     table = plain_table("Joint limits", ["joint", "unit", *limits], 2)
     for i, (name, unit) in enumerate(zip(robot.joint_names, robot.joint_units, strict=True)):
         cells = [
-            _number(float(limit[i]), "" if kind == "effort" else unit)
+            _number(float(limit[i]), unit if kind in ("lower", "upper", *RATE_QUANTITIES) else "")
             for kind, limit in limits.items()
         ]
         table.add_row(cell(name), SHOWN_UNITS.shown(0.0, unit)[1], *cells)

@@ -107,8 +107,6 @@ full_option = click.option(
 json_option = click.option(
     "--json", "as_json", is_flag=True, help="Print JSON, and nothing else, on standard output."
 )
-
-
 freeze_option = click.option(
     "--freeze",
     metavar="FILE",
@@ -116,6 +114,12 @@ freeze_option = click.option(
     help="Write the scenario with the chosen times and speeds as numbers, and keep its comments; "
     "planning that file gives the same motion. A sweep writes that of its best row. For one "
     "scenario.",
+)
+port_option = click.option(
+    "--port",
+    metavar="PORT",
+    type=click.IntRange(1, 65535),
+    help="Port of the address. By default any free one is taken.",
 )
 no_open_option = click.option(
     "--no-open", is_flag=True, help="Print the address only, and open no browser."
@@ -162,13 +166,6 @@ def _extend_package_path(context: Any, parameter: Any, folders: tuple[str, ...])
         listed = [*folders, *filter(None, [os.environ.get("ROS_PACKAGE_PATH")])]
         os.environ["ROS_PACKAGE_PATH"] = os.pathsep.join(listed)
 
-
-port_option = click.option(
-    "--port",
-    metavar="PORT",
-    type=click.IntRange(1, 65535),
-    help="Port of the address. By default any free one is taken.",
-)
 
 package_path_option = click.option(
     "--package-path",

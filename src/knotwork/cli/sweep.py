@@ -35,18 +35,7 @@ MAX_REASONS = 12
 """Maximum number of reasons in the table; the others are counted."""
 
 
-class _Sweep(click.Command):
-    def parse_args(self, context: click.Context, words: list[str]) -> list[str]:
-        """Read the arguments; `--stop-after` had a second word."""
-        if "--stop-after" in words:
-            second = words.index("--stop-after") + 2
-            if words[second : second + 1] in (["feasible"], ["passed"]):
-                del words[second]
-        return super().parse_args(context, words)
-
-
 @click.command(
-    cls=_Sweep,
     epilog=f"{exit_codes('a row passes', 'none does')} --scheduler needs "
     "`pip install 'knotwork[sweep]'`.",
 )

@@ -105,7 +105,11 @@ def suggest_name(name: object, available: Iterable[object]) -> str:
 
 
 def format_value(value: Any) -> str:
-    """Format a value for an error as one line of YAML."""
+    """Format a value for an error as one line of YAML of at most 60 characters.
+
+    >>> len(format_value([0] * 25)), format_value([0] * 25).endswith("0,...")
+    (60, True)
+    """
     try:
         text = _format_flow(value, 3)
     except ValueError:  # Python writes at most several thousand digits
@@ -117,11 +121,12 @@ def _format_flow(value: Any, depth: int) -> str:
     if isinstance(value, dict | list | tuple):
         if depth == 0:
             return "..."
+        # 21 values fill 60 characters, so further ones would not be shown
         if isinstance(value, dict):
-            items = itertools.islice(value.items(), 20)
+            items = itertools.islice(value.items(), 21)
             inner = ", ".join(f"{key}: {_format_flow(item, depth - 1)}" for key, item in items)
             return f"{{{inner}}}"
-        return f"[{', '.join(_format_flow(item, depth - 1) for item in value[:20])}]"
+        return f"[{', '.join(_format_flow(item, depth - 1) for item in value[:21])}]"
     plain = {None: "null", True: "true", False: "false"}
     return plain[value] if value is None or isinstance(value, bool) else repr(value)
 

@@ -166,12 +166,12 @@ class FollowingError(TaskError):
     ) -> None:
         at = f"{units.text(distance, 'm', '.4g')} along it" if distance > 0.0 else "at its start"
         super().__init__(
-            "",
+            waypoint,
             f"{beginning}: {at} {obstruction.text(units)}; accepted: {accepted}",
+            has_prefix=False,
             cause=obstruction.cause,
             joint=obstruction.joint,
             value=obstruction.value if obstruction.joint else None,
             limit=obstruction.limit if obstruction.joint else None,
             **data,
         )
-        self.waypoint = waypoint

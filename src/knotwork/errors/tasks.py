@@ -31,10 +31,13 @@ class TaskError(InputError):
         waypoint: Name of the waypoint.
     """
 
-    def __init__(self, waypoint: str, message: str, **data: Any) -> None:
+    def __init__(
+        self, waypoint: str, message: str, *, has_prefix: bool = True, **data: Any
+    ) -> None:
+        """Begin the message with the waypoint, except without `has_prefix`."""
         self.waypoint = waypoint
-        named = f"{waypoint_text(waypoint)}: " if waypoint else ""
-        super().__init__(f"{named}{message}", **data)
+        prefix = f"{waypoint_text(waypoint)}: " if waypoint and has_prefix else ""
+        super().__init__(f"{prefix}{message}", **data)
 
 
 class OutOfReachError(TaskError):

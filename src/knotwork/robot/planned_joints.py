@@ -108,5 +108,5 @@ def _collect_limits(spec: RobotSpec, names: Sequence[str]) -> JointLimits:
                 f"`locked: {{{name}: {lower:g}}}`",
                 joint=name,
             )
-    joints = (*names, *(joint.name for joint in spec.virtual_joints))
-    return JointLimits.by_joint(joints, tables).scaled(spec.used_fraction)
+    joint_names = (*names, *(joint.name for joint in spec.virtual_joints))
+    return JointLimits.by_joint(joint_names, tables).scaled(spec.used_fraction)

@@ -106,7 +106,9 @@ def group_paths_by_turn(scenario: Scenario) -> list[list[ScenarioPath]]:
 
 def _same_turn(a: PoseFreedom | None, b: PoseFreedom | None) -> bool:
     """Whether both freedoms limit the turn about the same axis."""
-    if a is None or b is None or (a.torch and a.torch[2:]) != (b.torch and b.torch[2:]):
+    if a is None or b is None:
+        return False
+    if (a.torch and a.torch.angles_at_pose) != (b.torch and b.torch.angles_at_pose):
         return False
     return all(0.0 < high - low < math.inf for low, high in (a.turn, b.turn))
 

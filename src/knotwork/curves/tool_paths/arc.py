@@ -202,8 +202,8 @@ class Arc(Curve):
         turns: int = 0,
     ) -> Arc:
         """Arc between two different points of a circle, of up to a full turn plus `turns`."""
-        arc = cls(start, centre, axis, 1.0 / RADIUS_TOLERANCE)
-        angle = float(arc._angle_of((end - centre)[None])[0]) % (2.0 * math.pi)
+        circle = cls(start, centre, axis, 2.0 * math.pi)
+        angle = float(circle._angle_of((end - centre)[None])[0]) % (2.0 * math.pi)
         return cls(start, centre, axis, angle + 2.0 * math.pi * turns)
 
     def _angle_of(self, spokes: FloatArray) -> FloatArray:

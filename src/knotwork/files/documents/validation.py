@@ -18,8 +18,8 @@ ModelT = TypeVar("ModelT", bound=StrictModel)
 
 MAX_REPORTED_PROBLEMS = 1_000
 """Maximum number of problems that are reported."""
-MAX_HINT_LENGTH = 130
-"""Maximum length of a description of a field that errors quote as a hint, in characters."""
+MAX_CLAUSE_LENGTH = 130
+"""Maximum length of the clause of a description that errors quote, in characters."""
 
 _YAML_1_1_BOOLEANS = ("yes", "no", "on", "off", "y", "n")
 _ERROR_WORDS = {
@@ -115,7 +115,7 @@ def _problem(model: type[BaseModel], document: Document, item: dict[str, Any]) -
     place = _resolve(model, document.data, item["loc"])
     kind, value = item["type"], item["input"]
     described = "" if place.field is None else place.field.description
-    accepted = "" if kind in _STATING_ACCEPTED else hint(described)
+    accepted = "" if kind in _STATING_ACCEPTED else _accepted_clause(described)
     if item["loc"][-1:] == ("[key]",):
         words = "a name is empty" if value == "" else f"the key {format_value(value)} must be text"
         accepted = "text of one character or more" if value == "" else ""
@@ -231,9 +231,9 @@ def _value_text(value: Any) -> str:
     return "has no value" if value is None else format_value(value)
 
 
-def hint(description: str | None) -> str:
+def _accepted_clause(description: str | None) -> str:
     """First clause of a field's description, with its unit, as the accepted values."""
     first = (description or "").partition("; ")[0]
-    if not first or len(first) > MAX_HINT_LENGTH:
+    if not first or len(first) > MAX_CLAUSE_LENGTH:
         return ""
     return first if first[1:2].isupper() else f"{first[0].lower()}{first[1:]}"

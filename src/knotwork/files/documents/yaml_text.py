@@ -85,9 +85,11 @@ class _Reader:
         self.problems: list[Problem] = []
         self.values = 0
 
-    def _problem(self, node: yaml.Node, location: Location, message: str, hint: str = "") -> None:
+    def _problem(
+        self, node: yaml.Node, location: Location, message: str, accepted: str = ""
+    ) -> None:
         line = node.start_mark.line + 1
-        self.problems.append(Problem(line, field_path(location), message, hint))
+        self.problems.append(Problem(line, field_path(location), message, accepted))
 
     def read(self, node: yaml.Node, location: Location, above: int) -> Any:
         """Read a node; `above` is the line of the enclosing part, or of its key."""

@@ -67,7 +67,7 @@ def events_path(path: Path) -> Path:
 
 def one_ascii_line(name: str) -> str:
     """Write a name in one line of ASCII, so that no part of it can become code of a program."""
-    return ascii(name)[1:-1]
+    return ascii(name)[1:-1].replace(";", ",")  # a semicolon ends a remark of FANUC
 
 
 def unsupported_event(event: Event, maker: str, accepted: str) -> ExportError:

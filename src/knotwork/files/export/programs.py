@@ -44,6 +44,14 @@ MAX_REMARK_LENGTH = 32
 """Maximum number of characters of a FANUC remark."""
 MAX_TRIGGERS = 8
 """Maximum number of triggers of one ABB move."""
+RAPID_WORDS = re.compile(
+    "alias|and|backward|case|connect|const|default|div|do|else|elseif|"
+    "end(for|func|if|module|proc|record|test|trap|while)|error|exit|false|for|from|func|goto|if|"
+    "inout|local|mod|module|nostepin|not|noview|or|pers|proc|raise|readonly|record|retry|return|"
+    "step|sysmodule|task|test|then|to|trap|true|trynext|undo|var|viewonly|while|with|xor",
+    re.IGNORECASE,
+)
+"""Reserved words of RAPID."""
 
 
 @dataclass(frozen=True)
@@ -299,11 +307,13 @@ def _signal(event: Event) -> str:
     """The name of an event's signal in RAPID.
 
     Raises:
-        ExportError: The event has no valid name, or another value than on or off.
+        ExportError: The event has no usable name, or another value than on or off.
     """
     name = f"do{event.output}" if event.name.startswith("output ") else event.name
-    if not re.fullmatch(r"[A-Za-z]\w{0,31}", name, re.ASCII) or not isinstance(event.value, bool):
-        raise unsupported_event(event, "ABB", "a signal named by letters, digits and _")
+    is_name = re.fullmatch(r"(?!kw_|knotwork)[a-z]\w{0,31}", name, re.ASCII | re.IGNORECASE)
+    if not is_name or RAPID_WORDS.fullmatch(name) or not isinstance(event.value, bool):
+        accepted = "a signal named by letters, digits and _, not a word of RAPID, kw_… or knotwork…"
+        raise unsupported_event(event, "ABB", accepted)
     return name
 
 

@@ -179,7 +179,6 @@ def read_trajectory_document(path: Path | str) -> Document:
     path = Path(path)
     if path.is_dir():
         path = path / "trajectory.json"
-
     text = documents.read_text(path, max_bytes=MAX_TRAJECTORY_BYTES)
     if text.count(",") + text.count("[") > MAX_STORED_VALUES:
         raise DocumentError(path, [Problem(None, "", f"has more than {MAX_STORED_VALUES} values")])

@@ -126,12 +126,12 @@ def _assumed_jerk_note(chosen_values: ChosenValues) -> str:
     """Text of the assumed jerk limits."""
     motion = chosen_values.sections[0].trajectory
     units = dict(zip(motion.joint_names, motion.joint_units, strict=True))
-    joints: dict[str, list[str]] = {}
+    names_by_bound: dict[str, list[str]] = {}
     for name, bound in chosen_values.assumed_jerk.items():
         text = chosen_values.scenario.units.text(bound, rate_unit(units[name], 3))
-        joints.setdefault(text, []).append(name)
-    text = "; ".join(f"{bound} for {', '.join(names)}" for bound, names in joints.items())
-    return f"no jerk limit is given, so one is assumed: {text}"
+        names_by_bound.setdefault(text, []).append(name)
+    bounds = [f"{bound} for {', '.join(names)}" for bound, names in names_by_bound.items()]
+    return f"no jerk limit is given, so one is assumed: {'; '.join(bounds)}"
 
 
 def _limit_text(limit: str, share: float | None) -> str:

@@ -116,11 +116,12 @@ def _bodies(section: TimingSection) -> CollisionModel:
                 "velocity",
                 where=solved.where(i),
             )
-    joints = solved.joints.robot.model.njoints if solved.joints.robot is not None else 0
+    joint_count = solved.joints.robot.model.njoints if solved.joints.robot is not None else 0
     bodies = (first.bodies[k] for pair in first.pairs for k in (pair.first, pair.second))
-    if moving := dict.fromkeys(body.name.split("/")[0] for body in bodies if body.joint >= joints):
+    moving = (body.name.split("/")[0] for body in bodies if body.joint >= joint_count)
+    if obstacles := dict.fromkeys(moving):
         raise InputError(
-            f"does not support moving obstacles ({', '.join(moving)}); "
+            f"does not support moving obstacles ({', '.join(obstacles)}); "
             "accepted: no way here, and waypoints around them with times or after: fastest",
             where=solved.where(section.indices[-1], "way"),
         )

@@ -42,8 +42,8 @@ def describe_choices(search: SequenceSearch, chosen: ChosenSequence) -> tuple[Ch
 
 def _turns(robot: Robot, q: FloatArray) -> dict[str, int]:
     turns = np.round(q / (2 * np.pi)).astype(int)
-    joints = zip(robot.joint_names, turns, robot.joint_units, strict=True)
-    return {name: int(turn) for name, turn, unit in joints if turn and unit == "rad"}
+    turns_by_joint = zip(robot.joint_names, turns, robot.joint_units, strict=True)
+    return {name: int(turn) for name, turn, unit in turns_by_joint if turn and unit == "rad"}
 
 
 def find_infeasibilities(search: SequenceSearch, chosen: ChosenSequence) -> tuple[Finding, ...]:

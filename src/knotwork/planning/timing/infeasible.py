@@ -116,11 +116,11 @@ def _unlimited_errors(problem: TimingProblem) -> Iterator[TimingError]:
     limits = problem.limits
     unlimited = np.isinf(limits.acceleration) & np.isinf(limits.jerk) & np.isinf(limits.effort)
     if problem.objective.time and problem.duration_is_unknown.any() and unlimited.any():
-        joints = [problem.joint_names[k] for k in np.flatnonzero(unlimited)]
+        names = [problem.joint_names[k] for k in np.flatnonzero(unlimited)]
         yield TimingError(
-            f"joint {', '.join(map(repr, joints))}: no limit of acceleration, jerk or effort, so "
+            f"joint {', '.join(map(repr, names))}: no limit of acceleration, jerk or effort, so "
             "there is no minimum time; give one",
-            joint=joints[0],
+            joint=names[0],
             cause="acceleration",
         )
 

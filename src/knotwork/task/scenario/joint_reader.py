@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from knotwork.arrays import FloatArray
-from knotwork.joint_quantities import JOINT_QUANTITIES
+from knotwork.joint_quantities import JOINT_QUANTITIES, MOTION_QUANTITIES
 from knotwork.task import ChosenSectionFields, JointWaypoint, PoseWaypoint
 from knotwork.task.scenario import JointTarget
 from knotwork.task.scenario.scenario import Scenario
@@ -75,12 +75,12 @@ class JointReader:
         return np.array([values.get(name, missing or 0.0) for name in self.names])
 
     def limits(self) -> dict[str, Mapping[str, Any]]:
-        """Limits by quantity and joint; position limits are pairs."""
+        """Limits by quantity and joint in SI, as those of effort are given; of position, pairs."""
         limits: dict[str, Mapping[str, Any]] = {}
         for kind in JOINT_QUANTITIES:
             values = getattr(self.scenario.task.limits, kind)
             if values is not None:
-                read = self.by_joint if kind == "effort" else self.to_si  # no unit of effort
+                read = self.to_si if kind in MOTION_QUANTITIES else self.by_joint
                 limits[kind] = read(values, "limits", kind)
         return limits
 

@@ -7,7 +7,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from knotwork.errors.old_names import OldAttribute
 from knotwork.errors.plain_text import default_waypoint_name, waypoint_text
 from knotwork.files.documents import Location, Locations
 from knotwork.task import (
@@ -71,8 +70,6 @@ class ScenarioUnknowns:
     total_duration: float | None = None
     knots_are_unknown: bool = False
     time_dependent: tuple[int, ...] = ()
-
-    waypoints = OldAttribute("at_waypoints")
 
     @property
     def has_any(self) -> bool:

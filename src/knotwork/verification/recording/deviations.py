@@ -69,16 +69,16 @@ def deviation_findings(
         tolerances: Tolerances of the deviations; without one a deviation is only information.
     """
     motion = alignment.trajectory if tolerances.delay is None else alignment.on_time()
-    joints = list(_joint_findings(motion, alignment, units, tolerances))
-    tool = list(_tool_findings(motion, alignment, robot, units, tolerances))
+    joint_findings = list(_joint_findings(motion, alignment, units, tolerances))
+    tool_findings = list(_tool_findings(motion, alignment, robot, units, tolerances))
     worst: dict[str, Finding] = {}
-    for finding in joints:
+    for finding in joint_findings:
         if finding.quantity == "joint_deviation":
             worst[finding.unit] = max(worst.get(finding.unit, finding), finding, key=_size)
     short = [
         f"{finding.name or 'tool'} up to {units.text(_size(finding), finding.unit, '.3g')} off "
         f"at {finding.time_text} s"
-        for finding in (*worst.values(), *tool[:1])
+        for finding in (*worst.values(), *tool_findings[:1])
     ]
     text = delay_text(alignment.delays)
     fact = (
@@ -98,8 +98,8 @@ def deviation_findings(
         time=largest.start,
     )
     yield _compared(lateness, tolerances.delay, units)
-    yield from joints
-    yield from tool
+    yield from joint_findings
+    yield from tool_findings
 
 
 def _size(finding: Finding) -> float:

@@ -238,8 +238,8 @@ def _residual_findings(
     curve = alignment.smoothed
     allowed = PLAN_RESIDUAL_RATIO * alignment.residual.samples  # due to jumps of the jerk
     sizes, limits = np.abs(curve.residuals), JUMP_DEVIATIONS * curve.sigma + allowed
-    joints = zip(curve.log.joint_names, curve.log.joint_units, strict=True)
-    for j, (name, unit) in enumerate(joints):
+    names_and_units = zip(curve.log.joint_names, curve.log.joint_units, strict=True)
+    for j, (name, unit) in enumerate(names_and_units):
         tolerance = None if tolerances is None else tolerances.of_joint(name, unit)
         if tolerance is not None:
             limits[:, j] = np.maximum(limits[:, j], tolerance)
@@ -264,8 +264,8 @@ def _log_findings(alignment: Alignment, units: Units) -> Findings:
     curve, log, noise = alignment.smoothed, alignment.smoothed.log, alignment.smoothed.noise
     origin = "as given" if noise.stated else "estimated from the samples and their digits"
     largest: dict[str, float] = {}
-    joints = zip(log.joint_names, log.joint_units, noise.position.tolist(), strict=True)
-    for name, unit, value in joints:
+    noises = zip(log.joint_names, log.joint_units, noise.position.tolist(), strict=True)
+    for name, unit, value in noises:
         size = units.text(value, unit, ".2g")
         fact = f"joint {name!r}: the noise has a standard deviation of {size}, {origin}"
         topic = Topic(Group.LOG, "joint", name)
