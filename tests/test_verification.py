@@ -169,6 +169,8 @@ def test_too_short_trajectory_fails() -> None:
     late = JointTrajectory((TURN, SLIDE), PiecewisePolynomial(SOUND.polynomial.c, [0.5, 1.0, 2.0]))
     assert ("", "time_span") in failing(check(late, scenario()))
     assert failing(check(SOUND, scenario(), defects=["scratched"])) == {("", "defect")}
+    with pytest.raises(InputError, match="unknown check 'colisions'; did you mean 'collisions'"):
+        check(SOUND, scenario(), without=["colisions"])
 
 
 def test_refuses_other_joints() -> None:

@@ -178,7 +178,7 @@ GOAL: dict[str, Any] = {"limits": LIMITS, "waypoints": [{"joints": {"a": 0}, "af
                 "limits": LIMITS,
                 "outputs": {"torch": 7},
                 "waypoints": [
-                    {"joints": {"a": 0}, "do": [{"torch": "off"}, {"x": 1, "after": 1}]},
+                    {"joints": {"a": 0}, "do": [{"torch": "off", "at": 0}, {"x": 1, "after": 1}]},
                     {"joints": {"a": 1}, "after": 4, "do": {"output": 8, "value": False}},
                 ],
             },

@@ -132,3 +132,5 @@ def test_refuses_stop_at_rest(on_path: bool) -> None:
     for at in (0.0, there, there + 0.1, plan.trajectory.end_time):
         with pytest.raises(InputError, match="is at rest"):
             plan.stop(at, on_path=on_path)
+    with pytest.raises(InputError, match="at is 'x'"):
+        plan.stop("x", on_path=on_path)  # type: ignore[arg-type]

@@ -115,13 +115,20 @@ def test_replacing_goal_has_no_jump(deburring: kw.Plan, task: Task) -> None:
     assert np.abs(after.trajectory(after.trajectory.end_time, 1)).max() < 1e-10
 
 
-@pytest.mark.parametrize("wait", [{"wait": 0.5}, {"do": [{"wait": 0.5}]}])
-def test_first_waypoint_waits_if_the_motion_is_at_rest(wait: Task) -> None:
+WAIT_AND_SWITCH = {"do": [{"wait": 0.25}, {"light": "on"}, {"wait": 0.25}]}
+
+
+@pytest.mark.parametrize(("wait", "switched"), [({"wait": 0.5}, []), (WAIT_AND_SWITCH, [0, 0.25])])
+def test_first_waypoint_waits_if_the_motion_is_at_rest(wait: Task, switched: list[float]) -> None:
     first = {"name": "here", "joints": {"a": 0.0}}
     ends = [first | wait, {"joints": {"a": 1.0}, "after": 2}]
     task = {"waypoints": ends}
     motion = kw.plan(task)
-    assert motion.replan(0.2, task).scenario.times.tolist() == [0.0, 0.5, 2.5]
+    new = motion.replan(0.3, task)
+    assert new.scenario.times.tolist() == [0.0, 0.5, 2.5]
+    assert [
+        event.time for event in new.events
+    ] == switched  # what was on is on until it is switched
     with pytest.raises(InputError, match="'here' waits, but the motion is not at rest at 1 s"):
         motion.replan(1.0, task)
 

@@ -152,6 +152,9 @@ def test_it_stops_when_enough_rows_pass() -> None:
         ({"workers": 1, "scheduler": "tcp://x:1"}, "both given"),
         ({"stop_after": 0}, "stop_after is 0"),
         ({"time_limit": -1}, "time_limit is -1"),
+        ({"together": "no"}, "together is 'no'"),
+        ({"resume": "no"}, "resume is 'no'"),
+        ({"seed": "x"}, "seed is 'x'; it must be a whole number"),
     ],
 )
 def test_options_that_are_refused(options: dict[str, Any], message: str) -> None:

@@ -124,8 +124,7 @@ def test_a_study_is_made_shown_drawn_and_frozen(knotwork: Command, task: Path) -
 
 def test_none_passes(knotwork: Command, task: Path) -> None:
     command = ("sweep", task, "--vary", "waypoints[up].after=0.5,1", "--workers", 0)
-    for words in ((1,), (1, "feasible")):
-        assert "0 pass" in knotwork(*command, "--stop-after", *words).failed()
+    assert "0 pass" in knotwork(*command, "--stop-after", 1).failed()
     ran = knotwork(*command, "--freeze", "best.yaml")
     assert ran.code == 2
     assert "no row passes" in ran.err

@@ -85,10 +85,7 @@ def _other_robot(
     other: str | None, motion: str | None, frame: str | None, delay: float | None
 ) -> dict[str, Any] | None:
     if other is None:
-        if (motion, frame, delay) != (None, None, None):
-            raise click.UsageError(
-                "--motion, --in and --delay describe the motion of --with, which is not given"
-            )
+        refuse({"--motion": motion, "--in": frame, "--delay": delay}, "--with is not given")
         return None
     if Path(other).is_dir():
         motion, folder = motion or other, other

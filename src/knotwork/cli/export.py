@@ -15,6 +15,7 @@ from knotwork.cli.parameters import (
     PASSED,
     PlanOptions,
     exit_codes,
+    given_options,
     package_path_option,
     scenario_option,
 )
@@ -171,11 +172,7 @@ def export(
     points of --tolerance fails it in more than acceleration and jerk.
     """
     file_format = get_format(name)
-    chosen = {
-        key: value
-        for key, value in options.items()
-        if value is not None and value is not False and value != {}
-    }
+    chosen = given_options(options)
     checked_options(file_format, chosen)
     if out is None and file_format.binary:
         raise InputError(f"format {name!r} is binary: give a file to write with -o FILE")

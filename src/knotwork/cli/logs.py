@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 import click
 
 from knotwork import planning
-from knotwork.cli.parameters import NonEmptyPath, bundle_options
+from knotwork.cli.parameters import NonEmptyPath, bundle_options, given_options
 from knotwork.cli.terminal import print_note
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.errors import InputError
@@ -102,14 +102,8 @@ def _log(
 ) -> LogOptions | None:
     if is_log or against is not None:
         return LogOptions(against, noise, log_unit or "rad", topic, _tolerances(tolerance))
-    options: dict[str, Any] = {
-        "--noise": noise,
-        "--log-unit": log_unit,
-        "--topic": topic,
-        "--tolerance": tolerance or None,
-    }
-    named = [name for name, value in options.items() if value is not None]
-    if named:
+    of_logs = {"--noise": noise, "--log-unit": log_unit, "--topic": topic, "--tolerance": tolerance}
+    if named := given_options(of_logs):
         raise InputError(f"{', '.join(named)} is for logs: add --log")
     return None
 

@@ -131,21 +131,23 @@ def options_by_name(options: Mapping[str, Any]) -> dict[str, Any]:
     return {f"--{name.replace('_', '-')}": value for name, value in options.items()}
 
 
+def given_options(options: Mapping[str, Any]) -> dict[str, Any]:
+    """The options that are given: those whose value is not `None`, `False` or empty."""
+    return {
+        name: value
+        for name, value in options.items()
+        if value is not None and value is not False and value not in ((), {})
+    }
+
+
 def refuse(options: Mapping[str, Any], reason: str) -> None:
     """Refuse given options that do not apply.
-
-    An option is not given if it is `None`, `False` or an empty tuple.
 
     Raises:
         InputError: An option is given.
     """
-    names = [
-        name
-        for name, value in options.items()
-        if value is not None and value is not False and value != ()
-    ]
-    if names:
-        raise InputError(f"{reason}: leave out {', '.join(names)}")
+    if given := given_options(options):
+        raise InputError(f"{reason}: leave out {', '.join(given)}")
 
 
 def names_option(name: str, help: str) -> Callable[[Command], Command]:

@@ -15,6 +15,7 @@ from knotwork.cli.parameters import (
     exit_codes,
     folder_option,
     freeze_option,
+    given_options,
     json_option,
     options_by_name,
     package_path_option,
@@ -34,18 +35,7 @@ MAX_REASONS = 12
 """Maximum number of reasons in the table; the others are counted."""
 
 
-class _Sweep(click.Command):
-    def parse_args(self, context: click.Context, words: list[str]) -> list[str]:
-        """Read the arguments; `--stop-after` had a second word."""
-        if "--stop-after" in words:
-            second = words.index("--stop-after") + 2
-            if words[second : second + 1] in (["feasible"], ["passed"]):
-                del words[second]
-        return super().parse_args(context, words)
-
-
 @click.command(
-    cls=_Sweep,
     epilog=f"{exit_codes('a row passes', 'none does')} --scheduler needs "
     "`pip install 'knotwork[sweep]'`.",
 )
@@ -135,8 +125,8 @@ def sweep(
         refuse(unfit, f"{source} is the folder of a study, which is not planned again")
         study = sweeps.Study.open(source)
     else:
-        options = {name: value for name, value in planning_options.items() if value is not None}
-        vary = _values_by_path(options.pop("vary"))
+        vary = _values_by_path(planning_options.pop("vary"))
+        options = given_options(planning_options)
         try:
             with show_sweep(as_json) as progress:
                 study = sweeps.sweep(source, vary, out=out, progress=progress, **options)

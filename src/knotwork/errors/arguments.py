@@ -45,7 +45,7 @@ def require_number(
     return number
 
 
-def require_count(value: Any, subject: str, minimum: int) -> int:
+def require_count(value: Any, subject: str, minimum: float = -math.inf) -> int:
     """Check a whole number, and return it.
 
     Args:

@@ -17,6 +17,7 @@ from knotwork.curves.retiming import find_first_rest, stop_joints, stop_on_path
 from knotwork.curves.trajectory import JointTrajectory, Segment
 from knotwork.curves.trajectory.motion_events import TIME_TOLERANCE, signals_on_at
 from knotwork.errors import InputError
+from knotwork.errors.arguments import require_flag, require_number
 from knotwork.files.documents.values import marked
 from knotwork.planning.replanning import (
     in_moving_frames,
@@ -83,6 +84,8 @@ def scaled_motion(plan: MotionT, profile: Mapping[float, float]) -> MotionT:
 
 def stopped_motion(plan: MotionT, at: float, *, on_path: bool) -> MotionT:
     """A plan that stops: see `Plan.stop`."""
+    at = require_number(at, "at", "s")
+    require_flag(on_path, "on_path")
     name, joints, planned = plan.scenario.name, plan.joints, plan.trajectory
     at_rest = f"{name}: the motion is at rest at {at:g} s; it can't be stopped"
     if find_first_rest(planned.polynomial, at) == at:

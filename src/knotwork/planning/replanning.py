@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -73,7 +74,8 @@ def _continued_task(
                 "}` with its shape"
             )
     actions = [] if replaced is None else list(replaced.actions)
-    immediate = [x for x in actions if x.after is x.before is x.at is None]
+    before_waits = takewhile(lambda action: action.wait is None, actions)
+    immediate = [x for x in before_waits if not (x.at or x.after or x.before)]
     switched: set[str | int | None] = {action.output for action in immediate}
     switched |= {task.outputs.get(key, key) for action in immediate for key in action.signals}
     kept_on = [

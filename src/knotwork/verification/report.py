@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
 from knotwork.curves.trajectory import JointTrajectory
-from knotwork.errors import CheckFailedError, InputError
+from knotwork.errors import CheckFailedError, InputError, UnknownNameError
 from knotwork.errors.arguments import require_type
 from knotwork.errors.old_names import OldAttribute
 from knotwork.task.scenario import Scenario
@@ -67,8 +67,9 @@ def check(
         without: Names of checks to leave out.
 
     Raises:
-        InputError: An argument has another type, the trajectory has other joints than the
-            scenario, the scenario's robot can't be loaded, or its times are to be chosen.
+        InputError: An argument has another type, a name is that of no check, the trajectory has
+            other joints than the scenario, the scenario's robot can't be loaded, or its times are
+            to be chosen.
 
     >>> plan = kw.plan("paper_case")
     >>> kw.check(plan.trajectory, plan.scenario).ok
@@ -81,6 +82,9 @@ def check(
             f"{scenario.name} leaves times or speeds to planning, so it does not define the motion "
             "over time; accepted: the scenario.yaml saved with the trajectory, or a frozen scenario"
         )
+    for name in without:
+        if name not in CHECKS:
+            raise UnknownNameError("check", name, CHECKS)
     joints = joints if joints is not None else read_scenario_joints(scenario)
     motion = Motion(trajectory, joints)
     defect_findings = [Topic(Group.MOTION).finding("defect", text, "failed") for text in defects]

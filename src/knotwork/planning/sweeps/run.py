@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from knotwork.errors import InputError
-from knotwork.errors.arguments import require_count, require_number, require_type
+from knotwork.errors.arguments import require_count, require_flag, require_number, require_type
 from knotwork.planning.sweeps import executors
 from knotwork.planning.sweeps.child import refuse_changed_checks
 from knotwork.planning.sweeps.field_path import scenario_with
@@ -101,8 +101,8 @@ def sweep(
         progress: Callback for finished rows.
 
     Raises:
-        InputError: Scenario or values are wrong, you have checks of your own and `workers` is not
-            0, the folder has another study or can't be written to, or a package is missing.
+        InputError: An argument is wrong, you have checks of your own and `workers` is not 0, the
+            folder has another study or can't be written to, or a package is missing.
 
     >>> lift = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 1}]
     >>> task = {"limits": {"velocity": 1.2}, "waypoints": lift}
@@ -110,6 +110,9 @@ def sweep(
     {'velocity': 2}
     """
     workers = _checked_workers(workers, scheduler)
+    require_flag(together, "together")
+    require_flag(resume, "resume")
+    require_count(seed, "seed")
     for name, count in (("stop_after", stop_after), ("samples", samples)):
         if count is not None:
             require_count(count, name, 1)

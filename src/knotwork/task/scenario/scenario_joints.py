@@ -17,7 +17,7 @@ from knotwork.errors import InputError, RobotError, UnknownNameError
 from knotwork.errors.old_names import OldAttribute
 from knotwork.files.documents import Location
 from knotwork.joint_quantities import MOTION_QUANTITIES, JointLimits
-from knotwork.task import JointWaypoint, TaskUnits, Tool
+from knotwork.task import JointWaypoint, LinkSpeed, TaskUnits, Tool
 from knotwork.task.scenario.joint_reader import JointReader, JointState, find_rest_intervals
 from knotwork.task.scenario.payloads import LoadedRobots, read_payload, robots_with_loads
 from knotwork.task.scenario.scenario import Scenario
@@ -222,8 +222,8 @@ def _check_motion_limits(scenario: Scenario, robot: Robot) -> None:
             with scenario.locations.errors_at("limits", key):
                 robot.require_tool()
     for i, limit in enumerate(limits.link_speeds):
-        place = [i] * (len(limits.link_speeds) > 1)
-        with scenario.locations.errors_at("limits", "frame_speed", *place, "frame"):
+        item = () if isinstance(scenario.task.limits.frame_speed, LinkSpeed) else (i,)
+        with scenario.locations.errors_at("limits", "frame_speed", *item, "frame"):
             robot.link_index(limit.link)
 
 

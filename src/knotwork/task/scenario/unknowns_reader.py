@@ -84,7 +84,8 @@ class ScenarioUnknowns:
     @property
     def first_unknown_time(self) -> int:
         """The first waypoint whose time is not given; n without one."""
-        return [*(at.duration_is_given for at in self.at_waypoints), False].index(False)
+        unknown = (i for i, at in enumerate(self.at_waypoints) if not at.duration_is_given)
+        return next(unknown, len(self.at_waypoints))
 
 
 def ends_wait(task_index: Sequence[int], i: int) -> bool:
