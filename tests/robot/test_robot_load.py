@@ -174,6 +174,12 @@ def test_refuses_joint_without_range(tmp_path: Path) -> None:
     assert load_robot({**description, "locked": {"second": 0}}).dof == 1
     limits = {"position": {"second": [-1, 1]}}
     assert load_robot({**description, "limits": limits}).limits.upper[1] == 1
+    ends = [
+        {"joints": {"first": 0, "second": 0}},
+        {"joints": {"first": 1, "second": 0}, "after": "fastest"},
+    ]
+    task = {"robot": {"urdf": str(path)}, "limits": {"acceleration": 1}, "waypoints": ends}
+    assert kw.plan(task).report.ok  # without a tool, a joint may stay where it is
     written(path, chain("revolute", '<limit lower="1" upper="0" velocity="1" effort="1"/>'))
     with pytest.raises(RobotError, match=r"'second' are \[1, 0\]"):
         load_robot(path)

@@ -112,11 +112,7 @@ def print_robot(robot: Robot) -> None:
     wrapping.print(f"[bold]{cell(robot.name)}[/]  {cell(robot.description.strip(), lines=True)}")
     out.print(f"model …/{cell(str(Path(*robot.urdf.parts[-2:])))}")
     out.print(f"base frame {cell(robot.base_frame)}, tool frame {cell(str(robot.tool_frame))}")
-    limits = {
-        "lower": robot.limits.lower,
-        "upper": robot.limits.upper,
-        **{name: robot.limits[name] for name in MAGNITUDES},
-    }
+    limits = {kind: getattr(robot.limits, kind) for kind in ("lower", "upper", *MAGNITUDES)}
     table = plain_table("Joint limits", ["joint", "unit", *limits], 2)
     for i, (name, unit) in enumerate(zip(robot.joint_names, robot.joint_units, strict=True)):
         cells = [

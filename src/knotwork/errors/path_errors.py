@@ -168,7 +168,7 @@ class FollowingError(TaskError):
         super().__init__(
             waypoint,
             f"{beginning}: {at} {obstruction.text(units)}; accepted: {accepted}",
-            has_prefix=False,
+            prefixed=False,
             cause=obstruction.cause,
             joint=obstruction.joint,
             value=obstruction.value if obstruction.joint else None,

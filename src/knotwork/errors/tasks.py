@@ -31,12 +31,10 @@ class TaskError(InputError):
         waypoint: Name of the waypoint.
     """
 
-    def __init__(
-        self, waypoint: str, message: str, *, has_prefix: bool = True, **data: Any
-    ) -> None:
-        """Begin the message with the waypoint, except without `has_prefix`."""
+    def __init__(self, waypoint: str, message: str, *, prefixed: bool = True, **data: Any) -> None:
+        """Begin the message with the waypoint, if `prefixed`."""
         self.waypoint = waypoint
-        prefix = f"{waypoint_text(waypoint)}: " if waypoint and has_prefix else ""
+        prefix = f"{waypoint_text(waypoint)}: " if waypoint and prefixed else ""
         super().__init__(f"{prefix}{message}", **data)
 
 

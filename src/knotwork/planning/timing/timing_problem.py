@@ -154,12 +154,6 @@ class TimingProblem(ReadOnlyArrays):
         put("tool_speed", float(number_array(self.tool_speed, (), "tool speed limit")))
         if not self.tool_speed > 0.0:
             raise ArrayError(f"tool speed limit is {self.tool_speed}; give a positive one")
-        lower, upper = self.limits.bounds("position")
-        if not (lower < upper).all():
-            raise ArrayError(
-                f"position limits run from {lower.tolist()} to {upper.tolist()}; "
-                "each lower one must be below its upper one"
-            )
         if self.limits.velocity.shape != (d,):
             raise ArrayError(
                 f"limits are given for {self.limits.velocity.size} joints; there are {d}"
