@@ -54,8 +54,7 @@ SceneOptions = dict[str, str | None]
 
 def _scene_options(robot: str | None, scene: str | None, limits: str | None) -> SceneOptions | None:
     if robot is None and scene is None:
-        if limits is not None:
-            raise click.UsageError("--limits goes with --robot or --scene, not with a scenario")
+        refuse({"--limits": limits}, "neither --robot nor --scene is given")
         return None
     return {"robot": robot, "scene": scene, "limits": limits}
 

@@ -20,11 +20,12 @@ from knotwork.cli.parameters import (
     json_option,
     package_path_option,
     planner_option,
+    refuse,
 )
 from knotwork.cli.progress_display import show_planning
 from knotwork.cli.short_report import describe_left_out, print_next, print_short
 from knotwork.cli.terminal import echo, echo_json, echo_line, error_to_dict
-from knotwork.errors import InputError, KnotworkError
+from knotwork.errors import KnotworkError
 from knotwork.files.storage import trajectory_to_dict
 from knotwork.planning import Plan
 
@@ -59,9 +60,8 @@ def plan(
     SCENARIO is the name of a shipped scenario (listed by `knotwork scenarios`) or the path of a
     YAML file: `knotwork schema` prints its schema, and the shipped ones are examples.
     """
-    for name, target in (("--freeze", freeze), ("--out", out)):
-        if target is not None and len(scenarios) > 1:
-            raise InputError(f"{name} takes one scenario, not {len(scenarios)}")
+    if len(scenarios) > 1:
+        refuse({"--freeze": freeze, "--out": out}, "there are several scenarios")
     results: list[tuple[str, Plan | KnotworkError, list[Path]]] = []
     for i, reference in enumerate(scenarios):
         position = f" ({i + 1} of {len(scenarios)})" if len(scenarios) > 1 else ""
