@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from knotwork.arrays import FloatArray
+from knotwork.robot.joint_axes import joint_axes
 from knotwork.task.scenario import Scenario, ScenarioPath
 from knotwork.task.scenario.scenario_joints import ScenarioJoints
 from knotwork.units import Units
@@ -52,7 +53,8 @@ def sample_freedoms(motion: Motion, scenario: Scenario, robot: Robot) -> Iterato
         for path in paths:
             times = _path_times(path)
             if path.freedom is not None and _covers(motion, times):
-                poses = [robot.forward(q) for q in motion.curve(times)]
+                tip, columns, *_ = joint_axes(robot).forward(motion.curve(times))
+                poses = tip.T, columns.transpose(2, 1, 0)
                 requested = path.timed_path.state(times)[:2]
                 name = _path_name(path, scenario)
                 uses.append(_freedom_use("path", name, path.freedom, times, requested, poses))
@@ -66,9 +68,9 @@ def sample_freedoms(motion: Motion, scenario: Scenario, robot: Robot) -> Iterato
             q = motion.curve(waypoint.time)
             pose = robot.tool_pose(q, in_world_frame=waypoint.in_world_frame)
             requested = waypoint.position[None], waypoint.rotation[None]
-            use = _freedom_use(
-                "waypoint", waypoint.name, waypoint.freedom, times, requested, [pose]
-            )
+            poses = pose.translation[None], pose.rotation[None]
+            name, freedom = waypoint.name, waypoint.freedom
+            use = _freedom_use("waypoint", name, freedom, times, requested, poses)
             yield from _continue_turn([use])
 
 
@@ -90,14 +92,13 @@ def _freedom_use(
     freedom: PoseFreedom,
     times: FloatArray,
     requested: tuple[FloatArray, FloatArray],
-    poses: list[Any],
+    poses: tuple[FloatArray, FloatArray],
 ) -> FreedomUse:
-    """Free values of poses, relative to the requested positions and rotations."""
-    rotations = np.array([pose.rotation for pose in poses])
+    """Free values of poses relative to requested ones, both positions and rotations."""
+    positions, rotations = poses
     turn, travel, work = free_angles(freedom, requested[1], rotations).T
     R = requested[1].transpose(0, 2, 1) @ rotations
-    offset = np.array([pose.translation for pose in poses]) - requested[0]
-    x, y, z = np.einsum("kji,kj->ik", requested[1], offset)
+    x, y, z = np.einsum("kji,kj->ik", requested[1], positions - requested[0])
     tilt = np.arctan2(np.hypot(R[:, 0, 2], R[:, 1, 2]), R[:, 2, 2])
     values = {"turn": turn, "tilt": tilt, "x": x, "y": y, "z": z}
     if freedom.torch is not None:

@@ -6,11 +6,11 @@ import math
 from typing import Any
 
 import numpy as np
-import pinocchio as pin
 
 from knotwork.arrays import FloatArray
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.robot import Robot
+from knotwork.robot.joint_axes import joint_axes
 from knotwork.robot.joint_tree import JointTree, joint_tree
 from knotwork.robot.many_states import frame_rates
 from knotwork.verification.bounds.adaptive import (
@@ -153,16 +153,12 @@ def _singularity(robot: Robot) -> Quantity:
     Singular values do not depend on the axes. In the axes of the first moving link, the first joint
     does not affect the Jacobian, and its rate does not affect the bounds.
     """
-    model, data = robot.model, robot.model.createData()
-    frame = robot.require_tool()
-    tree = joint_tree(model)
-    carrier, distance = carrier_of(model, frame)
+    tree = joint_tree(robot.model)
+    carrier, distance = carrier_of(robot.model, robot.require_tool())
     first = tree.column[tree.chain_to(carrier)[0]]
 
     def values(q: FloatArray, _v: FloatArray, _a: FloatArray) -> FloatArray:
-        jacobians = np.empty((len(q), 6, q.shape[1]))
-        for J, row in zip(jacobians, q, strict=True):
-            J[:] = pin.computeFrameJacobian(model, data, row, frame, pin.LOCAL).reshape(J.shape)
+        jacobians = joint_axes(robot).jacobians(q)
         finite = np.isfinite(jacobians.sum(axis=(1, 2)))[:, None, None]
         values = np.linalg.svd(np.where(finite, jacobians, 0.0), compute_uv=False)[:, -1:]
         return np.where(finite[:, 0], -(values**2), np.inf)
