@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 import knotwork as kw
 from judged import judged, judged_along
 from knotwork.errors import FollowingError, PathError
+from knotwork.robot.kinematics.following.joints_on_path import JointsOnPath
 from knotwork.verification.bounds.path_criteria import PathTolerances, RequiredSpeed
 from knotwork.verification.bounds.stretch_bounds import path_bounds
 from plans import passing_plan
@@ -246,3 +247,27 @@ def test_refuses_tolerance_below_rounding() -> None:
     line = tp.Line(at, at + np.array([0.0, 0.1, 0.0]))
     with pytest.raises(PathError, match=r"tolerance of the speed, .* at least 2\.6e-07 is"):
         kw.follow_path(ARM, line, 0.001, 1e-5, start=HOME, speed_tolerance=1e-9)
+
+
+@pytest.mark.parametrize("name", ["ur5", "panda"])
+def test_another_timing_follows_the_same_joints(name: str) -> None:
+    """As a function of arc length they are those of an integration with that timing."""
+    arm, length = kw.load_robot(name), 0.2
+    start = np.array(arm.configuration("home"))
+    pose = arm.forward(start)
+    line = tp.Line(pose.translation, pose.translation - [0.0, 0.0, length])
+    path = tp.ToolPath([line], tp.OrientationCurve.constant(pose.rotation, length))
+    fast, slow = (
+        tp.TimedPath(
+            path, tp.speed_profile([length], [v], acceleration=a, start_speed=0, end_speed=0)
+        )
+        for v, a in ((0.2, 1.0), (0.05, 0.1))
+    )
+    first = JointsOnPath(arm, fast, start, 0.0)
+    times = np.linspace(slow.start_time, slow.end_time, 201)
+    other, again = first.with_timing(slow), JointsOnPath(arm, slow, start, 0.0)
+    q = other.positions(times)
+    np.testing.assert_allclose(q, again.positions(times), rtol=0, atol=1e-8)
+    for found, expected in zip(other.rates(times, q), again.rates(times, q), strict=True):
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-6)
+    np.testing.assert_allclose(other.curve(times), q, rtol=0, atol=3e-4)
