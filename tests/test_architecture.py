@@ -205,6 +205,7 @@ def test_what_is_slow_to_import_is_imported_where_it_is_used() -> None:
 IMPORTED_BY_TESTS = {
     "mathematics that is formulated again, independently": (
         "robot.kinematics.chain",
+        "robot.kinematics.following.joints_on_path",
         "robot.kinematics.geometry",
         "robot.kinematics.sequence",
         "robot.kinematics.solutions",

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from knotwork.arrays import FloatArray
-from knotwork.robot.joint_axes import joint_axes
 from knotwork.task.scenario import Scenario, ScenarioPath
 from knotwork.task.scenario.scenario_joints import ScenarioJoints
 from knotwork.units import Units
@@ -48,6 +47,8 @@ class FreedomUse(NamedTuple):
 
 def sample_freedoms(motion: Motion, scenario: Scenario, robot: Robot) -> Iterator[FreedomUse]:
     """Sample free turns, tilts and positions. Turns are continuous along adjoining paths."""
+    from knotwork.robot.joint_axes import joint_axes
+
     for paths in group_paths_by_turn(scenario):
         uses = []
         for path in paths:
