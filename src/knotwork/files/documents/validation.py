@@ -114,23 +114,21 @@ class _ErrorLocation(NamedTuple):
 def _problem(model: type[BaseModel], document: Document, item: dict[str, Any]) -> Problem:
     place = _resolve(model, document.data, item["loc"])
     kind, value = item["type"], item["input"]
-    described = "" if place.field is None else place.field.description
-    accepted = "" if kind in _STATING_ACCEPTED else _accepted_clause(described)
+    accepted = ""
     if item["loc"][-1:] == ("[key]",):
         words = "a name is empty" if value == "" else f"the key {format_value(value)} must be text"
         accepted = "text of one character or more" if value == "" else ""
     elif kind == "extra_forbidden":
         words = f"unknown key; {suggest_name(place.location[-1], sorted(_keys(place.owners)))}"
-        accepted = ""
-    elif kind == "missing":
-        words = "is missing and must be given"
-    elif isinstance(value, StrictModel) and place.inner:
+    elif kind != "missing" and isinstance(value, StrictModel) and place.inner:
         words = f"{format_value(value)}: is not accepted"
         accepted = ", ".join(kind.__name__ for kind in place.inner)
     else:
         words = problem_words(kind, value, item["msg"], item.get("ctx", {}))
         if kind == "model_type":
             accepted = ", ".join(_keys(place.inner))
+        elif kind not in _STATING_ACCEPTED and place.field is not None:
+            words += _bracketed_clause(place.field.description)
     location = place.location
     return Problem(document.line(location), document.path(location), words, accepted)
 
@@ -208,6 +206,8 @@ def problem_words(kind: str, value: Any, message: str, context: Mapping[str, Any
         message: Pydantic's message, used if it is from this package.
         context: Bounds or choices given by pydantic.
     """
+    if kind == "missing":
+        return "is missing and must be given"
     if kind in _OWN_ERRORS:
         words = message.removeprefix("Value error, ")
         return words if isinstance(value, dict) else f"{_value_text(value)}: {words}"
@@ -231,9 +231,9 @@ def _value_text(value: Any) -> str:
     return "has no value" if value is None else format_value(value)
 
 
-def _accepted_clause(description: str | None) -> str:
-    """First clause of a field's description, with its unit, as the accepted values."""
+def _bracketed_clause(description: str | None) -> str:
+    """First clause of a field's description, with its unit, in brackets."""
     first = (description or "").partition("; ")[0]
     if not first or len(first) > MAX_CLAUSE_LENGTH:
         return ""
-    return first if first[1:2].isupper() else f"{first[0].lower()}{first[1:]}"
+    return f" ({first if first[1:2].isupper() else f'{first[0].lower()}{first[1:]}'})"
