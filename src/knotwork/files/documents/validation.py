@@ -81,13 +81,10 @@ def validate(model: type[ModelT], document: Document, instance: ModelT | None = 
 
 
 def _is_consequence(item: dict[str, Any]) -> bool:
-    """Whether an error is only due to another one.
-
-    Pydantic does not count the wrong items of a list, and takes a part for a list of its fields.
-    """
+    """Whether an error only follows from wrong items of a list, which pydantic does not count."""
     value = item["input"]
-    too_short = item["type"] == "too_short" and isinstance(value, list)
-    return isinstance(value, tuple) or (too_short and not len(value) < item["ctx"]["min_length"])
+    too_short = item["type"] == "too_short" and isinstance(value, list | tuple)
+    return too_short and not len(value) < item["ctx"]["min_length"]
 
 
 def field_at(model: type[BaseModel], data: Any, location: Location) -> FieldInfo | None:
@@ -103,19 +100,25 @@ class _ErrorLocation(NamedTuple):
         owners: Models that may own the last key.
         inner: Possible models of the location itself.
         field: The last field on the path, or `None`.
+        value: The value at the location, or `None`.
     """
 
     location: Location
     owners: list[type[BaseModel]]
     inner: list[type[BaseModel]]
     field: FieldInfo | None
+    value: Any
 
 
 def _problem(model: type[BaseModel], document: Document, item: dict[str, Any]) -> Problem:
     place = _resolve(model, document.data, item["loc"])
     kind, value = item["type"], item["input"]
+    is_key = item["loc"][-1:] == ("[key]",)
+    if isinstance(place.value, StrictModel) and value is not place.value and not is_key:
+        # Where a list is wanted, pydantic iterates over the fields of a part.
+        kind, value = "tuple_type", place.value
     accepted = ""
-    if item["loc"][-1:] == ("[key]",):
+    if is_key:
         words = "a name is empty" if value == "" else f"the key {format_value(value)} must be text"
         accepted = "text of one character or more" if value == "" else ""
     elif kind == "extra_forbidden":
@@ -154,7 +157,8 @@ def _resolve(model: type[BaseModel], data: Any, loc: tuple[str | int, ...]) -> _
             field = _fields(owner).get(part, field)
         inner = _children(inner, part)
         data = data[part] if inside else None
-    return _ErrorLocation(tuple(location), owners, [k for k in inner if _is_model(k)], field)
+    models = [kind for kind in inner if _is_model(kind)]
+    return _ErrorLocation(tuple(location), owners, models, field, data)
 
 
 def _is_model(kind: Any) -> bool:
