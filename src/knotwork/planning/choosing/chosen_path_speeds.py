@@ -45,7 +45,7 @@ class PathSpeeds:
         solved: The task with these speeds, or without them where a path can't be followed.
         problems: The problem of each path with chosen speeds, whose solution they are.
         corrected_problems: The same, corrected by the motion, in the same order.
-        error: The error for a limit that the motion exceeds, or `None`.
+        error: The error if the motion exceeds a limit or leaves the path, or `None`.
     """
 
     solved: SolvedScenario
