@@ -223,6 +223,9 @@ def test_a_wrong_part_is_refused_where_it_is_made() -> None:
     assert "Pose.rpyy: unknown key; did you mean 'rpy'?" in words
     with pytest.raises(DocumentError, match=r"Task\.waypoints: is missing"):
         kw.Task(robot="ur5")
+    with pytest.raises(DocumentError) as caught:
+        kw.load_robot({"urdf": "arm.urdf", "tool_frame": (1,), "base_frame": 3})
+    assert [problem.field for problem in caught.value.problems] == ["base_frame", "tool_frame"]
 
 
 @pytest.mark.parametrize(

@@ -81,13 +81,10 @@ def validate(model: type[ModelT], document: Document, instance: ModelT | None = 
 
 
 def _is_consequence(item: dict[str, Any]) -> bool:
-    """Whether an error is only due to another one.
-
-    Pydantic does not count the wrong items of a list, and takes a part for a list of its fields.
-    """
+    """Whether an error only follows from wrong items of a list, which pydantic does not count."""
     value = item["input"]
-    too_short = item["type"] == "too_short" and isinstance(value, list)
-    return isinstance(value, tuple) or (too_short and not len(value) < item["ctx"]["min_length"])
+    too_short = item["type"] == "too_short" and isinstance(value, list | tuple)
+    return too_short and not len(value) < item["ctx"]["min_length"]
 
 
 def field_at(model: type[BaseModel], data: Any, location: Location) -> FieldInfo | None:
@@ -103,34 +100,38 @@ class _ErrorLocation(NamedTuple):
         owners: Models that may own the last key.
         inner: Possible models of the location itself.
         field: The last field on the path, or `None`.
+        value: The value at the location, or `None`.
     """
 
     location: Location
     owners: list[type[BaseModel]]
     inner: list[type[BaseModel]]
     field: FieldInfo | None
+    value: Any
 
 
 def _problem(model: type[BaseModel], document: Document, item: dict[str, Any]) -> Problem:
     place = _resolve(model, document.data, item["loc"])
     kind, value = item["type"], item["input"]
-    described = "" if place.field is None else place.field.description
-    accepted = "" if kind in _STATING_ACCEPTED else _accepted_clause(described)
-    if item["loc"][-1:] == ("[key]",):
+    is_key = item["loc"][-1:] == ("[key]",)
+    if isinstance(place.value, StrictModel) and value is not place.value and not is_key:
+        # Where a list is wanted, pydantic iterates over the fields of a part.
+        kind, value = "tuple_type", place.value
+    accepted = ""
+    if is_key:
         words = "a name is empty" if value == "" else f"the key {format_value(value)} must be text"
         accepted = "text of one character or more" if value == "" else ""
     elif kind == "extra_forbidden":
         words = f"unknown key; {suggest_name(place.location[-1], sorted(_keys(place.owners)))}"
-        accepted = ""
-    elif kind == "missing":
-        words = "is missing and must be given"
-    elif isinstance(value, StrictModel) and place.inner:
+    elif kind != "missing" and isinstance(value, StrictModel) and place.inner:
         words = f"{format_value(value)}: is not accepted"
         accepted = ", ".join(kind.__name__ for kind in place.inner)
     else:
         words = problem_words(kind, value, item["msg"], item.get("ctx", {}))
         if kind == "model_type":
             accepted = ", ".join(_keys(place.inner))
+        elif kind not in _STATING_ACCEPTED and place.field is not None:
+            words += _bracketed_clause(place.field.description)
     location = place.location
     return Problem(document.line(location), document.path(location), words, accepted)
 
@@ -156,7 +157,8 @@ def _resolve(model: type[BaseModel], data: Any, loc: tuple[str | int, ...]) -> _
             field = _fields(owner).get(part, field)
         inner = _children(inner, part)
         data = data[part] if inside else None
-    return _ErrorLocation(tuple(location), owners, [k for k in inner if _is_model(k)], field)
+    models = [kind for kind in inner if _is_model(kind)]
+    return _ErrorLocation(tuple(location), owners, models, field, data)
 
 
 def _is_model(kind: Any) -> bool:
@@ -208,6 +210,8 @@ def problem_words(kind: str, value: Any, message: str, context: Mapping[str, Any
         message: Pydantic's message, used if it is from this package.
         context: Bounds or choices given by pydantic.
     """
+    if kind == "missing":
+        return "is missing and must be given"
     if kind in _OWN_ERRORS:
         words = message.removeprefix("Value error, ")
         return words if isinstance(value, dict) else f"{_value_text(value)}: {words}"
@@ -231,9 +235,9 @@ def _value_text(value: Any) -> str:
     return "has no value" if value is None else format_value(value)
 
 
-def _accepted_clause(description: str | None) -> str:
-    """First clause of a field's description, with its unit, as the accepted values."""
+def _bracketed_clause(description: str | None) -> str:
+    """First clause of a field's description, with its unit, in brackets."""
     first = (description or "").partition("; ")[0]
     if not first or len(first) > MAX_CLAUSE_LENGTH:
         return ""
-    return first if first[1:2].isupper() else f"{first[0].lower()}{first[1:]}"
+    return f" ({first if first[1:2].isupper() else f'{first[0].lower()}{first[1:]}'})"
