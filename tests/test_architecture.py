@@ -192,6 +192,14 @@ def run_at_import(node: ast.AST) -> Iterator[ast.AST]:
             yield from run_at_import(inner)
 
 
+def test_modules_and_functions_are_short() -> None:
+    for path in FILES:
+        assert path.read_text(encoding="utf-8").count("\n") <= 350, path
+        for node in ast.walk(tree_of(path)):
+            if isinstance(node, ast.FunctionDef):
+                assert (node.end_lineno or 0) - node.lineno < 60, (path, node.name)
+
+
 def test_what_is_slow_to_import_is_imported_where_it_is_used() -> None:
     for path in FILES:
         top = [node for node in tree_of(path).body if not isinstance(node, ast.If)]

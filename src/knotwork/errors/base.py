@@ -105,11 +105,7 @@ def suggest_name(name: object, available: Iterable[object]) -> str:
 
 
 def format_value(value: Any) -> str:
-    """Format a value for an error as one line of YAML of at most 60 characters.
-
-    >>> len(format_value([0] * 25)), format_value([0] * 25).endswith("0,...")
-    (60, True)
-    """
+    """Format a value for an error as one line of YAML of at most 60 characters."""
     try:
         text = _format_flow(value, 3)
     except ValueError:  # Python writes at most several thousand digits

@@ -92,7 +92,7 @@ def _slow_down(requested: SpeedOverride, cap: float, factor: float) -> SpeedOver
 
 
 def _override_finding(requested: SpeedOverride, end: float, instead: str) -> Finding:
-    """Finding on a requested override that exceeds limits, and what is executed until a time."""
+    """Finding on a requested override that exceeds limits, and the one executed until a time."""
     fact = (
         f"the override {{{_override_text(requested, end)}}} changes faster than limits of "
         f"acceleration and jerk allow; {instead}"

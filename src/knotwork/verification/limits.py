@@ -170,7 +170,10 @@ def compare_text(worst: LimitedValue, unit: str, units: Units) -> str:
         units: Units of the text.
     """
     has_limit = np.isfinite(worst.limit)
-    allowed = f"limit {units.text(worst.limit, unit)}" if has_limit else "no limit is given"
+    kind = "limit"
+    if worst.limit * worst.side < 0.0:  # a larger magnitude keeps it
+        kind = "lower limit" if worst.side < 0.0 else "upper limit"
+    allowed = f"{kind} {units.text(worst.limit, unit)}" if has_limit else "no limit is given"
     if worst.margin < 0.0 and worst.limit and 1.0 < worst.value / worst.limit < np.inf:
         percent = 100.0 * worst.value / worst.limit
         allowed += f" ({percent:.0f} %)" if percent >= 101.0 else ""

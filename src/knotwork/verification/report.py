@@ -82,6 +82,7 @@ def check(
             f"{scenario.name} leaves times or speeds to planning, so it does not define the motion "
             "over time; accepted: the scenario.yaml saved with the trajectory, or a frozen scenario"
         )
+    without = tuple(without)
     for name in without:
         if name not in CHECKS:
             raise UnknownNameError("check", name, CHECKS)

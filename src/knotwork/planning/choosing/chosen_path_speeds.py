@@ -14,10 +14,9 @@ from knotwork.errors import FollowingError, InputError, PathError
 from knotwork.planning.choosing.frozen_task import solutions_near
 from knotwork.planning.choosing.path_limit_utilisation import path_state_limits, planned_utilisation
 from knotwork.planning.choosing.path_speed_problem import (
-    ADJACENT_MOTION,
     MIN_SPEED_FACTOR,
-    TOLERANCES,
     PathSpeedProblem,
+    SpeedBound,
     path_speed_error,
     round_speed,
 )
@@ -46,7 +45,7 @@ class PathSpeeds:
         solved: The task with these speeds, or without them where a path can't be followed.
         problems: The problem of each path with chosen speeds, whose solution they are.
         corrected_problems: The same, corrected by the motion, in the same order.
-        error: The error for a limit that the motion exceeds, or `None`.
+        error: The error if the motion exceeds a limit or leaves the path, or `None`.
     """
 
     solved: SolvedScenario
@@ -62,7 +61,8 @@ class PathSpeeds:
         for problem in self.problems:
             for stretch, (_, bound) in problem.speeds.items():
                 i = problem.path.first + stretch
-                limits.append(ActiveLimit(names[i], names[i + 1], *bound, None))
+                subject, quantity = ("", bound.value) if isinstance(bound, SpeedBound) else bound
+                limits.append(ActiveLimit(names[i], names[i + 1], subject, quantity, None))
         return tuple(limits)
 
     def slower_problems(self, sections: Iterable[TimingSection] = ()) -> list[PathSpeedProblem]:
@@ -76,9 +76,10 @@ class PathSpeeds:
         ends = {section.indices[k] for section in sections for k in (0, -1)}
         slower = list(self.corrected_problems)
         for k, problem in enumerate(self.problems):
-            is_slow_already = any(bound == ADJACENT_MOTION for _, bound in problem.speeds.values())
-            if is_slow_already or ends & {problem.path.first, problem.path.last}:
-                caps = problem.slower_caps(SLOWDOWN, ADJACENT_MOTION)
+            bounds = {bound for _, bound in problem.speeds.values()}
+            touches = {problem.path.first, problem.path.last} & ends
+            if touches or SpeedBound.ADJACENT_MOTION in bounds:
+                caps = problem.slower_caps(SLOWDOWN, SpeedBound.ADJACENT_MOTION)
                 slower[k] = replace(slower[k], caps=caps)
         return [] if slower == self.corrected_problems else slower
 
@@ -132,8 +133,9 @@ def _plan_paths(solved: SolvedScenario, problems: Sequence[PathSpeedProblem]) ->
         lowered, errors = [], []
         for problem in problems:
             if problem.path.first in blocked_starts:
-                errors.append(problem.error(0, TOLERANCES, blocked))
-                problem = replace(problem, caps=problem.slower_caps(MIN_SPEED_FACTOR, TOLERANCES))
+                errors.append(problem.error(0, SpeedBound.TOLERANCES, blocked))
+                caps = problem.slower_caps(MIN_SPEED_FACTOR, SpeedBound.TOLERANCES)
+                problem = replace(problem, caps=caps)
             lowered.append(problem)
         return PathSpeeds(solved, problems, lowered, errors[0])
     corrected = [problem.corrected(timed) for problem in problems]

@@ -12,12 +12,7 @@ from knotwork.curves.polynomial.splitting import cut_curve
 from knotwork.curves.trajectory import JointTrajectory
 from knotwork.joint_quantities import rate_unit
 from knotwork.planning.choosing.chosen_values import ChosenValues
-from knotwork.planning.choosing.path_speed_problem import (
-    ADJACENT_MOTION,
-    AT_MOST,
-    PATH_ACCELERATION,
-    TOLERANCES,
-)
+from knotwork.planning.choosing.path_speed_problem import SpeedBound
 from knotwork.task.scenario import Scenario
 from knotwork.task.scenario.motion_segments import StoredClearMotion
 from knotwork.task.scenario.scenario_joints import ScenarioJoints
@@ -29,10 +24,10 @@ from knotwork.verification.finding import Group, Topic, Verdict
 SHOWN_CLEARANCE_PRECISION = 1e-5
 """Precision of the minimum clearance [m]."""
 
-SPEED_BOUND_TEXTS = {
-    AT_MOST.quantity: "at_most",
-    ADJACENT_MOTION.quantity: "the motion before or after",
-    TOLERANCES.quantity: "the tolerance of the path",
+SPEED_BOUND_TEXTS: dict[str, str] = {
+    SpeedBound.AT_MOST: "at_most",
+    SpeedBound.ADJACENT_MOTION: "the motion before or after",
+    SpeedBound.TOLERANCES: "the tolerance of the path",
 }
 """Texts of bounds of a speed along a path that have no value."""
 
@@ -156,7 +151,7 @@ def _limits_by_interval(chosen_values: ChosenValues) -> dict[tuple[str, str], _S
 
 def _quantity_text(quantity: str, scenario: Scenario) -> str:
     """A limited quantity, or another bound of a speed along a path."""
-    if quantity == PATH_ACCELERATION.quantity:
+    if quantity == SpeedBound.PATH_ACCELERATION:
         path = next(path for path in scenario.paths if not path.timed_path.is_wait)
         return f"path.acceleration, {scenario.units.text(path.requested.acceleration, 'm/s²')}"
     return SPEED_BOUND_TEXTS.get(quantity, quantity.replace("_", " "))

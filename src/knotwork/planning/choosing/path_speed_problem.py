@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from enum import Enum
 from functools import cached_property
 from typing import NamedTuple
 
@@ -49,24 +50,28 @@ MIN_SPEED_FACTOR = 0.8
 MAX_SPEED_FACTOR = 0.995
 """Maximum factor on a speed that is lowered in one step."""
 
-AT_MOST = LimitedQuantity("", "at_most")
-"""Bound of a speed: the upper bound in the task."""
 
-PATH_ACCELERATION = LimitedQuantity("", "path acceleration")
-"""Bound of a speed: the acceleration along the path, with which speeds change."""
+class SpeedBound(str, Enum):
+    """A bound of a speed along a path other than the limits of joints, tool and links.
 
-TOLERANCES = LimitedQuantity("", "path tolerance")
-"""Bound of a speed: the tolerances of the path."""
+    Attributes:
+        AT_MOST: The upper bound of the speed in the task.
+        PATH_ACCELERATION: The acceleration along the path, with which speeds change.
+        TOLERANCES: The tolerances of the path.
+        ADJACENT_MOTION: The motion before or after the path.
+    """
 
-ADJACENT_MOTION = LimitedQuantity("", "adjacent motion")
-"""Bound of a speed: the motion before or after the path."""
+    AT_MOST = "at_most"
+    PATH_ACCELERATION = "path acceleration"
+    TOLERANCES = "path tolerance"
+    ADJACENT_MOTION = "adjacent motion"
 
 
 class BoundedSpeed(NamedTuple):
     """A speed along a path [m/s], and the limit or other bound for which it is not higher."""
 
     speed: float
-    bound: LimitedQuantity
+    bound: LimitedQuantity | SpeedBound
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +98,7 @@ class PathSpeedProblem:
         return self.solved.scenario.paths[self.number]
 
     def error(
-        self, stretch: int, bound: LimitedQuantity, cause: InputError | None = None
+        self, stretch: int, bound: LimitedQuantity | SpeedBound, cause: InputError | None = None
     ) -> InputError:
         """The error that no speed is feasible on a stretch, see `path_speed_error`."""
         return path_speed_error(self.solved, self.path, stretch, bound, cause=cause)
@@ -171,9 +176,9 @@ class PathSpeedProblem:
                 k = error.stretch if isinstance(error, RampError | StretchTimeError) else 0
                 highest = error.highest_speed if isinstance(error, RampError) else None
                 if k not in speeds or highest is None:
-                    raise self.error(k, PATH_ACCELERATION) from error
+                    raise self.error(k, SpeedBound.PATH_ACCELERATION) from error
                 lower = (1.0 - 10.0**-SPEED_DIGITS) * speeds[k].speed  # by rounding or more
-                speeds[k] = BoundedSpeed(min(highest, lower), PATH_ACCELERATION)
+                speeds[k] = BoundedSpeed(min(highest, lower), SpeedBound.PATH_ACCELERATION)
             else:
                 return speeds, timing, all_speeds
 
@@ -218,7 +223,7 @@ class PathSpeedProblem:
         limit = self.utilisation.limits.quantities[column]
         return max(float(factors[column]), MIN_SPEED_FACTOR), limit
 
-    def slower_caps(self, factor: float, bound: LimitedQuantity) -> dict[int, BoundedSpeed]:
+    def slower_caps(self, factor: float, bound: SpeedBound) -> dict[int, BoundedSpeed]:
         """Caps at a fraction of the maximum speeds, because of another bound."""
         return {k: BoundedSpeed(factor * speed, bound) for k, (speed, _) in self.speeds.items()}
 
@@ -257,7 +262,7 @@ def path_speed_problems(solved: SolvedScenario) -> list[PathSpeedProblem]:
     for number, path in enumerate(solved.scenario.paths):
         if bounds := path.requested.max_speeds:
             utilisation = PathUtilisation(solved, path)
-            caps = {k: BoundedSpeed(speed, AT_MOST) for k, speed in bounds.items()}
+            caps = {k: BoundedSpeed(speed, SpeedBound.AT_MOST) for k, speed in bounds.items()}
             correction = np.ones((len(path.stretches), 3, len(utilisation.limits.quantities)))
             problems.append(PathSpeedProblem(solved, number, utilisation, caps, correction))
     return problems
@@ -273,7 +278,7 @@ def path_speed_error(
     solved: SolvedScenario,
     path: ScenarioPath,
     stretch: int,
-    bound: LimitedQuantity,
+    bound: LimitedQuantity | SpeedBound,
     *,
     utilisation: float | None = None,
     cause: InputError | None = None,
@@ -306,17 +311,17 @@ def path_speed_error(
     else:
         accepted = "speed: fastest"
     last = "a higher limit"
-    if bound == PATH_ACCELERATION:
-        shown = text(requested.acceleration, "m/s²")
-        reason = f"the stretch is too short to change speed at path.acceleration, {shown}"
-        accepted += ", a higher path.acceleration"
-    elif bound == TOLERANCES:
-        reason = f"the tolerances are not kept{f' ({cause})' if cause else ''}"
-        accepted, last = "larger tolerances of the path", "another path"
-    else:
+    if isinstance(bound, LimitedQuantity):
         excess = f"reaches {rounded_up(utilisation, 4):.4g} times" if utilisation else "exceeds"
         subject = repr(bound.subject) if bound.subject else "the tool"
         reason = f"{subject} {excess} its limit of {bound.quantity.replace('_', ' ')}"
+    elif bound is SpeedBound.PATH_ACCELERATION:
+        shown = text(requested.acceleration, "m/s²")
+        reason = f"the stretch is too short to change speed at path.acceleration, {shown}"
+        accepted += ", a higher path.acceleration"
+    else:
+        reason = f"the tolerances are not kept{f' ({cause})' if cause else ''}"
+        accepted, last = "larger tolerances of the path", "another path"
     return InputError(
         f"{speed} along the path from {start!r} to {end!r}: {reason}; accepted: {accepted}, or "
         f"{last}",

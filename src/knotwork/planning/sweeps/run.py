@@ -110,14 +110,11 @@ def sweep(
     {'velocity': 2}
     """
     workers = _checked_workers(workers, scheduler)
-    require_flag(together, "together")
     require_flag(resume, "resume")
-    require_count(seed, "seed")
-    for name, count in (("stop_after", stop_after), ("samples", samples)):
-        if count is not None:
-            require_count(count, name, 1)
-    axes = make_axes(vary or {}, rows=rows, together=together, samples=samples, seed=seed)
+    if stop_after is not None:
+        require_count(stop_after, "stop_after", 1)
     limit = require_number(time_limit, "time_limit", "s", positive=True)
+    axes = make_axes(vary or {}, rows=rows, together=together, samples=samples, seed=seed)
     spec = StudySpec(scenario_document(scenario), axes, limit)
     _refuse_wrong_values(spec)
     folder = _folder(spec, out, resume)

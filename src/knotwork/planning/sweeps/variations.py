@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from knotwork.errors import DocumentError, InputError, format_value
+from knotwork.errors.arguments import require_count, require_flag
 from knotwork.files.documents import parse
 from knotwork.files.documents.csv_rows import read_rows
 from knotwork.task.task_part import plain
@@ -70,8 +71,12 @@ def make_axes(
         seed: Seed of the random numbers.
 
     Raises:
-        InputError: Values are malformed, of different lengths, or missing.
+        InputError: An argument is wrong, or values are malformed, of different lengths, or missing.
     """
+    require_flag(together, "together")
+    require_count(seed, "seed")
+    if samples is not None:
+        require_count(samples, "samples", 1)
     if not isinstance(vary, Mapping) or not all(isinstance(path, str) for path in vary):
         raise InputError(
             f"vary is {format_value(vary)}; accepted: a mapping of paths to their values"

@@ -163,11 +163,11 @@ def _check_joints_alone(reading: TaskReading) -> None:
 
 
 def _motion_limits(limits: Limits) -> MotionLimits:
-    """Limits on the motion of tool and links; those with a unit are scaled by the used fraction."""
+    """Limits on the motion of tool and links, scaled by their used fraction."""
     fraction = limits.used_fraction
     values = {name: getattr(limits, name) for name in MotionLimits.model_fields}
     for name, field in MotionLimits.model_fields.items():
-        if unit_of(field) and values[name] is not None:
+        if unit_of(field) and values[name] is not None:  # a singular value has none
             values[name] *= fraction
     values["frame_speed"] = tuple(
         limit.model_copy(update={"speed": fraction * limit.speed}) for limit in limits.link_speeds

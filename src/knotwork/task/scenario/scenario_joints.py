@@ -49,7 +49,7 @@ class ScenarioJoints:
         accelerations: Planner option of this name; values as an array of shape (n, d) in SI.
         tolerances: By `"joint_position"`, `"joint_velocity"` and `"joint_acceleration"`, each of
             shape (d,), in the unit of the joint, per second and per second squared.
-        rest_intervals: Intervals over which the arm rests.
+        rest_intervals: Intervals over which the arm rests, by index of the waypoint before.
         chosen_sections: Sections of waypoints with a chosen motion, or `None`.
         near_at_waypoints: Joint positions near which solutions are chosen at waypoints [rad or m],
             shape (d,), by index of the waypoint.

@@ -160,7 +160,7 @@ class _NearestSearch:
         self.q: FloatArray | None = None
         self.distance = np.inf
         self.iterations = 0
-        self.restarts = -1  # the first search is none
+        self.restarts = -1  # the first search is not counted
 
     def search_from(self, start: FloatArray, budget: SearchBudget) -> None:
         """Search locally, and keep the solution if it is nearer than the one before."""
