@@ -72,15 +72,6 @@ scene_options = bundle_options("scene_only", _scene_options, (
 ))  # fmt: skip
 
 
-_WITH_HELP = "Report only the clearance to another robot's motion, with place and time."
-_WITH_OPTIONS = (
-    ("--delay", "delay", "TIME", Seconds(zero=True), "Delay of the motion of --with."),
-    ("--in", "frame", "FRAME", str, "Frame of the base of the robot of --with."),
-    ("--motion", "motion", "FILE", str, "Recorded motion of --with; by default it is planned."),
-    ("--with", "other", "SCENARIO|PLAN", str, _WITH_HELP),
-)
-
-
 def _other_robot(
     other: str | None, motion: str | None, frame: str | None, delay: float | None
 ) -> dict[str, Any] | None:
@@ -104,14 +95,16 @@ def _other_robot(
     }
 
 
-with_options = bundle_options(
-    "other",
-    _other_robot,
-    [
-        click.option(flag, key, metavar=metavar, type=kind, help=text)
-        for flag, key, metavar, kind, text in _WITH_OPTIONS
-    ],
-)
+with_options = bundle_options("other", _other_robot, (
+    click.option("--delay", metavar="TIME", type=Seconds(zero=True),
+            help="Delay of the motion of --with."),
+    click.option("--in", "frame", metavar="FRAME",
+            help="Frame of the base of the robot of --with."),
+    click.option("--motion", metavar="FILE",
+            help="Recorded motion of --with; by default it is planned."),
+    click.option("--with", "other", metavar="SCENARIO|PLAN",
+            help="Report only the clearance to another robot's motion, with place and time."),
+))  # fmt: skip
 
 
 @click.command(epilog=exit_codes())

@@ -66,9 +66,14 @@ class TaskPart(StrictModel, metaclass=_WithSignature):
 
         def __init__(self, *unnamed: Any, **values: Any) -> None:
             fields = type(self).model_fields
+            part = type(self).__name__
             keys = {name: field.validation_alias or name for name, field in fields.items()}
             data = {keys.get(name, name): plain(value) for name, value in values.items()}
-            document = Document(data, prefix=(type(self).__name__,))
+            named = {(part, key): (part, name) for name, key in keys.items() if key not in values}
+            document = Document(data, prefix=(part,), origins=named)
+            for name, key in keys.items():
+                if name != key and name in values and key in values:
+                    raise document.error((key,), f"is the same as {name}", "one of them")
             if unnamed:
                 names = ", ".join(f"{name}=…" for name in fields)
                 given = format_value(plain(unnamed[0]))

@@ -117,7 +117,6 @@ def _problem(model: type[BaseModel], document: Document, item: dict[str, Any]) -
     accepted = ""
     if item["loc"][-1:] == ("[key]",):
         words = "a name is empty" if value == "" else f"the key {format_value(value)} must be text"
-        accepted = "text of one character or more" if value == "" else ""
     elif kind == "extra_forbidden":
         words = f"unknown key; {suggest_name(place.location[-1], sorted(_keys(place.owners)))}"
     elif part is not None and place.inner:
