@@ -121,7 +121,7 @@ def test_needs_no_scenario(knotwork: Command, tmp_path: Path, motion: kw.JointTr
         (("--robot", "panda", "--limits", "fast"), 2, "limits are 'fast'"),
         (("--robot", "panda", "--limits", "{accel: 5}"), 2, "command line: limits.accel"),
         (("--robot", "ur5"), 2, "robot 'ur5' has no joint"),
-        (("--limits", "{jerk: 1}"), 2, "leave out --limits"),
+        (("--limits", "{jerk: 1}"), 2, "give one of them, or leave out --limits"),
         (("--robot", "panda", "-s", "panda_pick_place"), 2, "leave out --scenario"),
         (("--scene", tmp_path / "none.yaml"), 2, "there is no file"),
         ((), 2, "--robot"),

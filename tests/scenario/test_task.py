@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+from io import StringIO
 from math import pi
 from pathlib import Path
 from typing import Any
@@ -234,6 +235,7 @@ def test_a_wrong_part_is_refused_where_it_is_made() -> None:
         (PathWaypoint, (), {"along": Arc(through=[0, 0, 1])}, "along: Arc.*AlongArc, AlongPoints"),
         (PoseWaypoint, (), {"pose": Fastest(fastest=True)}, "pose: Fastest.*; accepted: Pose$"),
         (kw.Task, (), {"waypoints": JointWaypoint(joints="home")}, "waypoints: .*must be a list"),
+        (kw.Task, (), {"waypoints": StringIO("home")}, "waypoints: '<.*StringIO.*must be a list"),
         (Velocity, ([0, 0, 1],), {}, r": \[0, 0, 1\]: is without a name; accepted: linear=…"),
     ],
 )

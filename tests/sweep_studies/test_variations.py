@@ -136,7 +136,7 @@ def test_a_folder_of_a_study_is_not_planned(knotwork: Command, task: Path) -> No
     for option in ("--vary rate=1", "--workers 0", "--scheduler tcp://nowhere:1", "--zip"):
         err = knotwork("sweep", "study", *option.split()).refused()
         name = option.partition(" ")[0]
-        assert f"folder of a study, which is not planned again: leave out {name}" in err
+        assert f"not planned again: give its scenario, or leave out {name}" in err
 
 
 def test_progress_shows_rate_remaining_time_and_passes(

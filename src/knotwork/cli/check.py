@@ -54,7 +54,8 @@ SceneOptions = dict[str, str | None]
 
 def _scene_options(robot: str | None, scene: str | None, limits: str | None) -> SceneOptions | None:
     if robot is None and scene is None:
-        refuse({"--limits": limits}, "neither --robot nor --scene is given")
+        reason = "neither --robot nor --scene is given"
+        refuse({"--limits": limits}, reason, "give one of them, or leave out")
         return None
     return {"robot": robot, "scene": scene, "limits": limits}
 
@@ -84,7 +85,8 @@ def _other_robot(
     other: str | None, motion: str | None, frame: str | None, delay: float | None
 ) -> dict[str, Any] | None:
     if other is None:
-        refuse({"--motion": motion, "--in": frame, "--delay": delay}, "--with is not given")
+        unfit = {"--motion": motion, "--in": frame, "--delay": delay}
+        refuse(unfit, "--with is not given", "give it, or leave out")
         return None
     if Path(other).is_dir():
         motion, folder = motion or other, other

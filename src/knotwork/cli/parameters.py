@@ -140,14 +140,14 @@ def given_options(options: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def refuse(options: Mapping[str, Any], reason: str) -> None:
-    """Refuse given options that do not apply.
+def refuse(options: Mapping[str, Any], reason: str, remedy: str = "leave out") -> None:
+    """Refuse given options that do not apply; the remedy is followed by their names.
 
     Raises:
         InputError: An option is given.
     """
     if given := given_options(options):
-        raise InputError(f"{reason}: leave out {', '.join(given)}")
+        raise InputError(f"{reason}: {remedy} {', '.join(given)}")
 
 
 def names_option(name: str, help: str) -> Callable[[Command], Command]:

@@ -122,7 +122,8 @@ def sweep(
     if is_study(source):
         unfit = options_by_name(planning_options | {"out": out})
         unfit["--zip"] = unfit.pop("--together")
-        refuse(unfit, f"{source} is the folder of a study, which is not planned again")
+        reason = f"{source} is the folder of a study, which is not planned again"
+        refuse(unfit, reason, "give its scenario, or leave out")
         study = sweeps.Study.open(source)
     else:
         vary = _values_by_path(planning_options.pop("vary"))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import ChainMap
 from collections.abc import Iterator, Mapping
 from inspect import Parameter, Signature, get_annotations
+from io import IOBase
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
@@ -109,10 +110,12 @@ def plain(value: Any, depth: int = 0) -> Any:
     """A Python value as plain data: no arrays, poses or paths."""
     if isinstance(value, Mapping) and depth < _DEEPEST:
         return {key: plain(item, depth + 1) for key, item in value.items()}
+    if isinstance(value, Path | IOBase):  # an open file is an iterator, but no list
+        return str(value)
     if isinstance(value, list | tuple | Iterator) and depth < _DEEPEST:
         return [plain(item, depth + 1) for item in value]
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     if hasattr(value, "homogeneous"):  # a `pin.SE3`, without loading Pinocchio
         return {"position": value.translation.tolist(), "rotation_matrix": value.rotation.tolist()}
-    return str(value) if isinstance(value, Path) else value
+    return value

@@ -113,20 +113,19 @@ class _ErrorLocation(NamedTuple):
 def _problem(model: type[BaseModel], document: Document, item: dict[str, Any]) -> Problem:
     place = _resolve(model, document.data, item["loc"])
     kind, value = item["type"], item["input"]
-    is_key = item["loc"][-1:] == ("[key]",)
-    if isinstance(place.value, StrictModel) and value is not place.value and not is_key:
-        # Where a list is wanted, pydantic iterates over the fields of a part.
-        kind, value = "tuple_type", place.value
+    part = place.value if isinstance(place.value, StrictModel) else None
     accepted = ""
-    if is_key:
+    if item["loc"][-1:] == ("[key]",):
         words = "a name is empty" if value == "" else f"the key {format_value(value)} must be text"
         accepted = "text of one character or more" if value == "" else ""
     elif kind == "extra_forbidden":
         words = f"unknown key; {suggest_name(place.location[-1], sorted(_keys(place.owners)))}"
-    elif kind != "missing" and isinstance(value, StrictModel) and place.inner:
-        words = f"{format_value(value)}: is not accepted"
+    elif part is not None and place.inner:
+        words = f"{format_value(part)}: is not accepted"
         accepted = ", ".join(kind.__name__ for kind in place.inner)
     else:
+        if part is not None and (kind == "too_short" or value is not part):
+            kind, value = "tuple_type", part  # pydantic iterates over the fields of a part
         words = problem_words(kind, value, item["msg"], item.get("ctx", {}))
         if kind == "model_type":
             accepted = ", ".join(_keys(place.inner))
@@ -144,7 +143,7 @@ def _resolve(model: type[BaseModel], data: Any, loc: tuple[str | int, ...]) -> _
     field: FieldInfo | None = None
     for position, part in enumerate(loc):
         inside = (isinstance(data, dict) and part in data) or (
-            isinstance(data, list) and isinstance(part, int) and part < len(data)
+            isinstance(data, list | tuple) and isinstance(part, int) and part < len(data)
         )
         models = [kind for kind in inner if _is_model(kind)]
         is_field = isinstance(data, dict) and part in _keys(models)
@@ -215,8 +214,6 @@ def problem_words(kind: str, value: Any, message: str, context: Mapping[str, Any
     if kind in _OWN_ERRORS:
         words = message.removeprefix("Value error, ")
         return words if isinstance(value, dict) else f"{_value_text(value)}: {words}"
-    if kind == "too_short" and isinstance(value, StrictModel):
-        kind = "tuple_type"
     if kind == "too_short" and not value:
         return f"{format_value(value)}: is empty"
     if kind in ("too_short", "too_long"):

@@ -256,20 +256,14 @@ def _misused(
         yield ("objective",), message, accepted
     if task.chosen is not None and unknowns.has_any:
         message = "gives the motion between waypoints, but times or speeds are to be chosen"
-        yield ("chosen",), message, "numbers for all of them, or no chosen"
+        yield ("chosen",), message, "numbers for all of them, or no key chosen"
     if isinstance(task.knots, tuple) and unknowns.has_any:
-        yield (
-            ("knots",),
-            "knot times are given, but waypoint times are to be chosen",
-            "no knots",
-        )
+        message = "knot times are given, but waypoint times are to be chosen"
+        yield ("knots",), message, "no key knots"
     if task.planner != "modified-hermite" and unknowns.has_any:
         accepted = "modified-hermite; its plan.freeze (--freeze) writes numbers for any planner"
-        yield (
-            ("planner",),
-            f"{task.planner!r} needs given times, and some are to be chosen",
-            accepted,
-        )
+        message = f"{task.planner!r} needs given times, and some are to be chosen"
+        yield ("planner",), message, accepted
     if unknowns.objective.effort > 0.0 and task.robot is None:
         yield ("objective",), "effort needs a robot, and the file names none", ""
     if unknowns.time_dependent and task.duration is not None:
