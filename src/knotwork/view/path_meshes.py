@@ -171,8 +171,7 @@ def _clear_motion_mesh(trace: ToolTrace, shown: ShownMotion, size: float) -> Mes
         if finding.quantity == "way" and finding.interval is not None:
             start, end = finding.interval
             on = dashed & (trace.time >= start) & (trace.time <= end)
-            for span in _runs(on):
-                lines.append(line_mesh(trace.position[span], WAY, WIDTH * size))
+            lines += [line_mesh(trace.position[span], WAY, WIDTH * size) for span in _runs(on)]
     return _merged_lines(lines)
 
 

@@ -133,8 +133,9 @@ def _plan_paths(solved: SolvedScenario, problems: Sequence[PathSpeedProblem]) ->
         lowered, errors = [], []
         for problem in problems:
             if problem.path.first in blocked_starts:
-                errors.append(problem.error(0, SpeedBound.TOLERANCES, blocked))
-                caps = problem.slower_caps(MIN_SPEED_FACTOR, SpeedBound.TOLERANCES)
+                bound = SpeedBound.TOLERANCES
+                errors.append(path_speed_error(solved, problem.path, 0, bound, cause=blocked))
+                caps = problem.slower_caps(MIN_SPEED_FACTOR, bound)
                 problem = replace(problem, caps=caps)
             lowered.append(problem)
         return PathSpeeds(solved, problems, lowered, errors[0])

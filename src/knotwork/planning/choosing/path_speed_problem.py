@@ -97,12 +97,6 @@ class PathSpeedProblem:
         """The path at its nominal speed."""
         return self.solved.scenario.paths[self.number]
 
-    def error(
-        self, stretch: int, bound: LimitedQuantity | SpeedBound, cause: InputError | None = None
-    ) -> InputError:
-        """The error that no speed is feasible on a stretch, see `path_speed_error`."""
-        return path_speed_error(self.solved, self.path, stretch, bound, cause=cause)
-
     @property
     def speeds(self) -> Mapping[int, BoundedSpeed]:
         """The maximum speeds that are expected to keep the limits, by index of the stretch.
@@ -175,10 +169,11 @@ class PathSpeedProblem:
                 # any other error concerns the whole path
                 k = error.stretch if isinstance(error, RampError | StretchTimeError) else 0
                 highest = error.highest_speed if isinstance(error, RampError) else None
+                bound = SpeedBound.PATH_ACCELERATION
                 if k not in speeds or highest is None:
-                    raise self.error(k, SpeedBound.PATH_ACCELERATION) from error
+                    raise path_speed_error(self.solved, self.path, k, bound) from error
                 lower = (1.0 - 10.0**-SPEED_DIGITS) * speeds[k].speed  # by rounding or more
-                speeds[k] = BoundedSpeed(min(highest, lower), SpeedBound.PATH_ACCELERATION)
+                speeds[k] = BoundedSpeed(min(highest, lower), bound)
             else:
                 return speeds, timing, all_speeds
 
@@ -204,7 +199,7 @@ class PathSpeedProblem:
             after = [j for j in self.caps if j > k]
             stretches = before[-1:] + after[:1]
         if not stretches or factor * min(speeds[j] for j in stretches) < MIN_SPEED:
-            raise self.error(k, limit)
+            raise path_speed_error(self.solved, self.path, k, limit)
         lowered = {}
         for j in stretches:
             lower = factor * speeds[j]
@@ -252,7 +247,7 @@ class PathSpeedProblem:
         error = None
         if largest.max() > MAX_PLANNED_UTILISATION:
             k, column = divmod(int(largest.argmax()), largest.shape[1])
-            error = self.error(k, limits.quantities[column])
+            error = path_speed_error(self.solved, self.path, k, limits.quantities[column])
         return replace(self, caps=caps, correction=correction), error
 
 
