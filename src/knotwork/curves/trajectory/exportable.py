@@ -52,11 +52,15 @@ class TableOptions(TypedDict, total=False):
     labels: bool | None
 
 
+def _export_package() -> Any:
+    return importlib.import_module("knotwork.files.export")
+
+
 class Exportable:
     """A motion that can be exported: `save_as` writes every format of `knotwork.files.export`."""
 
     def _content(self, name: str, options: Mapping[str, Any]) -> Any:
-        return importlib.import_module("knotwork.files.export").content(self, name, **options)
+        return _export_package().content(self, name, **options)
 
     def to_ros2(self, **options: Unpack[MessageOptions]) -> str:
         """Return YAML of a ROS 2 message or action goal; see `knotwork.files.export.to_ros2`.
@@ -70,7 +74,7 @@ class Exportable:
 
         Options: `goal`, `accelerations`, `tolerance` [rad or m].
         """
-        export = importlib.import_module("knotwork.files.export")
+        export = _export_package()
         checked = export.checked_options(export.get_format("ros2"), options)
         return export.to_ros2_message(self, **checked)
 
@@ -119,11 +123,11 @@ class Exportable:
 
     def to_drake(self) -> Any:
         """Return Drake's `PiecewisePolynomial`; see `knotwork.files.export.to_drake`."""
-        return importlib.import_module("knotwork.files.export").to_drake(self)
+        return _export_package().to_drake(self)
 
     def to_scipy(self) -> PPoly:
         """Return SciPy's `PPoly`; see `knotwork.files.export.to_scipy`."""
-        return cast("PPoly", importlib.import_module("knotwork.files.export").to_scipy(self))
+        return cast("PPoly", _export_package().to_scipy(self))
 
     def to_mat(self) -> bytes:
         """Return a MAT-file for MATLAB's `ppval`; see `knotwork.files.export.to_mat`."""
@@ -131,5 +135,5 @@ class Exportable:
 
     def save_as(self, name: str, path: Path | str, *, force: bool = False, **options: Any) -> Path:
         """Write the motion to a file in a named format; see `knotwork.files.export.save`."""
-        export = importlib.import_module("knotwork.files.export")
+        export = _export_package()
         return Path(export.save(self, name, path, force=force, **options))

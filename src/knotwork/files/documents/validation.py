@@ -73,7 +73,7 @@ def validate(model: type[ModelT], document: Document, instance: ModelT | None = 
         errors = [dict(item) for item in error.errors(include_url=False)]
     else:
         return cast(ModelT, checked)
-    errors = [item for item in errors if not _is_consequence(item)] or errors
+    errors = [item for item in errors if not _is_consequence(item)]
     is_cut = len(errors) > MAX_REPORTED_PROBLEMS
     problems = [_problem(model, document, item) for item in errors[:MAX_REPORTED_PROBLEMS]]
     problems.sort(key=lambda problem: problem.line or 0)

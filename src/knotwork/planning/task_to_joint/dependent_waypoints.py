@@ -14,7 +14,7 @@ from knotwork.errors.plain_text import quoted_waypoint
 from knotwork.planning.task_to_joint.candidate_collisions import CandidateCollisions
 from knotwork.planning.task_to_joint.free_poses import FreedomChains
 from knotwork.planning.task_to_joint.path_track import CandidateMotions, PathTrack
-from knotwork.planning.task_to_joint.requested_branch import is_in_branch, make_branch_error
+from knotwork.planning.task_to_joint.requested_branch import is_in_branch, require_branch
 from knotwork.robot.kinematics.following.obstruction import make_following_error
 from knotwork.robot.kinematics.sequence.candidates import Candidates
 from knotwork.task.scenario import Scenario
@@ -92,9 +92,7 @@ class GroupSolver:
             BranchError: No candidate at the first waypoint is in the requested branch.
             FollowingError: No candidate in this branch can follow a path to its end.
         """
-        if not is_in_branch(self.scenario, first).any():
-            robot = self.chains.arm_with_freedoms
-            raise make_branch_error(self.scenario, robot, group[0], first)
+        require_branch(self.scenario, self.chains.arm_with_freedoms, group[0], first)
         blocked = []
         for candidates, tracks in self._attempts(group, first):
             try:

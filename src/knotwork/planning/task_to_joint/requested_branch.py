@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from knotwork.arrays import BoolArray, IndexArray
+from knotwork.arrays import BoolArray
 from knotwork.errors import BranchError
 from knotwork.robot import Robot
 from knotwork.robot.kinematics.geometry.configuration_flags import (
@@ -52,16 +52,16 @@ def _branch_text(branch: str | Mapping[str, str]) -> str:
     return "branch: {" + ", ".join(f"{flag}: {word}" for flag, word in branch.items()) + "}"
 
 
-def allowed_rows(scenario: Scenario, robot: Robot, i: int, candidates: Candidates) -> IndexArray:
-    """Indices of the candidates in the branch that is requested by name.
+def require_branch(scenario: Scenario, robot: Robot, i: int, candidates: Candidates) -> BoolArray:
+    """Whether each candidate is in the branch requested by name, as at least one must be.
 
     Raises:
         BranchError: No candidate is in that branch.
     """
-    rows = np.flatnonzero(is_in_branch(scenario, candidates))
-    if not rows.size:
+    in_branch = is_in_branch(scenario, candidates)
+    if not in_branch.any():
         raise make_branch_error(scenario, robot, i, candidates)
-    return rows
+    return in_branch
 
 
 def is_in_branch(scenario: Scenario, candidates: Candidates) -> BoolArray:

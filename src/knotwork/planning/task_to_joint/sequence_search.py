@@ -16,9 +16,9 @@ from knotwork.planning.task_to_joint.dependent_waypoints import (
 from knotwork.planning.task_to_joint.free_poses import FreedomChain, FreedomChains
 from knotwork.planning.task_to_joint.path_track import PathTrack, track_of
 from knotwork.planning.task_to_joint.requested_branch import (
-    allowed_rows,
     check_branch,
     make_branch_error,
+    require_branch,
 )
 from knotwork.planning.task_to_joint.step_rules import joint_rules, step_rules
 from knotwork.planning.task_to_joint.task_solution import SequenceStep
@@ -201,7 +201,7 @@ class SequenceSearch:
         group = self._group_of.get(i)
         first = i if group is None else group[0]
         begin = cast(Candidates, candidates_by_waypoint[first])
-        rows = allowed_rows(self.scenario, self.robot, first, begin)
+        rows = np.flatnonzero(require_branch(self.scenario, self.robot, first, begin))
         q = candidates.q[rows]
         distance, travel = np.zeros((2, len(rows)))
         if self.near is not None:
