@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -29,24 +30,24 @@ def joint_efforts(model: Any, q: FloatArray, v: FloatArray, a: FloatArray) -> Fl
 
 
 def frame_rates(
-    model: Any, frame: int, order: int, q: FloatArray, v: FloatArray, a: FloatArray
+    model: Any, frames: Sequence[tuple[int, int]], q: FloatArray, v: FloatArray, a: FloatArray
 ) -> FloatArray:
-    """Velocity [m/s] (order 1) or acceleration [m/s²] (order 2) of the origin of a frame.
+    """Velocities [m/s] (order 1) or accelerations [m/s²] (order 2) of the origins of frames.
 
     Args:
         model: Pinocchio model.
-        frame: Index of the frame.
-        order: 1 or 2.
+        frames: Index of each frame in the model, and the order of its rate.
         q: Joint positions, shape (n, d).
         v: Joint velocities.
         a: Joint accelerations.
 
     Returns:
-        Vectors in the axes of the root of the model, shape (n, 3).
+        Vectors in the axes of the root of the model, shape (n, len(frames), 3).
     """
-    rate = pin.getFrameVelocity if order == 1 else pin.getFrameClassicalAcceleration
-    data, vectors = model.createData(), np.empty((len(q), 3))
+    readers = {1: pin.getFrameVelocity, 2: pin.getFrameClassicalAcceleration}
+    data, vectors = model.createData(), np.empty((len(q), len(frames), 3))
     for row, state in zip(vectors, zip(q, v, a, strict=True), strict=True):
         pin.forwardKinematics(model, data, *state)
-        row[:] = rate(model, data, frame, pin.LOCAL_WORLD_ALIGNED).linear
+        for vector, (frame, order) in zip(row, frames, strict=True):
+            vector[:] = readers[order](model, data, frame, pin.LOCAL_WORLD_ALIGNED).linear
     return vectors

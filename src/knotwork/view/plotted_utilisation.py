@@ -81,7 +81,8 @@ def frame_values(
         a: Joint accelerations.
     """
     index = robot.link_index(frame) if frame else robot.require_tool()
-    return np.asarray(np.linalg.norm(frame_rates(robot.model, index, order, q, v, a), axis=1))
+    rates = frame_rates(robot.model, [(index, order)], q, v, a)
+    return np.asarray(np.linalg.norm(rates[:, 0], axis=1))
 
 
 def smallest_singular_values(robot: Robot, q: FloatArray) -> FloatArray:

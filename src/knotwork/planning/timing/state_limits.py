@@ -84,24 +84,22 @@ class StateLimits:
             Vectors, shape (n, m, 3).
         """
         values = dict(zip_longest(RATE_QUANTITIES, rates, fillvalue=np.zeros_like(q)))
-        states = q, values["velocity"], values["acceleration"]
+        robot, states = self.robot, (q, values["velocity"], values["acceleration"])
         values["effort"] = np.zeros_like(q)
-        if self.robot is not None and np.isfinite(self.joint_limits.effort).any():
-            values["effort"] = joint_efforts(self.robot.model, *states)
+        if robot is not None and np.isfinite(self.joint_limits.effort).any():
+            values["effort"] = joint_efforts(robot.model, *states)
         of_joints = np.hstack([values[name] / self.joint_limits[name] for name in MAGNITUDES])
         ratios = np.zeros((*of_joints.shape, 3))
         ratios[..., 0] = of_joints
-        of_frames = [self._frame_ratios(limited, states) for limited in self.frame_limits]
-        return np.concatenate((ratios, *of_frames), axis=1)
-
-    def _frame_ratios(self, limited: LimitedQuantity, states: Sequence[FloatArray]) -> FloatArray:
-        """Rates of a frame divided by their limit, shape (n, 1, 3)."""
-        if self.robot is None:
-            raise TypeError("limits of frames need a robot")
-        link = limited.subject
-        frame = self.robot.link_index(link) if link else self.robot.require_tool()
-        rates = frame_rates(self.robot.model, frame, limited.order, *states)
-        return np.asarray(rates[:, None] / self.frame_limits[limited])
+        if robot is None or not self.frame_limits:
+            return ratios
+        frames = [
+            (robot.link_index(x.subject) if x.subject else robot.require_tool(), x.order)
+            for x in self.frame_limits
+        ]
+        limits = np.array([*self.frame_limits.values()])
+        of_frames = frame_rates(robot.model, frames, *states) / limits[:, None]
+        return np.concatenate((ratios, of_frames), axis=1)
 
     def utilisation(self, curve: PiecewisePolynomial, times: FloatArray) -> FloatArray:
         """Utilisation of each limit by a motion at times of any shape, shape (..., m)."""

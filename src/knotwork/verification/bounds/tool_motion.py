@@ -86,8 +86,7 @@ def speed_quantity(model: Any, frame: int, order: int) -> Quantity:
     tree, (joint, lever) = joint_tree(model), carrier_of(model, frame)
 
     def values(*states: FloatArray) -> FloatArray:
-        vectors = frame_rates(model, frame, order, *states)
-        return np.asarray(np.linalg.norm(vectors, axis=1, keepdims=True))
+        return np.asarray(np.linalg.norm(frame_rates(model, [(frame, order)], *states), axis=2))
 
     def bounds(rates: FloatArray) -> FloatArray:
         return tree_motion(tree, rates).point(joint, lever)[order : order + 3, None]
