@@ -10,7 +10,11 @@ import pytest
 
 from syntax_trees import FILES, ROOT, SOURCE, tree_of
 
-ROOMS = sorted(path.name for path in SOURCE.iterdir() if path.suffix in {"", ".py"})
+ROOMS = sorted(
+    path.name
+    for path in SOURCE.iterdir()
+    if path.suffix == ".py" or (path / "__init__.py").exists()
+)
 CLAUSE = re.compile(r"(What|Which|Who|Where|When|Whoever|How|Those|That|It|They|Of|From when)\b")
 NO_NOUN = re.compile(
     r"\b(?<![Tt]here )(is|are|be) (no|none)\b(?! (more|less|longer|later|shorter|\w+er)\b)"
